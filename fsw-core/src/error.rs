@@ -1,0 +1,75 @@
+//! What a constructor says of a configuration that it can't accept.
+
+use crate::tensor::NotPhysical;
+use core::fmt;
+
+/// A configuration value that is out of its range: which, and why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ConfigError {
+    /// The field's name, with its element where it has several: `prior.sigma_kg_m2`.
+    pub field: &'static str,
+    /// What is wrong with it.
+    pub reason: Invalid,
+}
+
+/// Why a configuration value is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Invalid {
+    /// Infinite or not a number.
+    NotFinite,
+    /// Must be above zero.
+    NotPositive,
+    /// Must be zero or above.
+    Negative,
+    /// An axis of no length has no direction.
+    ZeroAxis,
+    /// No rigid body has this inertia tensor.
+    NotPhysical(NotPhysical),
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.field, self.reason)
+    }
+}
+
+impl fmt::Display for Invalid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite => f.write_str("must be a finite number"),
+            Self::NotPositive => f.write_str("must be above zero"),
+            Self::Negative => f.write_str("must not be negative"),
+            Self::ZeroAxis => f.write_str("an axis must have a length above zero"),
+            Self::NotPhysical(why) => write!(f, "{why}"),
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// The error for `field`, if `value` isn't finite and above zero.
+pub(crate) fn positive<T: crate::Real>(field: &'static str, value: T) -> Result<(), ConfigError> {
+    if !value.is_finite() {
+        return Err(ConfigError { field, reason: Invalid::NotFinite });
+    }
+    if value <= T::zero() {
+        return Err(ConfigError { field, reason: Invalid::NotPositive });
+    }
+    Ok(())
+}
+
+/// The error for `field`, if `value` isn't finite and at least zero.
+pub(crate) fn not_negative<T: crate::Real>(
+    field: &'static str,
+    value: T,
+) -> Result<(), ConfigError> {
+    if !value.is_finite() {
+        return Err(ConfigError { field, reason: Invalid::NotFinite });
+    }
+    if value < T::zero() {
+        return Err(ConfigError { field, reason: Invalid::Negative });
+    }
+    Ok(())
+}

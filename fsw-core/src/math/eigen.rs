@@ -1,0 +1,97 @@
+//! Eigenvalues of small symmetric matrices by cyclic Jacobi rotations.
+//!
+//! nalgebra's own routine iterates without a bound that flight code could state and may panic;
+//! Jacobi's converges quadratically, and its work is bounded by a fixed number of sweeps.
+
+use super::{Mat, scalar::Real};
+
+/// Sweeps over all off-diagonal elements. A 6×6 matrix is diagonal to double precision after
+/// about six; eight leaves room.
+const SWEEPS: usize = 8;
+
+/// Eigenvalues (in no order) and the matrix whose columns are the unit eigenvectors.
+///
+/// `symmetric` is N×N; only its upper triangle is read. Where an element isn't finite, neither
+/// is the result.
+pub fn symmetric_eigen<T: Real, const N: usize>(
+    symmetric: &Mat<T, N, N>,
+) -> ([T; N], Mat<T, N, N>) {
+    let mut a = *symmetric;
+    let mut v = Mat::<T, N, N>::identity();
+    for _ in 0..SWEEPS {
+        for p in 0..N {
+            for q in p + 1..N {
+                rotate(&mut a, &mut v, p, q);
+            }
+        }
+    }
+    let mut values = [T::zero(); N];
+    for i in 0..N {
+        values[i] = a[(i, i)];
+    }
+    (values, v)
+}
+
+/// Zeroes element (p, q) of `a` by a rotation in that plane, and applies it to `v`.
+fn rotate<T: Real, const N: usize>(a: &mut Mat<T, N, N>, v: &mut Mat<T, N, N>, p: usize, q: usize) {
+    let apq = a[(p, q)];
+    if apq == T::zero() {
+        return;
+    }
+    // tan of the smaller rotation angle: t² + 2 θ t − 1 = 0, θ = (a_qq − a_pp) / 2 a_pq.
+    let theta = (a[(q, q)] - a[(p, p)]) / (apq + apq);
+    let root = (theta * theta + T::one()).sqrt();
+    let t = if theta < T::zero() { -T::one() } else { T::one() } / (theta.abs() + root);
+    let c = T::one() / (t * t + T::one()).sqrt();
+    let s = t * c;
+    a[(p, p)] -= t * apq;
+    a[(q, q)] += t * apq;
+    a[(p, q)] = T::zero();
+    for k in 0..N {
+        if k != p && k != q {
+            let (kp, kq) = (upper(k, p), upper(k, q));
+            let (akp, akq) = (a[kp], a[kq]);
+            a[kp] = c * akp - s * akq;
+            a[kq] = s * akp + c * akq;
+        }
+        let (vkp, vkq) = (v[(k, p)], v[(k, q)]);
+        v[(k, p)] = c * vkp - s * vkq;
+        v[(k, q)] = s * vkp + c * vkq;
+    }
+}
+
+/// Where the upper triangle keeps element (i, j).
+fn upper(i: usize, j: usize) -> (usize, usize) {
+    if i < j { (i, j) } else { (j, i) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn reassembles_the_matrix(x in prop::array::uniform21(-1.0..1.0f64)) {
+            let mut m = Mat::<f64, 6, 6>::zeros();
+            let mut k = 0;
+            for i in 0..6 {
+                for j in i..6 {
+                    m[(i, j)] = x[k];
+                    m[(j, i)] = x[k];
+                    k += 1;
+                }
+            }
+            let (d, v) = symmetric_eigen(&m);
+            let again = v * Mat::<f64, 6, 6>::from_diagonal(&d.into()) * v.transpose();
+            prop_assert!((again - m).abs().max() < 1e-13);
+            prop_assert!((v * v.transpose() - Mat::identity()).abs().max() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn repeated_eigenvalues_are_no_trouble() {
+        let (d, _) = symmetric_eigen(&(Mat::<f32, 3, 3>::identity() * 2.0));
+        assert_eq!(d, [2.0; 3]);
+    }
+}

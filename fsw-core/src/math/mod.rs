@@ -1,0 +1,67 @@
+//! Algebra without flight knowledge: the scalar, factorised covariances, small eigenproblems.
+
+pub mod eigen;
+pub mod scalar;
+pub mod square_root_information;
+pub mod ud;
+
+/// Column vector of three, in body axes unless a name says otherwise.
+pub type Vec3<T> = nalgebra::SVector<T, 3>;
+/// Matrix of fixed size, rows × columns.
+pub type Mat<T, const R: usize, const C: usize> = nalgebra::SMatrix<T, R, C>;
+
+use scalar::Real;
+
+/// Euclidean length.
+pub fn norm<T: Real>(v: &Vec3<T>) -> T {
+    v.dot(v).sqrt()
+}
+
+/// The matrix of the cross product: `skew(a) b = a × b`.
+pub fn skew<T: Real>(a: &Vec3<T>) -> Mat<T, 3, 3> {
+    let o = T::zero();
+    Mat::<T, 3, 3>::new(o, -a.z, a.y, a.z, o, -a.x, -a.y, a.x, o)
+}
+
+/// Inverse of a symmetric 3×3 matrix by its adjugate, or `None` where its determinant is zero
+/// or not finite.
+///
+/// Twelve products and one division: cheaper than a factorisation, and it can't panic. Reads
+/// the upper triangle only.
+pub fn inverse_symmetric<T: Real>(m: &Mat<T, 3, 3>) -> Option<Mat<T, 3, 3>> {
+    let (xx, xy, xz) = (m[(0, 0)], m[(0, 1)], m[(0, 2)]);
+    let (yy, yz, zz) = (m[(1, 1)], m[(1, 2)], m[(2, 2)]);
+    let (cxx, cxy, cxz) = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy);
+    let determinant = xx * cxx + xy * cxy + xz * cxz;
+    let scale = T::one() / determinant;
+    if !scale.is_finite() || !determinant.is_finite() {
+        return None;
+    }
+    let (cyy, cyz, czz) = (xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy);
+    Some(Mat::<T, 3, 3>::new(cxx, cxy, cxz, cxy, cyy, cyz, cxz, cyz, czz) * scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inverse_symmetric_inverts() {
+        let m =
+            Mat::<f64, 3, 3>::new(14.2, 0.0867, 0.1357, 0.0867, 17.3, 0.6016, 0.1357, 0.6016, 20.3);
+        let e = m * inverse_symmetric(&m).unwrap() - Mat::identity();
+        assert!(e.abs().max() < 1e-15);
+    }
+
+    #[test]
+    fn a_singular_matrix_has_no_inverse() {
+        assert_eq!(inverse_symmetric(&Mat::<f32, 3, 3>::zeros()), None);
+        assert_eq!(inverse_symmetric(&Mat::<f32, 3, 3>::repeat(f32::NAN)), None);
+    }
+
+    #[test]
+    fn skew_is_the_cross_product() {
+        let (a, b) = (Vec3::new(1.0, -2.0, 3.0), Vec3::new(0.5, 4.0, -1.0));
+        assert_eq!(skew(&a) * b, a.cross(&b));
+    }
+}

@@ -1,0 +1,109 @@
+//! The one scalar trait: everything in this crate is generic over it, and the caller picks
+//! `f32` or `f64` once, at the edge.
+
+use core::fmt::Debug;
+use core::ops::Neg;
+use nalgebra::{ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
+use num_traits::{One, Zero};
+
+/// `f32` or `f64`.
+///
+/// Deliberately not nalgebra's `RealField`: that trait takes its functions from the platform's
+/// library where `std` is on and from `libm` where it isn't, so host and target could differ in
+/// the last bit. Here both use `libm`, and no operation is fused.
+pub trait Real:
+    Scalar
+    + Copy
+    + Debug
+    + PartialOrd
+    + Zero
+    + One
+    + Neg<Output = Self>
+    + ClosedAddAssign
+    + ClosedSubAssign
+    + ClosedMulAssign
+    + ClosedDivAssign
+{
+    /// Distance from 1 to the next number.
+    const EPSILON: Self;
+    /// Largest finite number.
+    const MAX: Self;
+
+    /// A literal in a formula, rounded to this precision.
+    fn lit(value: f64) -> Self;
+    /// Widens to `f64`, without loss.
+    fn to_f64(self) -> f64;
+    /// Seconds in a whole number of microseconds.
+    ///
+    /// The caller subtracts time stamps as integers first, so that single precision loses
+    /// nothing however long the mission lasts.
+    fn seconds(microseconds: u64) -> Self;
+    /// Square root (exactly rounded, so the same on every machine).
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+    /// The larger of two; the other one where one is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The smaller of two; the other one where one is NaN.
+    fn min(self, other: Self) -> Self;
+}
+
+macro_rules! real {
+    ($float:ident, $sqrt:path, $abs:path) => {
+        impl Real for $float {
+            const EPSILON: Self = $float::EPSILON;
+            const MAX: Self = $float::MAX;
+
+            #[inline]
+            fn lit(value: f64) -> Self {
+                value as $float
+            }
+            #[inline]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn seconds(microseconds: u64) -> Self {
+                // Up to 16 s a step is below 2^24 µs: exact in f32 before the division.
+                microseconds as $float / 1.0e6
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                $sqrt(self)
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                $abs(self)
+            }
+            #[inline]
+            fn is_finite(self) -> bool {
+                $float::is_finite(self)
+            }
+            #[inline]
+            fn max(self, other: Self) -> Self {
+                $float::max(self, other)
+            }
+            #[inline]
+            fn min(self, other: Self) -> Self {
+                $float::min(self, other)
+            }
+        }
+    };
+}
+
+real!(f32, libm::sqrtf, libm::fabsf);
+real!(f64, libm::sqrt, libm::fabs);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_period_survives_ten_years_of_mission_time() {
+        let (start, period_us) = (315_576_000_000_000_u64, 248_u64);
+        let dt: f32 = Real::seconds((start + period_us) - start);
+        assert_eq!(dt, 248.0e-6);
+    }
+}

@@ -1,0 +1,241 @@
+//! The inertia tensor as six elements, its regressor, and whether a body can have it.
+//!
+//! Order everywhere: `Jxx Jyy Jzz Jxy Jxz Jyz`. The first three are the moments of inertia
+//! (MOI), the last three the products of inertia (POI). An off-diagonal element is the tensor
+//! entry itself, `Jxy = −∫ x y dm`, as in all four papers; some simulators use the other sign.
+
+use crate::math::{Mat, Vec3, eigen::symmetric_eigen, inverse_symmetric, scalar::Real};
+use core::fmt;
+
+/// Inertia tensor about the centre of mass in body axes, kg m², wheels included and locked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia<T: Real> {
+    elements: [T; 6],
+}
+
+/// Why no rigid body has such an inertia tensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum NotPhysical {
+    /// An element is infinite or not a number.
+    NotFinite,
+    /// A principal moment is zero or negative.
+    NotPositiveDefinite,
+    /// A principal moment exceeds the sum of the two others.
+    TriangleInequality,
+}
+
+impl fmt::Display for NotPhysical {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "an inertia element is not finite",
+            Self::NotPositiveDefinite => "the inertia tensor is not positive definite",
+            Self::TriangleInequality => {
+                "a principal moment of inertia exceeds the sum of the two others"
+            }
+        })
+    }
+}
+
+impl<T: Real> Inertia<T> {
+    /// From `Jxx Jyy Jzz Jxy Jxz Jyz`, kg m². Any numbers: see [`check`](Self::check).
+    pub fn new(elements_kg_m2: [T; 6]) -> Self {
+        Self { elements: elements_kg_m2 }
+    }
+
+    /// The same moment about every axis.
+    pub fn spherical(moment_kg_m2: T) -> Self {
+        let (m, o) = (moment_kg_m2, T::zero());
+        Self::new([m, m, m, o, o, o])
+    }
+
+    /// `Jxx Jyy Jzz Jxy Jxz Jyz`, kg m².
+    pub fn elements_kg_m2(&self) -> [T; 6] {
+        self.elements
+    }
+
+    /// The symmetric 3×3 matrix, kg m².
+    pub fn matrix_kg_m2(&self) -> Mat<T, 3, 3> {
+        let [xx, yy, zz, xy, xz, yz] = self.elements;
+        Mat::<T, 3, 3>::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+    }
+
+    /// Sum of the moments, kg m²: the same in any axes.
+    pub fn trace_kg_m2(&self) -> T {
+        self.elements[0] + self.elements[1] + self.elements[2]
+    }
+
+    /// Inverse matrix, 1/(kg m²), or `None` where the tensor is singular or not finite.
+    pub fn inverse(&self) -> Option<Mat<T, 3, 3>> {
+        inverse_symmetric(&self.matrix_kg_m2())
+    }
+
+    /// Whether all leading minors are positive. Cheap enough for every step.
+    pub fn is_positive_definite(&self) -> bool {
+        let [xx, yy, zz, xy, xz, yz] = self.elements;
+        let minor = xx * yy - xy * xy;
+        let determinant = zz * minor - yz * (xx * yz - xy * xz) + xz * (xy * yz - yy * xz);
+        // Written so that NaN answers no.
+        xx > T::zero() && minor > T::zero() && determinant > T::zero()
+    }
+
+    /// Whether a rigid body can have this tensor: positive definite, and no principal moment
+    /// larger than the sum of the others (equality, a lamina, is allowed to rounding).
+    pub fn check(&self) -> Result<(), NotPhysical> {
+        if !self.elements.iter().all(|x| x.is_finite()) {
+            return Err(NotPhysical::NotFinite);
+        }
+        let [a, b, c] = self.principal_moments_kg_m2();
+        if a <= T::zero() {
+            return Err(NotPhysical::NotPositiveDefinite);
+        }
+        // The eigenvalues themselves are good to a few units in the last place of the largest.
+        let rounding = c * T::EPSILON * T::lit(8.0);
+        if c > a + b + rounding {
+            return Err(NotPhysical::TriangleInequality);
+        }
+        Ok(())
+    }
+
+    /// Principal moments, kg m², ascending.
+    pub fn principal_moments_kg_m2(&self) -> [T; 3] {
+        self.principal().0
+    }
+
+    /// Principal moments, kg m², ascending, and the matrix whose columns are the principal
+    /// axes in body axes: unit, right-handed.
+    pub fn principal(&self) -> ([T; 3], Mat<T, 3, 3>) {
+        let (moments, axes) = symmetric_eigen(&self.matrix_kg_m2());
+        let mut order = [0, 1, 2];
+        for (i, j) in [(0, 1), (1, 2), (0, 1)] {
+            if moments[order[j]] < moments[order[i]] {
+                order.swap(i, j);
+            }
+        }
+        let first: Vec3<T> = axes.column(order[0]).into();
+        let second: Vec3<T> = axes.column(order[1]).into();
+        let third = first.cross(&second);
+        (order.map(|i| moments[i]), Mat::<T, 3, 3>::from_columns(&[first, second, third]))
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format> defmt::Format for Inertia<T> {
+    fn format(&self, f: defmt::Formatter) {
+        defmt::write!(f, "{} kg m2", self.elements);
+    }
+}
+
+/// The matrix that turns six elements into angular momentum: `J ω = G(ω) j`, 3×6.
+///
+/// Units of its argument; it serves rates and accelerations alike.
+pub fn regressor<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 6> {
+    let o = T::zero();
+    let (x, y, z) = (v.x, v.y, v.z);
+    Mat::<T, 3, 6>::new(
+        x, o, o, y, z, o, //
+        o, y, o, x, o, z, //
+        o, o, z, o, x, y,
+    )
+}
+
+/// The same for the gyroscopic torque: `ω × J ω = ω^× G(ω) j`, 3×6, written out.
+///
+/// With [`regressor`] of the acceleration it makes the matrix that [Kim2016] Eqs. (4), (5) lost
+/// in printing: `J ω̇ + ω × J ω = [G(ω̇) + ω^× G(ω)] j`.
+pub fn gyroscopic_regressor<T: Real>(rate: &Vec3<T>) -> Mat<T, 3, 6> {
+    let o = T::zero();
+    let (x, y, z) = (rate.x, rate.y, rate.z);
+    let (xy, xz, yz) = (x * y, x * z, y * z);
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    Mat::<T, 3, 6>::new(
+        o,
+        -yz,
+        yz,
+        -xz,
+        xy,
+        yy - zz, //
+        xz,
+        o,
+        -xz,
+        yz,
+        zz - xx,
+        -xy, //
+        -xy,
+        xy,
+        o,
+        xx - yy,
+        -yz,
+        xz,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::skew;
+    use proptest::prelude::*;
+
+    const STSAT_3: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
+
+    proptest! {
+        #[test]
+        fn regressors_are_linear_forms_of_the_tensor(
+            j in prop::array::uniform6(-2.0..2.0f64), w in prop::array::uniform3(-2.0..2.0f64),
+        ) {
+            let (inertia, w) = (Inertia::new(j), Vec3::from(w));
+            let momentum = inertia.matrix_kg_m2() * w;
+            prop_assert!((regressor(&w) * Mat::<f64, 6, 1>::from(j) - momentum).norm() < 1e-14);
+            let gyroscopic = w.cross(&momentum);
+            let ours = gyroscopic_regressor(&w) * Mat::<f64, 6, 1>::from(j);
+            prop_assert!((ours - gyroscopic).norm() < 1e-13);
+            prop_assert!((gyroscopic_regressor(&w) - skew(&w) * regressor(&w)).norm() < 1e-14);
+        }
+
+        #[test]
+        fn a_cloud_of_masses_is_physical(
+            points in prop::array::uniform8(prop::array::uniform3(-1.0..1.0f64)),
+        ) {
+            let mut j = Mat::<f64, 3, 3>::zeros();
+            for p in points.map(Vec3::from) {
+                j += Mat::identity() * p.norm_squared() - p * p.transpose();
+            }
+            let i = Inertia::new([j[(0, 0)], j[(1, 1)], j[(2, 2)], j[(0, 1)], j[(0, 2)], j[(1, 2)]]);
+            prop_assert_eq!(i.check(), Ok(()));
+            prop_assert!(i.is_positive_definite());
+        }
+
+        #[test]
+        fn principal_axes_diagonalise(j in prop::array::uniform6(-2.0..2.0f64)) {
+            let inertia = Inertia::new(j);
+            let (m, axes) = inertia.principal();
+            let d = axes.transpose() * inertia.matrix_kg_m2() * axes;
+            prop_assert!((d - Mat::<f64, 3, 3>::from_diagonal(&m.into())).abs().max() < 1e-13);
+            prop_assert!(m[0] <= m[1] && m[1] <= m[2]);
+            prop_assert!((axes.determinant() - 1.0).abs() < 1e-13);
+            prop_assert_eq!(inertia.is_positive_definite(), m[0] > 0.0);
+        }
+    }
+
+    #[test]
+    fn physical_means_positive_and_triangular() {
+        let check = |j: [f64; 6]| Inertia::new(j).check();
+        assert_eq!(check(STSAT_3), Ok(()));
+        assert_eq!(check([1.0, 2.0, 3.0, 0.0, 0.0, 0.0]), Ok(()), "a lamina is the limit");
+        assert_eq!(check([1.0, 2.0, 3.01, 0.0, 0.0, 0.0]), Err(NotPhysical::TriangleInequality));
+        assert_eq!(check([1.0, 1.0, 1.0, 1.5, 0.0, 0.0]), Err(NotPhysical::NotPositiveDefinite));
+        assert_eq!(check([f64::NAN, 1.0, 1.0, 0.0, 0.0, 0.0]), Err(NotPhysical::NotFinite));
+        assert_eq!(check([0.0; 6]), Err(NotPhysical::NotPositiveDefinite));
+    }
+
+    #[test]
+    fn a_lamina_is_physical_in_single_precision_in_any_axes() {
+        // 1, 2, 3 turned by an arbitrary rotation.
+        let (s, c) = (0.6f32, 0.8f32);
+        let r = Mat::<f32, 3, 3>::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
+            * Mat::<f32, 3, 3>::new(1.0, 0.0, 0.0, 0.0, s, -c, 0.0, c, s);
+        let j = r * Mat::<f32, 3, 3>::from_diagonal(&Vec3::new(1.0, 2.0, 3.0)) * r.transpose();
+        let i = Inertia::new([j[(0, 0)], j[(1, 1)], j[(2, 2)], j[(0, 1)], j[(0, 2)], j[(1, 2)]]);
+        assert_eq!(i.check(), Ok(()));
+    }
+}
