@@ -40,17 +40,21 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod sample;
 
 
 
 
 
+pub mod dynamics;
 pub mod error;
 pub mod math;
 pub mod tensor;
 
+pub use dynamics::wheels::WheelArray;
 pub use error::ConfigError;
 pub use math::{Mat, Vec3, scalar::Real};
+pub use sample::Sample;
 pub use tensor::Inertia;
 
 #[cfg(test)]

@@ -1,0 +1,122 @@
+//! The gyrostat equation: a rigid body with spinning wheels.
+//!
+//! `J ω̇ + ḣ_w + ω × (J ω + h_w) = τ`, with `J` including the locked wheels. Only tachometer
+//! speeds are needed: no motor torque, and no derivative of a measured speed.
+
+use crate::math::{Mat, Vec3, scalar::Real, skew};
+use crate::tensor::{Inertia, gyroscopic_regressor, regressor};
+
+/// A body of given inertia, with the inverse at hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gyrostat<T: Real> {
+    inertia_kg_m2: Mat<T, 3, 3>,
+    inverse: Mat<T, 3, 3>,
+}
+
+/// `∂ω̇/∂ω` (3×3, 1/s) and `∂ω̇/∂j` (3×6, rad/s² per kg m²).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jacobians<T: Real> {
+    /// By the rate.
+    pub rate: Mat<T, 3, 3>,
+    /// By the six inertia elements.
+    pub inertia: Mat<T, 3, 6>,
+}
+
+impl<T: Real> Gyrostat<T> {
+    /// `None` where the tensor has no inverse. It need not be physical: a filter may pass
+    /// through such tensors.
+    pub fn new(inertia: &Inertia<T>) -> Option<Self> {
+        Some(Self { inertia_kg_m2: inertia.matrix_kg_m2(), inverse: inertia.inverse()? })
+    }
+
+    /// `J`, kg m².
+    pub fn inertia_kg_m2(&self) -> &Mat<T, 3, 3> {
+        &self.inertia_kg_m2
+    }
+
+    /// `J⁻¹`, 1/(kg m²).
+    pub fn inverse(&self) -> &Mat<T, 3, 3> {
+        &self.inverse
+    }
+
+    /// `ω̇ = J⁻¹ (τ − ω × (J ω + h_w))`, rad/s².
+    ///
+    /// `torque_n_m` is what acts on the body beside the gyroscopic torque: external torque,
+    /// less `ḣ_w` where the wheels speed up.
+    pub fn acceleration_rad_s2(
+        &self,
+        rate_rad_s: &Vec3<T>,
+        wheel_momentum_n_m_s: &Vec3<T>,
+        torque_n_m: &Vec3<T>,
+    ) -> Vec3<T> {
+        let momentum = self.inertia_kg_m2 * rate_rad_s + wheel_momentum_n_m_s;
+        self.inverse * (torque_n_m - rate_rad_s.cross(&momentum))
+    }
+
+    /// Derivatives of the acceleration at a rate, an acceleration (the whole of ω̇, wheels'
+    /// reaction included) and a wheel momentum:
+    ///
+    /// `∂ω̇/∂ω = J⁻¹ ([J ω + h_w]^× − ω^× J)`, `∂ω̇/∂j = −J⁻¹ (G(ω̇) + ω^× G(ω))`.
+    pub fn jacobians(
+        &self,
+        rate_rad_s: &Vec3<T>,
+        acceleration_rad_s2: &Vec3<T>,
+        wheel_momentum_n_m_s: &Vec3<T>,
+    ) -> Jacobians<T> {
+        let momentum = self.inertia_kg_m2 * rate_rad_s + wheel_momentum_n_m_s;
+        Jacobians {
+            rate: self.inverse * (skew(&momentum) - skew(rate_rad_s) * self.inertia_kg_m2),
+            inertia: -(self.inverse
+                * (regressor(acceleration_rad_s2) + gyroscopic_regressor(rate_rad_s))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Central differences with this step, relative to quantities near 1: truncation about
+    /// h² = 1e-10, rounding about ε/h = 2e-11.
+    const STEP: f64 = 1e-5;
+    const TOLERANCE: f64 = 1e-8;
+
+    fn vector() -> impl Strategy<Value = Vec3<f64>> {
+        prop::array::uniform3(-1.0..1.0f64).prop_map(Vec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn jacobians_agree_with_finite_differences(
+            rate in vector(), wheel in vector(), torque in vector(),
+            products in prop::array::uniform3(-0.3..0.3f64),
+        ) {
+            let j = [1.5, 1.2, 1.8, products[0], products[1], products[2]];
+            let acceleration = |rate: &Vec3<f64>, j: [f64; 6]| {
+                Gyrostat::new(&Inertia::new(j)).unwrap().acceleration_rad_s2(rate, &wheel, &torque)
+            };
+            let jacobians = Gyrostat::new(&Inertia::new(j)).unwrap()
+                .jacobians(&rate, &acceleration(&rate, j), &wheel);
+            for i in 0..3 {
+                let mut d = Vec3::zeros();
+                d[i] = STEP;
+                let slope = (acceleration(&(rate + d), j) - acceleration(&(rate - d), j))
+                    / (2.0 * STEP);
+                prop_assert!((jacobians.rate.column(i) - slope).abs().max() < TOLERANCE);
+            }
+            for i in 0..6 {
+                let (mut up, mut down) = (j, j);
+                up[i] += STEP;
+                down[i] -= STEP;
+                let slope = (acceleration(&rate, up) - acceleration(&rate, down)) / (2.0 * STEP);
+                prop_assert!((jacobians.inertia.column(i) - slope).abs().max() < TOLERANCE);
+            }
+        }
+    }
+
+    #[test]
+    fn a_singular_tensor_makes_no_gyrostat() {
+        assert!(Gyrostat::new(&Inertia::new([0.0f32; 6])).is_none());
+    }
+}
