@@ -42,9 +42,13 @@
 
 pub mod sample;
 
+pub mod gate;
 
+pub mod estimator;
 
+pub mod monitor;
 
+pub mod telemetry;
 
 pub mod dynamics;
 pub mod error;
@@ -53,6 +57,7 @@ pub mod tensor;
 
 pub use dynamics::wheels::WheelArray;
 pub use error::ConfigError;
+pub use estimator::{Coasting, Estimate, Estimator, Outcome, Reset, Status};
 pub use math::{Mat, Vec3, scalar::Real};
 pub use sample::Sample;
 pub use tensor::Inertia;

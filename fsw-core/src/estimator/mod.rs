@@ -1,0 +1,201 @@
+//! 3. The estimators: one trait, then a room for each system.
+
+
+use crate::error::{ConfigError, Invalid, positive};
+use crate::gate::Rejection;
+use crate::math::{Mat, Vec3, scalar::Real};
+use crate::monitor::observability::Observed;
+use crate::sample::Sample;
+use crate::tensor::Inertia;
+
+/// An on-board estimator of the inertia tensor.
+pub trait Estimator<T: Real, const W: usize> {
+    /// Takes in one gyro sample and says what became of it.
+    ///
+    /// Never panics, whatever the sample holds, and costs a bounded amount of work.
+    fn step(&mut self, sample: &Sample<T, W>) -> Outcome;
+
+    /// What is known by now. Valid at any time; costs more than a step (an eigenproblem of six),
+    /// so call it at the rate of telemetry, not of the gyro.
+    fn estimate(&self) -> Estimate<T>;
+
+    /// Filtered body rate, rad/s: good for every step.
+    fn rate_rad_s(&self) -> Vec3<T>;
+
+    /// Innovation of the last sample that was predicted, if any.
+    fn innovation(&self) -> Option<Innovation<T>>;
+}
+
+/// Inertia before any data, elements `jxx jyy jzz jxy jxz jyz`, taken as uncorrelated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior<T: Real> {
+    /// Expected elements, kg m². Must be physical.
+    pub inertia_kg_m2: [T; 6],
+    /// One sigma of each, kg m², above zero. Observability is judged against it.
+    pub sigma_kg_m2: [T; 6],
+}
+
+impl<T: Real> Prior<T> {
+    /// Refuses a tensor that no body has and a sigma that isn't positive.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        Inertia::new(self.inertia_kg_m2).check().map_err(|why| ConfigError {
+            field: "prior.inertia_kg_m2",
+            reason: Invalid::NotPhysical(why),
+        })?;
+        for sigma in self.sigma_kg_m2 {
+            positive("prior.sigma_kg_m2", sigma)?;
+        }
+        Ok(())
+    }
+}
+
+/// What became of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Outcome {
+    /// It updated the estimate.
+    Updated,
+    /// The estimate stands as it was, or was only predicted.
+    Coasting(Coasting),
+    /// Part of the state was set anew.
+    Reset(Reset),
+}
+
+/// Why a sample didn't update the estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Coasting {
+    /// The gate refused it.
+    Rejected(Rejection),
+    /// Too far from the prediction to be the gyro's noise; the state was predicted without it.
+    Spike,
+    /// It was taken in, but what has moved so far isn't enough for a first estimate.
+    Aligning,
+}
+
+/// Why part of the state was set anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reset {
+    /// The first usable sample: the rate starts from it.
+    FirstSample,
+    /// The motion so far gave a first estimate of the inertia; the filter starts from it.
+    Aligned,
+    /// Too long without samples to predict across: the rate starts anew, the inertia stays.
+    Gap,
+    /// So many spikes in a row that it is the estimate that must be wrong (a deployment, a
+    /// docking): the rate starts anew, and the inertia is held as uncertain as at first.
+    Lockout,
+    /// The state left the finite numbers, or its inertia had no inverse: all starts anew.
+    Diverged,
+}
+
+impl Outcome {
+    /// What and why, in a word or two: for logs.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Updated => "updated",
+            Self::Coasting(Coasting::Rejected(why)) => why.name(),
+            Self::Coasting(Coasting::Spike) => "spike",
+            Self::Coasting(Coasting::Aligning) => "aligning",
+            Self::Reset(Reset::FirstSample) => "reset_first_sample",
+            Self::Reset(Reset::Aligned) => "reset_aligned",
+            Self::Reset(Reset::Gap) => "reset_gap",
+            Self::Reset(Reset::Lockout) => "reset_lockout",
+            Self::Reset(Reset::Diverged) => "reset_diverged",
+        }
+    }
+
+    /// Whether the sample was made use of.
+    pub fn used_sample(&self) -> bool {
+        !matches!(self, Self::Coasting(Coasting::Rejected(_) | Coasting::Spike))
+    }
+}
+
+/// The difference between a gyro sample and its prediction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovation<T: Real> {
+    /// Measured minus predicted rate, rad/s.
+    pub rate_rad_s: Vec3<T>,
+    /// Its variance on each axis by the filter's own covariance, gyro noise included, rad²/s².
+    pub variance_rad2_s2: Vec3<T>,
+}
+
+impl<T: Real> Innovation<T> {
+    /// Normalised innovation squared, axis by axis: three degrees of freedom. Leaves out the
+    /// correlation between axes, which is small beside the gyro's noise.
+    pub fn nis(&self) -> T {
+        let [x, y, z] = self.squared_ratios();
+        x + y + z
+    }
+
+    /// Square of the largest ratio of an axis to its sigma.
+    pub fn squared_test_ratio(&self) -> T {
+        let [x, y, z] = self.squared_ratios();
+        x.max(y).max(z)
+    }
+
+    fn squared_ratios(&self) -> [T; 3] {
+        let (r, v) = (&self.rate_rad_s, &self.variance_rad2_s2);
+        [r.x * r.x / v.x, r.y * r.y / v.y, r.z * r.z / v.z]
+    }
+}
+
+/// How far an estimate can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Status {
+    /// The data has shown all six directions, and the model explains the data.
+    Converged,
+    /// Some directions are unseen: they hold the prior, and its variance.
+    Partial,
+    /// Nothing of the inertia has been seen.
+    Unobservable,
+    /// The model doesn't explain the data: don't use the numbers.
+    Diverged,
+}
+
+/// The estimate, with what it is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate<T: Real> {
+    /// Inertia tensor.
+    pub inertia: Inertia<T>,
+    /// Covariance of the six elements, kg² m⁴, 6×6.
+    pub covariance_kg2_m4: Mat<T, 6, 6>,
+    /// Which directions the data has shown.
+    pub observed: Observed,
+    /// Whether to use it.
+    pub status: Status,
+    /// Constant disturbance torque in body axes, N m, where it is one of the unknowns.
+    pub disturbance_torque_n_m: Option<Vec3<T>>,
+    /// Gyro bias, rad/s, where it is one of the unknowns.
+    pub gyro_bias_rad_s: Option<Vec3<T>>,
+    /// RMS over the samples used, all axes, of measured minus predicted rate, rad/s.
+    pub residual_rms_rad_s: T,
+}
+
+impl<T: Real> Estimate<T> {
+    /// One sigma of each element, kg m².
+    pub fn sigma_kg_m2(&self) -> [T; 6] {
+        core::array::from_fn(|i| self.covariance_kg2_m4[(i, i)].max(T::zero()).sqrt())
+    }
+
+    /// The elements divided by the trace, and one sigma of each.
+    ///
+    /// With `n = j / tr`, `∂n/∂j = (1 − n tᵀ) / tr`, `t = (1 1 1 0 0 0)`. Of torque-free motion
+    /// without wheels this is all that can be known.
+    pub fn over_trace(&self) -> ([T; 6], [T; 6]) {
+        let scale = T::one() / self.inertia.trace_kg_m2();
+        let ratio = self.inertia.elements_kg_m2().map(|x| x * scale);
+        let mut jacobian = Mat::<T, 6, 6>::identity();
+        for i in 0..6 {
+            for k in 0..3 {
+                jacobian[(i, k)] -= ratio[i];
+            }
+        }
+        let covariance = jacobian * self.covariance_kg2_m4 * jacobian.transpose();
+        let sigma =
+            core::array::from_fn(|i| covariance[(i, i)].max(T::zero()).sqrt() * scale.abs());
+        (ratio, sigma)
+    }
+}

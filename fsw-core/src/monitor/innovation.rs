@@ -1,0 +1,125 @@
+//! Innovation statistics: whether the filter's own covariance explains what the gyro says.
+
+use crate::estimator::Innovation;
+use crate::math::scalar::Real;
+
+/// Samples that the running mean remembers. The mean NIS per degree of freedom then scatters by
+/// √(2 / (3 · 2 · 256)) = 0.04 about 1 while all is well.
+const MEMORY: u16 = 256;
+
+/// Before so many innovations, the mean says nothing.
+const WARM_UP: u16 = 64;
+
+/// Mean NIS per degree of freedom above which the model doesn't explain the data: innovations
+/// twice as large as the filter believes. An honest filter stays below 1.2 (five sigma of the
+/// scatter above), so the margin is for gyro noise that was stated too small.
+const DIVERGED: f64 = 4.0;
+
+/// One innovation counts no more than this NIS, so that a single spike can't condemn a filter.
+const CLIP: f64 = 75.0;
+
+/// Running means of the innovations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InnovationMonitor<T: Real> {
+    count: u16,
+    mean_nis: T,
+    residuals: u32,
+    mean_square_rad2_s2: T,
+}
+
+impl<T: Real> Default for InnovationMonitor<T> {
+    fn default() -> Self {
+        let o = T::zero();
+        Self { count: 0, mean_nis: o, residuals: 0, mean_square_rad2_s2: o }
+    }
+}
+
+impl<T: Real> InnovationMonitor<T> {
+    /// Takes in an innovation that updated the filter.
+    pub fn accept(&mut self, innovation: &Innovation<T>) {
+        self.judge(innovation);
+        let r = &innovation.rate_rad_s;
+        let square = r.dot(r) * T::lit(1.0 / 3.0);
+        // Beyond 2^20 residuals the mean forgets slowly instead of stalling in single precision.
+        self.residuals = (self.residuals + 1).min(1 << 20);
+        let weight = T::one() / T::lit(f64::from(self.residuals));
+        self.mean_square_rad2_s2 += (square - self.mean_square_rad2_s2) * weight;
+    }
+
+    /// Takes in an innovation that was refused as a spike: it speaks against the filter, but
+    /// isn't a residual of it.
+    pub fn refuse(&mut self, innovation: &Innovation<T>) {
+        self.judge(innovation);
+    }
+
+    fn judge(&mut self, innovation: &Innovation<T>) {
+        self.count = (self.count + 1).min(MEMORY);
+        let weight = T::one() / T::lit(f64::from(self.count));
+        let nis = innovation.nis().min(T::lit(CLIP)) * T::lit(1.0 / 3.0);
+        self.mean_nis += (nis - self.mean_nis) * weight;
+    }
+
+    /// Forgets the consistency record (the filter has started anew), not the residuals.
+    pub fn restart(&mut self) {
+        self.count = 0;
+        self.mean_nis = T::zero();
+    }
+
+    /// Mean NIS per degree of freedom: 1 for an honest filter.
+    pub fn mean_nis(&self) -> T {
+        self.mean_nis
+    }
+
+    /// Whether the innovations fit the filter's covariance.
+    pub fn is_consistent(&self) -> bool {
+        self.count < WARM_UP || self.mean_nis <= T::lit(DIVERGED)
+    }
+
+    /// RMS of the innovations that updated the filter, per axis, rad/s.
+    pub fn residual_rms_rad_s(&self) -> T {
+        self.mean_square_rad2_s2.sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+
+    fn innovation(sigmas: f64) -> Innovation<f64> {
+        Innovation { rate_rad_s: Vec3::repeat(2.0 * sigmas), variance_rad2_s2: Vec3::repeat(4.0) }
+    }
+
+    #[test]
+    fn innovations_of_their_own_sigma_are_consistent() {
+        let mut m = InnovationMonitor::default();
+        for _ in 0..1000 {
+            m.accept(&innovation(1.0));
+        }
+        assert!((m.mean_nis() - 1.0).abs() < 1e-12);
+        assert!((m.residual_rms_rad_s() - 2.0).abs() < 1e-12);
+        assert!(m.is_consistent());
+    }
+
+    #[test]
+    fn innovations_three_times_too_large_are_not() {
+        let mut m = InnovationMonitor::default();
+        for _ in 0..200 {
+            m.accept(&innovation(3.0));
+        }
+        assert!(!m.is_consistent());
+        m.restart();
+        assert!(m.is_consistent());
+    }
+
+    #[test]
+    fn one_spike_condemns_nothing() {
+        let mut m = InnovationMonitor::default();
+        for _ in 0..100 {
+            m.accept(&innovation(1.0));
+        }
+        m.refuse(&innovation(1e6));
+        assert!(m.is_consistent());
+        assert!((m.residual_rms_rad_s() - 2.0).abs() < 1e-12);
+    }
+}
