@@ -1,5 +1,6 @@
 //! 3. The estimators: one trait, then a room for each system.
 
+pub mod joint_ekf;
 pub mod momentum_integral;
 
 use crate::error::{ConfigError, Invalid, positive};
