@@ -1,0 +1,42 @@
+//! Scenarios that come with the program, by name.
+
+/// What `run` simulates if it is told nothing.
+pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
+
+const BUILT_IN: [(&str, &str); 2] = [
+    (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
+    ("cubesat-pyramid", include_str!("../../../scenarios/cubesat-pyramid.toml")),
+];
+
+/// The names of the built-in scenarios, the default first.
+pub fn built_in_names() -> impl Iterator<Item = &'static str> {
+    BUILT_IN.iter().map(|(name, _)| *name)
+}
+
+/// The text of a built-in scenario.
+pub(super) fn text(wanted: &str) -> Option<&'static str> {
+    BUILT_IN.iter().find(|(name, _)| *name == wanted).map(|(_, text)| *text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Scenario;
+    use super::*;
+
+    #[test]
+    fn every_built_in_scenario_loads_and_is_called_what_it_says() {
+        for name in built_in_names() {
+            assert_eq!(Scenario::load(name).unwrap().name, name);
+        }
+    }
+
+    #[test]
+    fn default_is_the_spin_up_of_the_papers() {
+        let scenario = Scenario::load(DEFAULT_SCENARIO).unwrap();
+        assert_eq!(scenario.duration_s * scenario.gyro.rate_hz, 6000.0);
+        assert_eq!(scenario.spacecraft.inertia_kg_m2, [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016]);
+        assert_eq!(scenario.torque.at(300.0).as_slice(), [1e-3, 1e-3, -2e-3]);
+        let gyro_deg_s = scenario.gyro.noise_rad_s.to_degrees();
+        assert!((gyro_deg_s - 0.0104).abs() < 1e-6);
+    }
+}

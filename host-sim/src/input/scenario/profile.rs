@@ -1,0 +1,146 @@
+//! Torque over time: constant, a sum of sines, or a table.
+
+use nalgebra::Vector3;
+
+/// Torque about one axis over time, N m.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TorqueProfile {
+    /// Always the same.
+    Constant {
+        /// The torque, N m.
+        value_n_m: f64,
+    },
+    /// A sum of sines.
+    Multisine {
+        /// The terms of the sum.
+        terms: Vec<Sine>,
+    },
+    /// Straight lines between points; before the first and after the last point, their values.
+    Table {
+        /// Times of the points, strictly increasing, s since the start.
+        time_s: Vec<f64>,
+        /// Torque at each, N m.
+        value_n_m: Vec<f64>,
+    },
+}
+
+/// One term of a sum of sines: `a sin(2π f t + φ)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sine {
+    /// Amplitude `a`, N m.
+    pub amplitude_n_m: f64,
+    /// Frequency `f`, Hz.
+    pub frequency_hz: f64,
+    /// Phase `φ` at the start, rad.
+    pub phase_rad: f64,
+}
+
+/// Torque about the three body axes over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExternalTorque {
+    /// The profile about x, y and z.
+    pub axes: [TorqueProfile; 3],
+}
+
+impl TorqueProfile {
+    /// No torque at any time.
+    pub const ZERO: Self = Self::Constant { value_n_m: 0.0 };
+
+    /// The torque `t_s` seconds after the start, N m.
+    pub fn at(&self, t_s: f64) -> f64 {
+        match self {
+            Self::Constant { value_n_m } => *value_n_m,
+            Self::Multisine { terms } => terms.iter().map(|term| term.at(t_s)).sum(),
+            Self::Table { time_s, value_n_m } => interpolate(time_s, value_n_m, t_s),
+        }
+    }
+
+    /// Times at which the slope may jump, ascending, s; an integrator should step onto these.
+    pub fn breakpoints_s(&self) -> &[f64] {
+        match self {
+            Self::Constant { .. } | Self::Multisine { .. } => &[],
+            Self::Table { time_s, .. } => time_s,
+        }
+    }
+}
+
+impl Sine {
+    fn at(&self, t_s: f64) -> f64 {
+        let Self { amplitude_n_m, frequency_hz, phase_rad } = *self;
+        amplitude_n_m * (std::f64::consts::TAU * frequency_hz * t_s + phase_rad).sin()
+    }
+}
+
+impl ExternalTorque {
+    /// No torque at any time.
+    pub const ZERO: Self =
+        Self { axes: [TorqueProfile::ZERO, TorqueProfile::ZERO, TorqueProfile::ZERO] };
+
+    /// The torque `t_s` seconds after the start, body axes, N m.
+    pub fn at(&self, t_s: f64) -> Vector3<f64> {
+        let [x, y, z] = &self.axes;
+        Vector3::new(x.at(t_s), y.at(t_s), z.at(t_s))
+    }
+
+    /// Times at which the slope may jump, ascending, s; an integrator should step onto these.
+    pub fn breakpoints_s(&self) -> &[f64] {
+        // The axes of a table share its times.
+        let [x, _, _] = &self.axes;
+        x.breakpoints_s()
+    }
+}
+
+/// Linear interpolation between points, constant beyond them.
+fn interpolate(time_s: &[f64], value: &[f64], t_s: f64) -> f64 {
+    // The first point after t_s, hence the end of the line t_s is on.
+    let end = time_s.partition_point(|time| *time <= t_s);
+    let start = end.saturating_sub(1);
+    let point = |index: usize| Some((*time_s.get(index)?, *value.get(index)?));
+    match (point(start), point(end)) {
+        (Some((t0, v0)), Some((t1, v1))) if t1 > t0 => v0 + (v1 - v0) * (t_s - t0) / (t1 - t0),
+        (Some((_, only)), _) => only,
+        (None, _) => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn multisine_is_the_sum_of_its_sines() {
+        let quarter_turn = std::f64::consts::FRAC_PI_2;
+        let terms = vec![
+            Sine { amplitude_n_m: 2.0, frequency_hz: 0.25, phase_rad: 0.0 },
+            Sine { amplitude_n_m: 3.0, frequency_hz: 1.0, phase_rad: quarter_turn },
+        ];
+        let profile = TorqueProfile::Multisine { terms };
+        assert!((profile.at(0.0) - 3.0).abs() < 1e-12);
+        assert!((profile.at(1.0) - 5.0).abs() < 1e-12);
+        assert!(profile.breakpoints_s().is_empty());
+    }
+
+    #[test]
+    fn table_is_linear_between_rows_and_constant_beyond() {
+        let profile =
+            TorqueProfile::Table { time_s: vec![1.0, 2.0, 4.0], value_n_m: vec![10.0, 20.0, 0.0] };
+        for (t_s, expected) in [
+            (-1.0, 10.0),
+            (1.0, 10.0),
+            (1.25, 12.5),
+            (2.0, 20.0),
+            (3.0, 10.0),
+            (4.0, 0.0),
+            (9.0, 0.0),
+        ] {
+            assert_eq!(profile.at(t_s), expected, "{t_s}");
+        }
+        assert_eq!(profile.breakpoints_s(), [1.0, 2.0, 4.0]);
+    }
+
+    #[test]
+    fn table_of_one_row_is_constant() {
+        let profile = TorqueProfile::Table { time_s: vec![0.0], value_n_m: vec![7.0] };
+        assert_eq!([profile.at(-1.0), profile.at(0.0), profile.at(1.0)], [7.0; 3]);
+    }
+}

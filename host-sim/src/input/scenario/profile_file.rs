@@ -1,0 +1,381 @@
+//! Torque profiles as a scenario file writes them, and their checks.
+//!
+//! | `kind` | keys of a wheel's profile | keys of the external torque's profile |
+//! |---|---|---|
+//! | `"constant"` | `value_n_m` = number | `value_n_m` = list of 3 |
+//! | `"multisine"` | `amplitude_n_m`, `frequency_hz`, `phase_rad` = lists of one length | lists of 3 such lists |
+//! | `"table"` | `csv` = file with columns `t_s`, `x` | `csv` = file with columns `t_s`, `x`, `y`, `z` |
+//!
+//! The keys of all kinds are fields of one struct, rather than variants of an enum tagged by
+//! `kind`: serde forgets the line numbers inside such an enum.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::super::check::Check;
+use super::super::csv_source::CsvSource;
+use super::super::error::{CsvProblem, InputError, Problem};
+use super::{ExternalTorque, Sine, TorqueProfile};
+
+/// A list of numbers that knows where it stands.
+type List = Spanned<Vec<f64>>;
+/// A wheel's profile.
+pub(super) type WheelProfileFile = Spanned<ProfileFile<f64, Vec<f64>>>;
+/// The external torque's profile.
+pub(super) type ExternalProfileFile = Spanned<ProfileFile<Vec<f64>, Vec<List>>>;
+
+/// A profile whose constant is a `Value`, and whose amplitudes, frequencies and phases are `Lists`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ProfileFile<Value, Lists> {
+    kind: Kind,
+    value_n_m: Option<Spanned<Value>>,
+    amplitude_n_m: Option<Spanned<Lists>>,
+    frequency_hz: Option<Spanned<Lists>>,
+    phase_rad: Option<Spanned<Lists>>,
+    csv: Option<Spanned<String>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    Constant,
+    Multisine,
+    Table,
+}
+
+/// A profile with the keys that its kind takes, and no others.
+enum Parts<'a, Value, Lists> {
+    Constant(&'a Spanned<Value>),
+    Multisine {
+        amplitude: &'a Spanned<Lists>,
+        frequency: &'a Spanned<Lists>,
+        phase: &'a Spanned<Lists>,
+    },
+    Table(&'a Spanned<String>),
+}
+
+/// What errors call the three lists of one sum of sines.
+struct SineKeys {
+    amplitude: String,
+    frequency: String,
+    phase: String,
+}
+
+/// Reads and checks the profile of a wheel's motor; `key` is the profile's.
+pub(super) fn wheel_profile(
+    check: &Check<'_>,
+    key: &str,
+    file: &WheelProfileFile,
+    folder: &Path,
+) -> Result<TorqueProfile, InputError> {
+    match parts(check, key, file)? {
+        Parts::Constant(value) => {
+            let value_n_m = check.finite(&format!("{key}.value_n_m"), value)?;
+            Ok(TorqueProfile::Constant { value_n_m })
+        }
+        Parts::Multisine { amplitude, frequency, phase } => {
+            multisine(check, &SineKeys::new(key, ""), amplitude, frequency, phase)
+        }
+        Parts::Table(csv) => {
+            let [profile] = table(folder, csv, ["x"])?;
+            Ok(profile)
+        }
+    }
+}
+
+/// Reads and checks the profile of the external torque.
+pub(super) fn external_profile(
+    check: &Check<'_>,
+    file: &ExternalProfileFile,
+    folder: &Path,
+) -> Result<ExternalTorque, InputError> {
+    let axes = match parts(check, "torque", file)? {
+        Parts::Constant(value) => check
+            .list::<3>("torque.value_n_m", value)?
+            .map(|value_n_m| TorqueProfile::Constant { value_n_m }),
+        Parts::Multisine { amplitude, frequency, phase } => {
+            let keys = SineKeys::new("torque", "");
+            let [a_x, a_y, a_z] = check.length(&keys.amplitude, amplitude)?;
+            let [f_x, f_y, f_z] = check.length(&keys.frequency, frequency)?;
+            let [p_x, p_y, p_z] = check.length(&keys.phase, phase)?;
+            let axis = |number, amplitude, frequency, phase| {
+                multisine(check, &SineKeys::new("torque", number), amplitude, frequency, phase)
+            };
+            [
+                axis("[1]", &a_x, &f_x, &p_x)?,
+                axis("[2]", &a_y, &f_y, &p_y)?,
+                axis("[3]", &a_z, &f_z, &p_z)?,
+            ]
+        }
+        Parts::Table(csv) => table(folder, csv, ["x", "y", "z"])?,
+    };
+    Ok(ExternalTorque { axes })
+}
+
+/// Sees that the keys of the profile's kind are there, and only those.
+fn parts<'a, Value, Lists>(
+    check: &Check<'_>,
+    key: &str,
+    spanned: &'a Spanned<ProfileFile<Value, Lists>>,
+) -> Result<Parts<'a, Value, Lists>, InputError> {
+    let file = spanned.get_ref();
+    let (kind, takes): (_, &'static [&'static str]) = match file.kind {
+        Kind::Constant => ("constant", &["value_n_m"]),
+        Kind::Multisine => ("multisine", &["amplitude_n_m", "frequency_hz", "phase_rad"]),
+        Kind::Table => ("table", &["csv"]),
+    };
+    let present = [
+        ("value_n_m", file.value_n_m.as_ref().map(Spanned::span)),
+        ("amplitude_n_m", file.amplitude_n_m.as_ref().map(Spanned::span)),
+        ("frequency_hz", file.frequency_hz.as_ref().map(Spanned::span)),
+        ("phase_rad", file.phase_rad.as_ref().map(Spanned::span)),
+        ("csv", file.csv.as_ref().map(Spanned::span)),
+    ];
+    for (name, span) in present {
+        if let Some(span) = span
+            && !takes.contains(&name)
+        {
+            let key = format!("{key}.{name}");
+            return Err(check.error_at(span, Problem::KeyOfOtherKind { key, kind, takes }));
+        }
+    }
+    let missing =
+        |name: &str| check.error(spanned, Problem::MissingKey { key: format!("{key}.{name}") });
+    Ok(match file.kind {
+        Kind::Constant => {
+            Parts::Constant(file.value_n_m.as_ref().ok_or_else(|| missing("value_n_m"))?)
+        }
+        Kind::Multisine => Parts::Multisine {
+            amplitude: file.amplitude_n_m.as_ref().ok_or_else(|| missing("amplitude_n_m"))?,
+            frequency: file.frequency_hz.as_ref().ok_or_else(|| missing("frequency_hz"))?,
+            phase: file.phase_rad.as_ref().ok_or_else(|| missing("phase_rad"))?,
+        },
+        Kind::Table => Parts::Table(file.csv.as_ref().ok_or_else(|| missing("csv"))?),
+    })
+}
+
+impl SineKeys {
+    /// For the profile `key`; `axis` is empty or, as `[1]`, says which list of three.
+    fn new(key: &str, axis: &str) -> Self {
+        Self {
+            amplitude: format!("{key}.amplitude_n_m{axis}"),
+            frequency: format!("{key}.frequency_hz{axis}"),
+            phase: format!("{key}.phase_rad{axis}"),
+        }
+    }
+}
+
+fn multisine(
+    check: &Check<'_>,
+    keys: &SineKeys,
+    amplitude: &List,
+    frequency: &List,
+    phase: &List,
+) -> Result<TorqueProfile, InputError> {
+    let required = amplitude.get_ref().len();
+    for (key, list) in
+        [(&keys.amplitude, amplitude), (&keys.frequency, frequency), (&keys.phase, phase)]
+    {
+        if list.get_ref().iter().any(|number| !number.is_finite()) {
+            return Err(check.bad_list(key, list, "finite numbers"));
+        }
+        let found = list.get_ref().len();
+        if found != required {
+            return Err(check.error(
+                list,
+                Problem::UnequalLengths {
+                    key: key.clone(),
+                    found,
+                    other: keys.amplitude.clone(),
+                    required,
+                },
+            ));
+        }
+    }
+    let terms = (amplitude.get_ref().iter())
+        .zip(frequency.get_ref())
+        .zip(phase.get_ref())
+        .map(|((&amplitude_n_m, &frequency_hz), &phase_rad)| Sine {
+            amplitude_n_m,
+            frequency_hz,
+            phase_rad,
+        })
+        .collect();
+    Ok(TorqueProfile::Multisine { terms })
+}
+
+/// Reads one profile per column of the CSV file that `csv` names, all over column `t_s`.
+fn table<const N: usize>(
+    folder: &Path,
+    csv: &Spanned<String>,
+    columns: [&str; N],
+) -> Result<[TorqueProfile; N], InputError> {
+    let source = CsvSource::read(&folder.join(csv.get_ref()))?;
+    let time_s = strictly_increasing_times(&source)?;
+    let mut profiles = [TorqueProfile::ZERO; N];
+    for (profile, name) in profiles.iter_mut().zip(columns) {
+        let column = source.column(name)?;
+        let value_n_m = (source.rows().iter())
+            .map(|row| source.number(row, &column))
+            .collect::<Result<_, _>>()?;
+        *profile = TorqueProfile::Table { time_s: time_s.clone(), value_n_m };
+    }
+    Ok(profiles)
+}
+
+fn strictly_increasing_times(source: &CsvSource) -> Result<Vec<f64>, InputError> {
+    let column = source.column("t_s")?;
+    let mut times: Vec<f64> = Vec::with_capacity(source.rows().len());
+    for row in source.rows() {
+        let time = source.number(row, &column)?;
+        if let Some(&previous) = times.last()
+            && time <= previous
+        {
+            let problem = if time < previous {
+                CsvProblem::TimeBackwards { time: time.to_string(), previous: previous.to_string() }
+            } else {
+                CsvProblem::DuplicateTime { time: time.to_string() }
+            };
+            return Err(source.error(Some(row.line), problem));
+        }
+        times.push(time);
+    }
+    Ok(times)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::super::Scenario;
+    use super::*;
+
+    const BODY: &str = "name = 'test'
+duration_s = 60
+                        spacecraft = { inertia_kg_m2 = [3, 4, 5, 0, 0, 0] }
+                        gyro = { rate_hz = 10, noise_rad_s = 1e-4 }
+";
+
+    fn with_wheel(torque: &str) -> String {
+        format!("{BODY}[[wheel]]\naxis = [1, 0, 0]\nspin_inertia_kg_m2 = 1e-3\ntorque = {torque}\n")
+    }
+
+    fn with_torque(torque: &str) -> String {
+        format!("{BODY}[torque]\n{torque}\n")
+    }
+
+    fn parse(text: &str) -> Result<Scenario, InputError> {
+        Scenario::from_toml("s.toml", text, Path::new(""))
+    }
+
+    fn message(text: &str) -> String {
+        parse(text).unwrap_err().to_string()
+    }
+
+    /// The scenario with an external torque from a table of this text, in a file `torque.csv`.
+    fn with_table(csv: &str) -> Result<Scenario, InputError> {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("torque.csv"), csv).unwrap();
+        let path = folder.path().join("scenario.toml");
+        fs::write(&path, with_torque("kind = 'table'\ncsv = 'torque.csv'")).unwrap();
+        Scenario::load(&path.display().to_string())
+    }
+
+    #[test]
+    fn constant_is_read() {
+        let wheel = parse(&with_wheel("{ kind = 'constant', value_n_m = 1e-3 }")).unwrap();
+        assert_eq!(wheel.wheels[0].torque.at(7.0), 1e-3);
+        let external = parse(&with_torque("kind = 'constant'\nvalue_n_m = [1, 2, 3]")).unwrap();
+        assert_eq!(external.torque.at(7.0).as_slice(), [1.0, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn multisine_is_read() {
+        let lists = "{ kind = 'multisine', amplitude_n_m = [1, 2], frequency_hz = [0.25, 5], \
+                     phase_rad = [0, 0] }";
+        let wheel = parse(&with_wheel(lists)).unwrap();
+        assert!((wheel.wheels[0].torque.at(1.0) - 1.0).abs() < 1e-12);
+
+        let lists = "kind = 'multisine'\namplitude_n_m = [[1], [], [2, 3]]\n\
+                     frequency_hz = [[0.25], [], [0.25, 1]]\nphase_rad = [[0], [], [0, 0]]";
+        let torque = parse(&with_torque(lists)).unwrap().torque;
+        assert!((torque.at(1.0) - nalgebra::Vector3::new(1.0, 0.0, 2.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn table_is_read_from_beside_the_scenario() {
+        let scenario = with_table("t_s,x,y,z\n0,0,1,2\n10,10,1,2\n").unwrap();
+        assert_eq!(scenario.torque.at(5.0).as_slice(), [5.0, 1.0, 2.0]);
+        assert_eq!(scenario.torque.breakpoints_s(), [0.0, 10.0]);
+    }
+
+    #[test]
+    fn bad_table_is_named_with_its_line() {
+        for (csv, expected) in [
+            ("t_s,x,y\n0,0,0\n", "torque.csv:1: no column `z`"),
+            ("t_s,x,y,z\n0,0,0,0\n0,0,0,0\n", "torque.csv:3: column `t_s`: 0 is there twice"),
+            ("t_s,x,y,z\n1,0,0,0\n0,0,0,0\n", "torque.csv:3: column `t_s`: time runs backwards"),
+            ("t_s,x,y,z\n1,0,a,0\n", "torque.csv:2: column `y`: \"a\" is not a number"),
+            ("t_s,x,y,z\n", "torque.csv: no row follows the header"),
+        ] {
+            let message = with_table(csv).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}\n  expected: {expected}");
+        }
+        let message = message(&with_torque("kind = 'table'\ncsv = 'no/such.csv'"));
+        assert!(message.starts_with("no/such.csv: cannot be read: "), "{message}");
+    }
+
+    #[test]
+    fn bad_profile_of_a_wheel_is_named() {
+        for (torque, expected) in [
+            ("{ value_n_m = 1 }", "s.toml:8: missing key `kind`"),
+            ("{ kind = 'constant' }", "s.toml:8: missing key `wheel[1].torque.value_n_m`"),
+            ("{ kind = 'sine' }", "s.toml:8: unknown word \"sine\" (did you mean `multisine`?)"),
+            ("{ kind = 'constant', value = 1 }", "s.toml:8: unknown key `value` (did you mean `v"),
+            (
+                "{ kind = 'constant', value_n_m = inf }",
+                "s.toml:8: `wheel[1].torque.value_n_m` is inf; it must be a finite number",
+            ),
+            (
+                "{ kind = 'constant', value_n_m = 1, csv = 'x' }",
+                "s.toml:8: `wheel[1].torque.csv` has no meaning for kind = \"constant\", which \
+                 takes: value_n_m; remove it",
+            ),
+            (
+                "{ kind = 'multisine', amplitude_n_m = [1], frequency_hz = [1, 2], phase_rad = [0] }",
+                "s.toml:8: `wheel[1].torque.frequency_hz` has 2 entries, but \
+                 `wheel[1].torque.amplitude_n_m` has 1",
+            ),
+            (
+                "{ kind = 'multisine', amplitude_n_m = [1], frequency_hz = [nan], phase_rad = [0] }",
+                "s.toml:8: `wheel[1].torque.frequency_hz` is [NaN]; it must be finite numbers",
+            ),
+        ] {
+            let message = message(&with_wheel(torque));
+            assert!(message.starts_with(expected), "{message}\n  expected: {expected}");
+        }
+    }
+
+    #[test]
+    fn bad_profile_of_the_external_torque_is_named() {
+        for (torque, expected) in [
+            ("kind = 'constant'\nvalue_n_m = [1, 2]", "s.toml:7: `torque.value_n_m` has 2 entries"),
+            ("kind = 'constant'", "s.toml:5: missing key `torque.value_n_m`"),
+            (
+                "kind = 'multisine'\namplitude_n_m = [[1], [1]]\nfrequency_hz = []\nphase_rad = []",
+                "s.toml:7: `torque.amplitude_n_m` has 2 entries, but takes 3",
+            ),
+            (
+                "kind = 'multisine'\namplitude_n_m = [[1], [1], [1]]\n\
+                 frequency_hz = [[1], [1], [1]]\nphase_rad = [[0], [], [0]]",
+                "s.toml:9: `torque.phase_rad[2]` has 0 entries, but `torque.amplitude_n_m[2]` has 1",
+            ),
+        ] {
+            let message = message(&with_torque(torque));
+            assert!(message.starts_with(expected), "{message}\n  expected: {expected}");
+        }
+    }
+}
