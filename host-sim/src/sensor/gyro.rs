@@ -1,0 +1,126 @@
+//! A rate gyro: white noise, constant bias, bias random walk, quantisation, range.
+
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use crate::input::scenario::SimulatedGyro;
+
+/// Variance of one reading on one axis about the biased rate, rad²/s²: the noise, and the
+/// rounding to a quantum, which is uniform wherever the noise isn't far smaller.
+pub fn variance_rad2_s2(model: &SimulatedGyro) -> f64 {
+    let quantum = model.quantum_rad_s.unwrap_or(0.0);
+    model.noise_rad_s * model.noise_rad_s + quantum * quantum / 12.0
+}
+
+/// A gyro with its own random numbers: the same seed gives the same noise on every machine.
+pub struct Gyro {
+    model: SimulatedGyro,
+    bias_rad_s: Vector3<f64>,
+    last_time_us: Option<u64>,
+    random: Pcg64,
+}
+
+impl Gyro {
+    /// A gyro of this model, switched on with its constant bias.
+    pub fn new(model: &SimulatedGyro, seed: u64) -> Self {
+        Self {
+            bias_rad_s: model.bias_rad_s,
+            model: model.clone(),
+            last_time_us: None,
+            random: Pcg64::seed_from_u64(seed),
+        }
+    }
+
+    /// What it reads at a time when the body turns at `rate_rad_s`, rad/s.
+    pub fn read(&mut self, time_us: u64, rate_rad_s: &Vector3<f64>) -> Vector3<f64> {
+        if let Some(last) = self.last_time_us.replace(time_us) {
+            let elapsed_s = time_us.saturating_sub(last) as f64 * 1e-6;
+            if self.model.bias_walk_rad_s_sqrt_s > 0.0 {
+                let step = self.model.bias_walk_rad_s_sqrt_s * elapsed_s.sqrt();
+                let walked = self.normal() * step;
+                self.bias_rad_s += walked;
+            }
+        }
+        let noise = self.normal() * self.model.noise_rad_s;
+        (rate_rad_s + self.bias_rad_s + noise).map(|x| self.digitise(x))
+    }
+
+    fn digitise(&self, rate_rad_s: f64) -> f64 {
+        let counted = match self.model.quantum_rad_s {
+            Some(quantum) => (rate_rad_s / quantum).round() * quantum,
+            None => rate_rad_s,
+        };
+        match self.model.range_rad_s {
+            Some(range) => counted.clamp(-range, range),
+            None => counted,
+        }
+    }
+
+    fn normal(&mut self) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| StandardNormal.sample(&mut self.random))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model() -> SimulatedGyro {
+        SimulatedGyro {
+            rate_hz: 10.0,
+            noise_rad_s: 1e-3,
+            bias_rad_s: Vector3::new(0.1, 0.0, -0.2),
+            quantum_rad_s: None,
+            range_rad_s: None,
+            bias_walk_rad_s_sqrt_s: 0.0,
+        }
+    }
+
+    fn readings(model: &SimulatedGyro, seed: u64) -> Vec<Vector3<f64>> {
+        let mut gyro = Gyro::new(model, seed);
+        (0..10_000).map(|k| gyro.read(k * 100_000, &Vector3::zeros())).collect()
+    }
+
+    #[test]
+    fn noise_and_bias_are_as_told() {
+        let z = readings(&model(), 1);
+        let mean = z.iter().sum::<Vector3<f64>>() / z.len() as f64;
+        let variance =
+            z.iter().map(|x| (x - mean).component_mul(&(x - mean))).sum::<Vector3<f64>>()
+                / z.len() as f64;
+        // Five sigma of a mean and of a variance over 10,000 readings.
+        assert!((mean - model().bias_rad_s).abs().max() < 5.0 * 1e-3 / 100.0);
+        assert!((variance / 1e-6 - Vector3::repeat(1.0)).abs().max() < 5.0 * (2.0f64 / 1e4).sqrt());
+    }
+
+    #[test]
+    fn seeds_repeat_and_differ() {
+        assert_eq!(readings(&model(), 7), readings(&model(), 7));
+        assert_ne!(readings(&model(), 7), readings(&model(), 8));
+    }
+
+    #[test]
+    fn readings_are_counts_within_range() {
+        let quantum = 2e-3;
+        let m = SimulatedGyro { quantum_rad_s: Some(quantum), range_rad_s: Some(0.1), ..model() };
+        for x in readings(&m, 1).iter().flatten() {
+            let counts = x / quantum;
+            assert!((counts - counts.round()).abs() < 1e-9 && x.abs() <= 0.1);
+        }
+    }
+
+    #[test]
+    fn a_bias_walk_spreads_with_the_root_of_time() {
+        let m = SimulatedGyro { noise_rad_s: 0.0, bias_walk_rad_s_sqrt_s: 1e-3, ..model() };
+        let ends = (0..2000).map(|seed| {
+            let mut gyro = Gyro::new(&m, seed);
+            gyro.read(0, &Vector3::zeros());
+            gyro.read(4_000_000, &Vector3::zeros()).x - 0.1
+        });
+        let spread = (ends.map(|x| x * x).sum::<f64>() / 2000.0).sqrt();
+        // One step of 4 s: 2e-3, within five sigma of an estimate from 2,000.
+        assert!((spread / 2e-3 - 1.0).abs() < 5.0 / 4000.0f64.sqrt());
+    }
+}
