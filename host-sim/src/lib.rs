@@ -1,6 +1,18 @@
-//! The simulator.
+//! The simulator: a spacecraft on a PC around the same core that flies.
+//!
+//! ```text
+//!  SCENARIO.toml ─► truth ──► sensor ──► simulation ─┐
+//!  (input)          physics   gyro       a log       ├─► estimation ──► report
+//!  LOG.csv, CRAFT.toml ──────────────────────────────┘   fsw-core       table, JSON, plots
+//!  (input)           └─ truth::bound: what nobody can beat
+//! ```
+//!
+//! `cli` has a file for each verb, which strings these together.
 
+pub mod cli;
+pub mod estimation;
 pub mod input;
+pub mod report;
 pub mod sensor;
 pub mod simulation;
 pub mod truth;

@@ -1,3 +1,7 @@
-//! `host-sim`.
+//! `host-sim`: see `host-sim --help`, and the crate's page for the way of the data.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    host_sim::cli::main()
+}

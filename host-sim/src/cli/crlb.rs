@@ -1,0 +1,30 @@
+//! `crlb`: what no unbiased estimator can beat on a scenario.
+
+use clap::Args;
+
+use super::{Failure, print};
+use crate::input::Scenario;
+use crate::report::{CrlbReport, table};
+use crate::truth::Flight;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// A SCENARIO.toml, or the name of a built-in one.
+    scenario: String,
+    /// Print one JSON document instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let scenario = Scenario::load(&arguments.scenario)?;
+    let bound = Flight::simulate(&scenario)?.bound;
+    let report = CrlbReport::new(
+        &scenario.name,
+        bound.unknowns.names().into_iter().map(str::to_owned).collect(),
+        scenario.spacecraft.inertia_kg_m2,
+        bound.sigma_kg_m2,
+        bound.observed_directions,
+    );
+    print(arguments.json, &report, &table::crlb(&report))
+}

@@ -1,0 +1,123 @@
+//! The command line: one file for each verb, and what they share.
+//!
+//! Results go to stdout; errors and notes to stderr. Exit code 0: done; 1: a run that could not
+//! finish; 2: bad input.
+
+mod crlb;
+mod estimate;
+mod replay;
+mod run;
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::estimation::{EstimatorName, Precision, SetUpError};
+use crate::input::InputError;
+use crate::report::OutputError;
+use crate::truth::IntegrationFailed;
+
+/// Simulate a spacecraft or replay its log, and estimate its inertia tensor with the flight core.
+#[derive(Debug, Parser)]
+#[command(version, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Simulate one flight, estimate, and set the estimate beside the truth and the bound.
+    Run(run::Arguments),
+    /// Estimate from a recorded log.
+    Replay(replay::Arguments),
+    /// The Cramér-Rao bound of a scenario: what no unbiased estimator can beat.
+    Crlb(crlb::Arguments),
+}
+
+/// How to estimate, and where results go: the same for every verb that estimates.
+#[derive(Debug, Args)]
+struct Options {
+    /// The estimator.
+    #[arg(long, value_enum, default_value_t = EstimatorName::JointEkf)]
+    estimator: EstimatorName,
+    /// The arithmetic: f32 is what flies.
+    #[arg(long, value_enum, default_value_t = Precision::F32)]
+    precision: Precision,
+    /// Write the time history, plots and a report into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print one JSON document instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Why a verb did not finish.
+#[derive(Debug, Error)]
+enum Failure {
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error(transparent)]
+    SetUp(#[from] SetUpError),
+    #[error(
+        "{file}: the gyro's noise can't be measured from this log ({why}); give it as gyro.noise_rad_s in the craft file"
+    )]
+    NoNoise { file: String, why: &'static str },
+    #[error(transparent)]
+    Integration(#[from] IntegrationFailed),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error("the result can't be printed: {0}")]
+    Print(io::Error),
+    #[error("the result can't be written as JSON: {0}")]
+    Json(serde_json::Error),
+}
+
+impl Failure {
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Input(_) | Self::SetUp(_) | Self::NoNoise { .. } => 2,
+            Self::Integration(_) | Self::Output(_) | Self::Print(_) | Self::Json(_) => 1,
+        }
+    }
+}
+
+/// Runs the program with the process's own arguments.
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().verb {
+        Verb::Run(arguments) => run::run(&arguments),
+        Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Crlb(arguments) => crlb::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+/// Prints a table, or its report as one JSON document.
+fn print(json: bool, report: &impl Serialize, table: &str) -> Result<(), Failure> {
+    let text = if json {
+        serde_json::to_string_pretty(report).map_err(Failure::Json)? + "\n"
+    } else {
+        table.to_owned()
+    };
+    match io::stdout().write_all(text.as_bytes()) {
+        // A reader such as `head` that has seen enough isn't a failure.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => other.map_err(Failure::Print),
+    }
+}
+
+/// The command line as it was given, for the report that says how it was made.
+fn command_line() -> String {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    format!("cargo run --release -p host-sim -- {}", arguments.join(" "))
+}

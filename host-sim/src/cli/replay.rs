@@ -1,0 +1,47 @@
+//! `replay`: estimate from a recorded log.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::estimate::estimate;
+use super::{Failure, Options, command_line, print};
+use crate::input::{Craft, RecordedLog};
+use crate::report::{ReportFolder, table};
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// What is known of the craft: wheels, gyro noise, a prior.
+    #[arg(long, value_name = "CRAFT.toml")]
+    craft: PathBuf,
+    /// The log: t_s, gyro_x_rad_s, … as columns.
+    #[arg(value_name = "LOG.csv")]
+    log: PathBuf,
+    #[command(flatten)]
+    options: Options,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { craft, log, options } = arguments;
+    let file = log.display().to_string();
+    let craft = Craft::load(craft)?;
+    let log = RecordedLog::load(log, craft.wheels.len())?;
+    for note in &log.notes {
+        eprintln!("note: {note}");
+    }
+    let estimated = estimate(options, &craft, &log.rows, &file)?;
+    let table = table::replay(&estimated.report);
+    if let Some(folder) = &options.out {
+        ReportFolder {
+            title: &file,
+            command: &command_line(),
+            table: &table,
+            result: &estimated.report,
+            history: &estimated.history,
+            truth_kg_m2: None,
+            log: None,
+        }
+        .write(folder)?;
+    }
+    print(options.json, &estimated.report, &table)
+}

@@ -1,0 +1,238 @@
+//! The flight core behind one face: whichever estimator, precision and number of wheels.
+//!
+//! Everything here is `f64` until a sample crosses into the core, where it is rounded once to the
+//! precision that flies.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use clap::ValueEnum;
+use fsw_core::estimator::Innovation;
+use fsw_core::estimator::joint_ekf::{self, JointEkfPublished, JointEkfUd};
+use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::{
+    ConfigError, Estimate, Estimator, Inertia, Outcome, Real, Sample, Vec3, WheelArray,
+};
+use nalgebra::Vector3;
+use thiserror::Error;
+
+use crate::input::Craft;
+use crate::input::log::LogRow;
+
+/// The estimators by the names that others rely on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EstimatorName {
+    /// Nine-state filter in UD form: the one that flies.
+    JointEkf,
+    /// The same filter as [Bellar2019] prints it.
+    JointEkfPublished,
+}
+
+/// The arithmetic of the flight core.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Precision {
+    /// Single: what flies.
+    F32,
+    /// Double.
+    F64,
+}
+
+impl fmt::Display for EstimatorName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::JointEkf => "joint-ekf",
+            Self::JointEkfPublished => "joint-ekf-published",
+        })
+    }
+}
+
+impl fmt::Display for Precision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        })
+    }
+}
+
+/// An estimator could not be set up.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SetUpError {
+    /// The core refused its configuration.
+    #[error("the estimator refuses its configuration: {0}")]
+    Config(#[from] ConfigError),
+    /// A craft with more wheels than the core is compiled for here.
+    #[error("{found} wheels: the estimators are compiled for at most 8")]
+    TooManyWheels {
+        /// How many the craft has.
+        found: usize,
+    },
+}
+
+/// An estimator of the flight core in double-precision clothes.
+pub trait OnBoard {
+    /// Takes in one sample.
+    fn step(&mut self, row: &LogRow) -> Outcome;
+    /// What is known by now.
+    fn estimate(&self) -> Estimate<f64>;
+    /// Filtered body rate, rad/s.
+    fn rate_rad_s(&self) -> Vector3<f64>;
+    /// Innovation of the last sample, if it had one.
+    fn innovation(&self) -> Option<Innovation<f64>>;
+}
+
+/// What an estimator needs to be told of the craft.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup<'a> {
+    /// Which estimator.
+    pub estimator: EstimatorName,
+    /// In which arithmetic.
+    pub precision: Precision,
+    /// The craft.
+    pub craft: &'a Craft,
+    /// Gyro noise, one sigma per sample, rad/s: the craft's, or measured from the log.
+    pub gyro_noise_rad_s: f64,
+    /// The typical time between samples, s.
+    pub sample_period_s: f64,
+}
+
+/// After so many sample periods without a usable sample (and at least the core's default), a gap
+/// is no longer bridged by prediction.
+const BRIDGED_PERIODS: f64 = 10.0;
+
+/// The estimator that was asked for.
+pub fn set_up(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpError> {
+    match setup.precision {
+        Precision::F32 => with_wheels::<f32>(setup),
+        Precision::F64 => with_wheels::<f64>(setup),
+    }
+}
+
+fn with_wheels<T: Real>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpError> {
+    match setup.craft.wheels.len() {
+        0 => by_name::<T, 0>(setup),
+        1 => by_name::<T, 1>(setup),
+        2 => by_name::<T, 2>(setup),
+        3 => by_name::<T, 3>(setup),
+        4 => by_name::<T, 4>(setup),
+        5 => by_name::<T, 5>(setup),
+        6 => by_name::<T, 6>(setup),
+        7 => by_name::<T, 7>(setup),
+        8 => by_name::<T, 8>(setup),
+        found => Err(SetUpError::TooManyWheels { found }),
+    }
+}
+
+fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpError> {
+    let wheel = |i: usize| &setup.craft.wheels[i];
+    let wheels = WheelArray::<T, W>::new(
+        std::array::from_fn(|i| narrow(&wheel(i).axis)),
+        std::array::from_fn(|i| T::lit(wheel(i).spin_inertia_kg_m2)),
+    )?;
+    Ok(match setup.estimator {
+        EstimatorName::JointEkf => {
+            let config = configure(joint_ekf::Config::new(T::lit(setup.gyro_noise_rad_s)), setup);
+            Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(config, wheels)?))
+        }
+        EstimatorName::JointEkfPublished => {
+            let config = joint_ekf::Config::bellar_2019(T::lit(setup.gyro_noise_rad_s));
+            let filter = JointEkfPublished::new(configure(config, setup), wheels)?;
+            Box::new(Adapter::<T, _, W>::new(filter))
+        }
+    })
+}
+
+/// Puts what is known of the craft into an estimator's defaults.
+fn configure<T: Real>(mut config: joint_ekf::Config<T>, setup: &Setup<'_>) -> joint_ekf::Config<T> {
+    if let Some(prior) = &setup.craft.prior {
+        config.prior = Some(fsw_core::estimator::Prior {
+            inertia_kg_m2: prior.inertia_kg_m2.map(T::lit),
+            sigma_kg_m2: prior.sigma_kg_m2.map(T::lit),
+        });
+    }
+    if let Some(range) = setup.craft.gyro.range_rad_s {
+        config.gate.range_rad_s = T::lit(range);
+    }
+    let bridged_us = (BRIDGED_PERIODS * setup.sample_period_s * 1e6) as u64;
+    config.gate.max_gap_us = config.gate.max_gap_us.max(bridged_us);
+    config
+}
+
+/// An estimator of the core, its precision and its number of wheels hidden.
+struct Adapter<T, E, const W: usize> {
+    estimator: E,
+    precision: PhantomData<T>,
+}
+
+impl<T: Real, E: Estimator<T, W>, const W: usize> Adapter<T, E, W> {
+    fn new(estimator: E) -> Self {
+        Self { estimator, precision: PhantomData }
+    }
+}
+
+impl<T: Real, E: Estimator<T, W>, const W: usize> OnBoard for Adapter<T, E, W> {
+    fn step(&mut self, row: &LogRow) -> Outcome {
+        let speed = |i: usize| row.wheel_speed_rad_s.get(i).copied().unwrap_or(f64::NAN);
+        self.estimator.step(&Sample {
+            time_us: row.time_us,
+            rate_rad_s: narrow(&row.rate_rad_s),
+            wheel_speed_rad_s: std::array::from_fn(|i| T::lit(speed(i))),
+            torque_n_m: narrow(&row.torque_n_m),
+        })
+    }
+
+    fn estimate(&self) -> Estimate<f64> {
+        let e = self.estimator.estimate();
+        Estimate {
+            inertia: Inertia::new(e.inertia.elements_kg_m2().map(T::to_f64)),
+            covariance_kg2_m4: e.covariance_kg2_m4.map(T::to_f64),
+            observed: e.observed,
+            status: e.status,
+            disturbance_torque_n_m: e.disturbance_torque_n_m.as_ref().map(widen),
+            gyro_bias_rad_s: e.gyro_bias_rad_s.as_ref().map(widen),
+            residual_rms_rad_s: e.residual_rms_rad_s.to_f64(),
+        }
+    }
+
+    fn rate_rad_s(&self) -> Vector3<f64> {
+        widen(&self.estimator.rate_rad_s())
+    }
+
+    fn innovation(&self) -> Option<Innovation<f64>> {
+        self.estimator.innovation().map(|i| Innovation {
+            rate_rad_s: widen(&i.rate_rad_s),
+            variance_rad2_s2: widen(&i.variance_rad2_s2),
+        })
+    }
+}
+
+fn narrow<T: Real>(v: &Vector3<f64>) -> Vec3<T> {
+    Vec3::from_fn(|i, _| T::lit(v[i]))
+}
+
+fn widen<T: Real>(v: &Vec3<T>) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| v[i].to_f64())
+}
+
+/// An estimator flown over a log.
+pub struct Flown {
+    /// What became of the samples.
+    pub counts: OutcomeCounts,
+    /// The estimate after the last one.
+    pub estimate: Estimate<f64>,
+}
+
+/// Streams a log through an estimator, and shows each step to `watch`.
+pub fn fly(
+    rows: &[LogRow],
+    mut on_board: Box<dyn OnBoard>,
+    mut watch: impl FnMut(&LogRow, &Outcome, &dyn OnBoard),
+) -> Flown {
+    let mut counts = OutcomeCounts::default();
+    for row in rows {
+        let outcome = on_board.step(row);
+        counts.add(&outcome);
+        watch(row, &outcome, on_board.as_ref());
+    }
+    Flown { counts, estimate: on_board.estimate() }
+}

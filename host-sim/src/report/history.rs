@@ -1,0 +1,106 @@
+//! The estimate over time, as CSV.
+
+use std::io;
+
+use crate::input::ELEMENT_NAMES;
+
+/// The estimate after one sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HistoryRow {
+    /// Time since the first sample, s.
+    pub time_s: f64,
+    /// Measured body rate, rad/s.
+    pub measured_rate_rad_s: [f64; 3],
+    /// Estimated body rate, rad/s.
+    pub estimated_rate_rad_s: [f64; 3],
+    /// Measured minus predicted rate, rad/s; none if the sample was not predicted.
+    pub innovation_rad_s: Option<[f64; 3]>,
+    /// One sigma that the estimator expects of it, rad/s.
+    pub innovation_sigma_rad_s: Option<[f64; 3]>,
+    /// Normalised innovation squared; three degrees of freedom.
+    pub nis: Option<f64>,
+    /// Elements of the inertia tensor, kg m².
+    pub inertia_kg_m2: [f64; 6],
+    /// One sigma of each, kg m².
+    pub sigma_kg_m2: [f64; 6],
+    /// What became of the sample, as `updated`.
+    pub outcome: &'static str,
+}
+
+/// Writes the history as CSV. What there is none of is an empty cell; numbers are as short as they
+/// can be while reading back as the same `f64`.
+pub fn write_history<W: io::Write>(out: W, rows: &[HistoryRow]) -> io::Result<()> {
+    let mut out = csv::Writer::from_writer(out);
+    out.write_record(header())?;
+    for row in rows {
+        let numbers = (row.measured_rate_rad_s.map(Some).into_iter())
+            .chain(row.estimated_rate_rad_s.map(Some))
+            .chain(three(row.innovation_rad_s))
+            .chain(three(row.innovation_sigma_rad_s))
+            .chain([row.nis])
+            .chain(row.inertia_kg_m2.map(Some))
+            .chain(row.sigma_kg_m2.map(Some));
+        let mut cells = vec![row.time_s.to_string()];
+        cells.extend(numbers.map(|number| number.map_or(String::new(), |x| format!("{x:?}"))));
+        cells.push(row.outcome.to_owned());
+        out.write_record(&cells)?;
+    }
+    out.flush()
+}
+
+fn header() -> Vec<String> {
+    let axes = |name: &str| ["x", "y", "z"].map(|axis| format!("{name}_{axis}_rad_s"));
+    let mut names = vec!["t_s".to_owned()];
+    names.extend(axes("gyro"));
+    names.extend(axes("rate"));
+    names.extend(axes("innovation"));
+    names.extend(axes("innovation_sigma"));
+    names.push("nis".to_owned());
+    names.extend(ELEMENT_NAMES.map(|element| format!("{element}_kg_m2")));
+    names.extend(ELEMENT_NAMES.map(|element| format!("sigma_{element}_kg_m2")));
+    names.push("outcome".to_owned());
+    names
+}
+
+fn three(vector: Option<[f64; 3]>) -> [Option<f64>; 3] {
+    vector.map_or([None; 3], |vector| vector.map(Some))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_has_the_cells_of_the_header() {
+        let predicted = HistoryRow {
+            time_s: 0.1,
+            measured_rate_rad_s: [1.0, 2.0, 3.0],
+            estimated_rate_rad_s: [1.5, 2.5, 3.5],
+            innovation_rad_s: Some([1e-5, 0.0, -1e-5]),
+            innovation_sigma_rad_s: Some([1e-4; 3]),
+            nis: Some(2.5),
+            inertia_kg_m2: [1.0, 2.0, 3.0, 0.1, 0.2, 0.3],
+            sigma_kg_m2: [0.5; 6],
+            outcome: "updated",
+        };
+        let first = HistoryRow {
+            time_s: 0.0,
+            innovation_rad_s: None,
+            innovation_sigma_rad_s: None,
+            nis: None,
+            outcome: "reset",
+            ..predicted.clone()
+        };
+        let mut bytes = Vec::new();
+        write_history(&mut bytes, &[first, predicted]).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[0].starts_with("t_s,gyro_x_rad_s,"));
+        assert!(lines[0].ends_with(",sigma_jyz_kg_m2,outcome"));
+        assert!(lines[1].starts_with("0,1.0,2.0,3.0,1.5,2.5,3.5,,,,,,,,1.0,"), "{}", lines[1]);
+        assert!(lines[2].starts_with("0.1,1.0,2.0,3.0,1.5,2.5,3.5,1e-5,0.0,-1e-5,0.0001,"));
+        for line in &lines {
+            assert_eq!(line.split(',').count(), 27, "{line}");
+        }
+    }
+}

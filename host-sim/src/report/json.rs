@@ -1,0 +1,308 @@
+//! The JSON documents. People script against these: names and shapes are stable, and fields may
+//! only be added.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use nalgebra::Matrix3;
+use serde::Serialize;
+
+/// What `replay` found in a log.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReplayReport {
+    /// Name of the estimator, as `joint-ekf`.
+    pub estimator: String,
+    /// Arithmetic of the flight core: `f32` or `f64`.
+    pub precision: String,
+    /// Samples in the log.
+    pub samples: u64,
+    /// Samples that the estimate makes use of.
+    pub accepted: u64,
+    /// Samples refused, by reason. Reasons that didn't occur may be left out.
+    pub rejected: BTreeMap<String, u64>,
+    /// How far the estimate can be trusted.
+    pub status: Status,
+    /// The inertia tensor about the centre of mass, body axes, wheels locked and included, kg m².
+    pub inertia_kg_m2: [[f64; 3]; 3],
+    /// One sigma of each element, kg m².
+    pub sigma_kg_m2: [f64; 6],
+    /// Covariance of the elements, kg² m⁴.
+    pub covariance_kg2_m4: [[f64; 6]; 6],
+    /// Directions of the six-dimensional space of tensors that the data has shown, 0 to 6.
+    pub observed_directions: usize,
+    /// Whether the data has shown each element.
+    pub element_observed: [bool; 6],
+    /// Whether the data has shown the tensor's size, rather than only its ratios.
+    pub scale_observed: bool,
+    /// The tensor divided by its trace.
+    pub inertia_over_trace: [[f64; 3]; 3],
+    /// One sigma of each element of that.
+    pub inertia_over_trace_sigma: [f64; 6],
+    /// Whether a rigid body can have this tensor.
+    pub physical: bool,
+    /// Constant disturbance torque, body axes, N m; null unless it was asked for.
+    pub disturbance_torque_n_m: Option<[f64; 3]>,
+    /// Gyro bias, body axes, rad/s; null unless it was asked for.
+    pub gyro_bias_rad_s: Option<[f64; 3]>,
+    /// RMS over samples and axes of measured minus estimated rate, rad/s.
+    pub residual_rms_rad_s: f64,
+}
+
+/// How far an estimate can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// All of the tensor was seen, and the model explains the data.
+    Converged,
+    /// Some directions are unseen.
+    Partial,
+    /// Nothing of the tensor was seen.
+    Unobservable,
+    /// The model doesn't explain the data.
+    Diverged,
+}
+
+/// What `run` found in a simulated flight, beside the truth.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunReport {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed of the gyro noise.
+    pub seed: u64,
+    /// What `replay` would say of the flight's log.
+    #[serde(flatten)]
+    pub estimate: ReplayReport,
+    /// The true elements, kg m².
+    pub truth_kg_m2: [f64; 6],
+    /// Estimated minus true, in per cent of the true element; null where that is zero.
+    pub error_percent: [Option<f64>; 6],
+    /// Cramér-Rao bound of each element, one sigma, kg m²; null where it is not observed.
+    pub bound_kg_m2: [Option<f64>; 6],
+}
+
+/// How well any estimator could do on a scenario.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CrlbReport {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// What is taken to be unknown, by name.
+    pub unknowns: Vec<String>,
+    /// Cramér-Rao bound of each element, one sigma, kg m²; null where it is not observed.
+    pub bound_kg_m2: [Option<f64>; 6],
+    /// The same in per cent of the true element; null also where that is zero.
+    pub bound_percent: [Option<f64>; 6],
+    /// Directions of the six-dimensional space of tensors that the motion shows, 0 to 6.
+    pub observed_directions: usize,
+}
+
+impl ReplayReport {
+    /// The elements of the tensor, kg m².
+    pub fn elements_kg_m2(&self) -> [f64; 6] {
+        elements(&self.inertia_kg_m2)
+    }
+
+    /// Principal moments, ascending, kg m².
+    pub fn principal_moments_kg_m2(&self) -> [f64; 3] {
+        let tensor = Matrix3::from(self.inertia_kg_m2);
+        let mut moments: [f64; 3] = tensor.symmetric_eigenvalues().into();
+        moments.sort_by(f64::total_cmp);
+        moments
+    }
+
+    /// Samples refused for whatever reason.
+    pub fn rejected_total(&self) -> u64 {
+        self.rejected.values().sum()
+    }
+}
+
+impl RunReport {
+    /// Sets an estimate beside the truth.
+    pub fn new(
+        scenario: &str,
+        seed: u64,
+        estimate: ReplayReport,
+        truth_kg_m2: [f64; 6],
+        bound_kg_m2: [Option<f64>; 6],
+    ) -> Self {
+        let found = estimate.elements_kg_m2();
+        let error_percent =
+            std::array::from_fn(|i| percent(found[i] - truth_kg_m2[i], truth_kg_m2[i]));
+        let scenario = scenario.to_owned();
+        Self { scenario, seed, estimate, truth_kg_m2, error_percent, bound_kg_m2 }
+    }
+}
+
+impl CrlbReport {
+    /// Sets a bound beside the truth.
+    pub fn new(
+        scenario: &str,
+        unknowns: Vec<String>,
+        truth_kg_m2: [f64; 6],
+        bound_kg_m2: [Option<f64>; 6],
+        observed_directions: usize,
+    ) -> Self {
+        let bound_percent = std::array::from_fn(|i| percent(bound_kg_m2[i]?, truth_kg_m2[i].abs()));
+        let scenario = scenario.to_owned();
+        Self { scenario, unknowns, bound_kg_m2, bound_percent, observed_directions }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::Converged => "converged",
+            Self::Partial => "partial",
+            Self::Unobservable => "unobservable",
+            Self::Diverged => "diverged",
+        })
+    }
+}
+
+/// The symmetric matrix of six elements, row by row.
+pub fn matrix(elements: &[f64; 6]) -> [[f64; 3]; 3] {
+    let [xx, yy, zz, xy, xz, yz] = *elements;
+    [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+}
+
+/// The six elements of a symmetric matrix.
+pub fn elements(matrix: &[[f64; 3]; 3]) -> [f64; 6] {
+    let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = *matrix;
+    [xx, yy, zz, xy, xz, yz]
+}
+
+fn percent(part: f64, whole: f64) -> Option<f64> {
+    (whole != 0.0).then(|| 100.0 * part / whole)
+}
+
+/// Reports that the tests of this folder share.
+#[cfg(test)]
+pub(super) mod examples {
+    use super::*;
+
+    pub const TRUTH: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
+
+    pub fn replay() -> ReplayReport {
+        let elements = [14.201_02, 17.297_8, 20.301_1, 0.087_22, 0.134_1, 0.601_5];
+        let sigma_kg_m2 = [0.002_75, 0.002_5, 0.003_2, 0.001_1, 0.001_6, 0.000_86];
+        let mut covariance_kg2_m4 = [[0.0; 6]; 6];
+        for (i, sigma) in sigma_kg_m2.iter().enumerate() {
+            covariance_kg2_m4[i][i] = sigma * sigma;
+        }
+        ReplayReport {
+            estimator: "joint-ekf".to_owned(),
+            precision: "f32".to_owned(),
+            samples: 6001,
+            accepted: 5998,
+            rejected: BTreeMap::from([("spike".to_owned(), 2), ("stuck".to_owned(), 1)]),
+            status: Status::Converged,
+            inertia_kg_m2: matrix(&elements),
+            sigma_kg_m2,
+            covariance_kg2_m4,
+            observed_directions: 6,
+            element_observed: [true; 6],
+            scale_observed: true,
+            inertia_over_trace: matrix(&elements.map(|element| element / 51.8)),
+            inertia_over_trace_sigma: sigma_kg_m2.map(|sigma| sigma / 51.8),
+            physical: true,
+            disturbance_torque_n_m: None,
+            gyro_bias_rad_s: None,
+            residual_rms_rad_s: 1.8151e-4,
+        }
+    }
+
+    pub fn run() -> RunReport {
+        let bound = [0.002_75, 0.002_49, 0.003_19, 0.001_12, 0.001_62, 0.000_854].map(Some);
+        RunReport::new("stsat3-spin-up", 7, replay(), TRUTH, bound)
+    }
+
+    pub fn crlb() -> CrlbReport {
+        let bound = [Some(0.002_75), Some(0.002_49), None, Some(0.001_12), None, Some(8.54e-9)];
+        let unknowns = ["rate", "inertia"].map(str::to_owned).to_vec();
+        CrlbReport::new("stsat3-spin-up", unknowns, TRUTH, bound, 4)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    fn keys(document: &Value) -> Vec<&str> {
+        let mut keys: Vec<&str> =
+            document.as_object().unwrap().keys().map(String::as_str).collect();
+        keys.sort_unstable();
+        keys
+    }
+
+    const REPLAY_KEYS: [&str; 18] = [
+        "accepted",
+        "covariance_kg2_m4",
+        "disturbance_torque_n_m",
+        "element_observed",
+        "estimator",
+        "gyro_bias_rad_s",
+        "inertia_kg_m2",
+        "inertia_over_trace",
+        "inertia_over_trace_sigma",
+        "observed_directions",
+        "physical",
+        "precision",
+        "rejected",
+        "residual_rms_rad_s",
+        "samples",
+        "scale_observed",
+        "sigma_kg_m2",
+        "status",
+    ];
+
+    #[test]
+    fn replay_has_the_agreed_names_and_shapes() {
+        let document = serde_json::to_value(examples::replay()).unwrap();
+        assert_eq!(keys(&document), REPLAY_KEYS);
+        assert_eq!(document["status"], "converged");
+        assert_eq!(document["rejected"], json!({ "spike": 2, "stuck": 1 }));
+        assert_eq!(document["inertia_kg_m2"][0][1], document["inertia_kg_m2"][1][0]);
+        assert_eq!(document["inertia_kg_m2"][1][2], 0.6015);
+        assert_eq!(document["covariance_kg2_m4"].as_array().unwrap().len(), 6);
+        assert!(document["gyro_bias_rad_s"].is_null());
+    }
+
+    #[test]
+    fn run_is_replay_and_the_truth_in_one_object() {
+        let document = serde_json::to_value(examples::run()).unwrap();
+        let mut expected = REPLAY_KEYS.to_vec();
+        expected.extend(["bound_kg_m2", "error_percent", "scenario", "seed", "truth_kg_m2"]);
+        expected.sort_unstable();
+        assert_eq!(keys(&document), expected);
+        let error = document["error_percent"][0].as_f64().unwrap();
+        assert!((error - 100.0 * 0.00102 / 14.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn unseen_bound_and_error_of_zero_are_null() {
+        let document = serde_json::to_value(examples::crlb()).unwrap();
+        assert!(document["bound_kg_m2"][2].is_null() && document["bound_percent"][2].is_null());
+        assert!((document["bound_percent"][3].as_f64().unwrap() - 1.2918).abs() < 1e-3);
+        assert_eq!(document["observed_directions"], 4);
+
+        let mut truth = examples::TRUTH;
+        truth[3] = 0.0;
+        let run = RunReport::new("x", 0, examples::replay(), truth, [None; 6]);
+        assert_eq!(run.error_percent[3], None);
+    }
+
+    #[test]
+    fn elements_and_matrix_are_inverse() {
+        let six = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        assert_eq!(elements(&matrix(&six)), six);
+    }
+
+    #[test]
+    fn principal_moments_ascend() {
+        let mut report = examples::replay();
+        report.inertia_kg_m2 = matrix(&[3.0, 2.0, 2.0, 0.0, 0.0, 1.0]);
+        let moments = report.principal_moments_kg_m2();
+        assert!((moments[0] - 1.0).abs() + (moments[1] - 3.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,23 @@
+//! What goes out: JSON for scripts, a table for people, a time history, plots, and the folder that
+//! holds them all.
+//!
+//! ```text
+//! estimation ─┬─> json::{ReplayReport, RunReport, CrlbReport} ─┬─> --json
+//!             │                                                └─> table ──> stdout
+//!             └─> Vec<history::HistoryRow> ──> plots
+//!                  all of these ──> out_dir: report.md, result.json, history.csv, log.csv, *.svg
+//! ```
+//!
+//! The types here are plain numbers and know nothing of the flight core. Elements of an inertia
+//! tensor are ordered `jxx jyy jzz jxy jxz jyz`.
+
+pub mod history;
+pub mod json;
+mod number;
+pub mod out_dir;
+pub mod plots;
+pub mod table;
+
+pub use history::HistoryRow;
+pub use json::{CrlbReport, ReplayReport, RunReport, Status};
+pub use out_dir::{OutputError, ReportFolder};

@@ -1,0 +1,56 @@
+//! The numbers along a vertical axis.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::Ranged;
+use plotters::coord::types::RangedCoordf64;
+
+/// Most ticks of a vertical axis.
+pub(super) const Y_TICKS: usize = 6;
+
+/// How to write the values at the ticks of an axis: with just the digits that tell them apart, and
+/// an exponent where these would be many.
+pub(super) fn tick_format(range: &Range<f64>) -> impl Fn(&f64) -> String {
+    const MOST_DECIMALS: usize = 4;
+    const MOST_DIGITS: usize = 12;
+    let ticks = RangedCoordf64::from(range.clone()).key_points(Y_TICKS);
+    let step = ticks.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let step = if step.is_finite() { step } else { range.end - range.start };
+
+    let write = move |value: f64, digits: usize, has_exponent: bool| {
+        // Ticks near zero are zero but for rounding.
+        match (value.abs() < step / 1e3, has_exponent) {
+            (true, _) => "0".to_owned(),
+            (false, true) => format!("{value:.digits$e}"),
+            (false, false) => format!("{value:.digits$}"),
+        }
+    };
+    let is_exact = |digits: usize, has_exponent: bool| {
+        let error =
+            |tick: f64| write(tick, digits, has_exponent).parse().unwrap_or(f64::NAN) - tick;
+        ticks.iter().all(|tick| error(*tick).abs() < step / 1e3)
+    };
+    let largest = range.start.abs().max(range.end.abs());
+    let decimals = (0..=MOST_DECIMALS).find(|digits| is_exact(*digits, false));
+    let (digits, has_exponent) = match decimals {
+        Some(decimals) if largest < 1e6 => (decimals, false),
+        _ => (0..MOST_DIGITS)
+            .find(|digits| is_exact(*digits, true))
+            .map_or((MOST_DIGITS, true), |digits| (digits, true)),
+    };
+    move |value| write(*value, digits, has_exponent)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_have_the_decimals_that_tell_them_apart() {
+        assert_eq!(tick_format(&(14.19..14.21))(&14.2), "14.200");
+        assert_eq!(tick_format(&(0.0..0.04))(&0.03), "0.03");
+        assert_eq!(tick_format(&(-5e-4..5e-4))(&2e-4), "0.0002");
+        assert_eq!(tick_format(&(-5e-6..5e-6))(&-2e-6), "-2e-6");
+        assert_eq!(tick_format(&(0.0..600.0))(&1e-17), "0");
+    }
+}

@@ -1,0 +1,355 @@
+//! The tables that people read on the terminal.
+
+use super::json::{CrlbReport, ReplayReport, RunReport, elements};
+use super::number::{fixed, power, significant};
+use crate::input::ELEMENT_NAMES;
+
+/// Significant digits of an uncertainty or an error.
+const DIGITS: usize = 3;
+/// What stands where there is nothing to say.
+const NOTHING: &str = "-";
+/// What stands for the bound of an element that can't be seen.
+const UNSEEN: &str = "unseen";
+
+/// The table of a simulated flight: estimate beside truth and bound.
+pub fn run(report: &RunReport) -> String {
+    let estimate = &report.estimate;
+    let found = estimate.elements_kg_m2();
+    let decimals = decimals(&estimate.sigma_kg_m2, &found);
+    let mut table = Table::new(&[
+        ("element", ""),
+        ("true", "kg m²"),
+        ("estimated", "kg m²"),
+        ("error", "kg m²"),
+        ("error", "%"),
+        ("one sigma", "kg m²"),
+        ("bound", "kg m²"),
+        ("error/bound", ""),
+    ]);
+    for i in 0..6 {
+        let error = found[i] - report.truth_kg_m2[i];
+        table.row([
+            ELEMENT_NAMES[i].to_owned(),
+            value(report.truth_kg_m2[i], decimals),
+            value(found[i], decimals),
+            significant(error, DIGITS),
+            or(report.error_percent[i].map(|percent| significant(percent, DIGITS)), NOTHING),
+            significant(estimate.sigma_kg_m2[i], DIGITS),
+            or(report.bound_kg_m2[i].map(|bound| significant(bound, DIGITS)), UNSEEN),
+            or(report.bound_kg_m2[i].map(|bound| fixed(error / bound, 2)), NOTHING),
+        ]);
+    }
+    let scenario = format!("{}, seed {}", report.scenario, report.seed);
+    [heading("scenario", &scenario), summary(estimate), "\n".to_owned(), table.finish()].concat()
+}
+
+/// The table of a recorded log: the estimate and what it is worth.
+pub fn replay(report: &ReplayReport) -> String {
+    let found = report.elements_kg_m2();
+    let decimals = decimals(&report.sigma_kg_m2, &found);
+    let mut table = Table::new(&[
+        ("element", ""),
+        ("estimated", "kg m²"),
+        ("one sigma", "kg m²"),
+        ("one sigma", "%"),
+        ("observed", ""),
+    ]);
+    for i in 0..6 {
+        let sigma = report.sigma_kg_m2[i];
+        let percent = 100.0 * sigma / found[i].abs();
+        table.row([
+            ELEMENT_NAMES[i].to_owned(),
+            value(found[i], decimals),
+            significant(sigma, DIGITS),
+            if percent.is_finite() { significant(percent, DIGITS) } else { NOTHING.to_owned() },
+            if report.element_observed[i] { "yes" } else { "no" }.to_owned(),
+        ]);
+    }
+    let moments = report.principal_moments_kg_m2().map(|moment| value(moment, decimals)).join(", ");
+    let mut parts = vec![
+        summary(report),
+        "\n".to_owned(),
+        table.finish(),
+        "\n".to_owned(),
+        heading("principal moments", &format!("{moments} kg m²")),
+    ];
+    if !report.scale_observed {
+        parts.push(ratios(report));
+    }
+    parts.concat()
+}
+
+/// The table of a bound: how well any estimator could do.
+pub fn crlb(report: &CrlbReport) -> String {
+    let mut table = Table::new(&[("element", ""), ("bound", "kg m²"), ("bound", "%")]);
+    for i in 0..6 {
+        table.row([
+            ELEMENT_NAMES[i].to_owned(),
+            or(report.bound_kg_m2[i].map(|bound| significant(bound, DIGITS)), UNSEEN),
+            or(report.bound_percent[i].map(|percent| significant(percent, DIGITS)), NOTHING),
+        ]);
+    }
+    [
+        heading("scenario", &report.scenario),
+        heading("unknowns", &report.unknowns.join(", ")),
+        heading("observed", &format!("{} of 6 directions", report.observed_directions)),
+        "\n".to_owned(),
+        table.finish(),
+    ]
+    .concat()
+}
+
+/// The lines above a table of estimates.
+fn summary(report: &ReplayReport) -> String {
+    let reasons: Vec<String> = (report.rejected.iter())
+        .filter(|(_, count)| **count > 0)
+        .map(|(reason, count)| format!("{count} {reason}"))
+        .collect();
+    let reasons =
+        if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
+    let samples = format!(
+        "{}, {} accepted, {} rejected{reasons}",
+        report.samples,
+        report.accepted,
+        report.rejected_total()
+    );
+    let scale = if report.scale_observed { "scale observed" } else { "scale not observed" };
+    let observed = format!("{} of 6 directions, {scale}", report.observed_directions);
+    let physical = if report.physical { "yes" } else { "no: no rigid body has this tensor" };
+    let residual = format!("{} rad/s RMS", significant(report.residual_rms_rad_s, 4));
+
+    let mut lines = heading("estimator", &format!("{}, {}", report.estimator, report.precision));
+    lines += &heading("samples", &samples);
+    lines += &heading("status", &report.status.to_string());
+    lines += &heading("observed", &observed);
+    lines += &heading("physical", physical);
+    lines += &heading("residual", &residual);
+    if let Some(torque) = &report.disturbance_torque_n_m {
+        lines += &heading("disturbance torque", &format!("{} N m", vector(torque)));
+    }
+    if let Some(bias) = &report.gyro_bias_rad_s {
+        lines += &heading("gyro bias", &format!("{} rad/s", vector(bias)));
+    }
+    lines
+}
+
+/// All that torque-free motion without wheels can show.
+fn ratios(report: &ReplayReport) -> String {
+    let ratio = elements(&report.inertia_over_trace);
+    let mut table = Table::new(&[("element", ""), ("over trace", ""), ("one sigma", "")]);
+    for i in 0..6 {
+        table.row([
+            ELEMENT_NAMES[i].to_owned(),
+            fixed(ratio[i], 5),
+            significant(report.inertia_over_trace_sigma[i], DIGITS),
+        ]);
+    }
+    let caution = "\nOnly the ratios of the tensor were seen; its size is the prior's:\n\n";
+    [caution.to_owned(), table.finish()].concat()
+}
+
+fn heading(name: &str, text: &str) -> String {
+    format!("{name:<20}{text}\n")
+}
+
+fn vector(values: &[f64; 3]) -> String {
+    values.map(|value| significant(value, DIGITS)).join(", ")
+}
+
+fn or(text: Option<String>, otherwise: &str) -> String {
+    text.unwrap_or_else(|| otherwise.to_owned())
+}
+
+/// Decimals that show two digits of the smallest sigma, within reason: an estimate is read beside
+/// its uncertainty.
+fn decimals(sigmas: &[f64; 6], elements: &[f64; 6]) -> i32 {
+    let smallest =
+        sigmas.iter().copied().filter(|sigma| *sigma > 0.0).fold(f64::INFINITY, f64::min);
+    let largest = elements.iter().fold(0.0, |largest: f64, element| largest.max(element.abs()));
+    let significant_of_largest = |digits: i32| digits - 1 - power(largest);
+    if smallest.is_finite() {
+        (1 - power(smallest)).clamp(significant_of_largest(4), significant_of_largest(9))
+    } else {
+        significant_of_largest(6)
+    }
+}
+
+/// An element, in one column with others: all with the same decimals, or all with an exponent.
+fn value(element: f64, decimals: i32) -> String {
+    const MOST: i32 = 9;
+    if decimals <= MOST {
+        fixed(element, decimals)
+    } else if element == 0.0 {
+        "0".to_owned()
+    } else {
+        format!("{element:.5e}")
+    }
+}
+
+/// Text in columns: the first flush left, the others flush right, a line of units under the names.
+struct Table {
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    fn new(columns: &[(&str, &str)]) -> Self {
+        let names = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let units: Vec<String> = columns.iter().map(|(_, unit)| (*unit).to_owned()).collect();
+        let has_units = units.iter().any(|unit| !unit.is_empty());
+        Self { rows: if has_units { vec![names, units] } else { vec![names] } }
+    }
+
+    fn row<const N: usize>(&mut self, cells: [String; N]) {
+        self.rows.push(cells.into());
+    }
+
+    fn finish(&self) -> String {
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let width = |column: usize| {
+            let cells = self.rows.iter().filter_map(|row| row.get(column));
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..columns).map(width).collect();
+        let mut text = String::new();
+        for row in &self.rows {
+            let mut line = String::new();
+            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                if column == 0 {
+                    line += &format!("{cell:<width$}");
+                } else {
+                    line += &format!("  {cell:>width$}");
+                }
+            }
+            text += line.trim_end();
+            text.push('\n');
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::json::{Status, examples, matrix};
+    use super::*;
+
+    #[test]
+    fn run_table() {
+        assert_eq!(
+            run(&examples::run()),
+            "\
+scenario            stsat3-spin-up, seed 7
+estimator           joint-ekf, f32
+samples             6001, 5998 accepted, 3 rejected (2 spike, 1 stuck)
+status              converged
+observed            6 of 6 directions, scale observed
+physical            yes
+residual            0.0001815 rad/s RMS
+
+element      true  estimated     error    error  one sigma     bound  error/bound
+            kg m²      kg m²     kg m²        %      kg m²     kg m²
+jxx      14.20000   14.20102   0.00102  0.00718    0.00275   0.00275         0.37
+jyy      17.30000   17.29780  -0.00220  -0.0127    0.00250   0.00249        -0.88
+jzz      20.30000   20.30110   0.00110  0.00542    0.00320   0.00319         0.34
+jxy       0.08670    0.08722  0.000520    0.600    0.00110   0.00112         0.46
+jxz       0.13570    0.13410  -0.00160    -1.18    0.00160   0.00162        -0.99
+jyz       0.60160    0.60150  -1.00e-4  -0.0166   0.000860  0.000854        -0.12
+"
+        );
+    }
+
+    #[test]
+    fn replay_table() {
+        let mut report = examples::replay();
+        report.disturbance_torque_n_m = Some([1.5e-6, -2e-7, 0.0]);
+        report.gyro_bias_rad_s = Some([0.01, -0.02, 0.003]);
+        report.element_observed[4] = false;
+        report.observed_directions = 5;
+        report.status = Status::Partial;
+        assert_eq!(
+            replay(&report),
+            "\
+estimator           joint-ekf, f32
+samples             6001, 5998 accepted, 3 rejected (2 spike, 1 stuck)
+status              partial
+observed            5 of 6 directions, scale observed
+physical            yes
+residual            0.0001815 rad/s RMS
+disturbance torque  1.50e-6, -2.00e-7, 0 N m
+gyro bias           0.0100, -0.0200, 0.00300 rad/s
+
+element  estimated  one sigma  one sigma  observed
+             kg m²      kg m²          %
+jxx       14.20102    0.00275     0.0194       yes
+jyy       17.29780    0.00250     0.0145       yes
+jzz       20.30110    0.00320     0.0158       yes
+jxy        0.08722    0.00110       1.26       yes
+jxz        0.13410    0.00160       1.19        no
+jyz        0.60150   0.000860      0.143       yes
+
+principal moments   14.19627, 17.18303, 20.42062 kg m²
+"
+        );
+    }
+
+    #[test]
+    fn replay_table_without_scale_shows_the_ratios() {
+        let mut report = examples::replay();
+        report.scale_observed = false;
+        report.rejected.clear();
+        report.inertia_kg_m2 = matrix(&[4.6e-8, 3.7e-9, 5.0e-8, 0.0, 1e-10, 0.0]);
+        report.sigma_kg_m2 = [1e-8, 1e-9, 1e-8, 1e-10, 1e-10, 1e-10];
+        assert_eq!(
+            replay(&report),
+            "\
+estimator           joint-ekf, f32
+samples             6001, 5998 accepted, 0 rejected
+status              converged
+observed            6 of 6 directions, scale not observed
+physical            yes
+residual            0.0001815 rad/s RMS
+
+element    estimated  one sigma  one sigma  observed
+               kg m²      kg m²          %
+jxx       4.60000e-8    1.00e-8       21.7       yes
+jyy       3.70000e-9    1.00e-9       27.0       yes
+jzz       5.00000e-8    1.00e-8       20.0       yes
+jxy                0   1.00e-10          -       yes
+jxz      1.00000e-10   1.00e-10        100       yes
+jyz                0   1.00e-10          -       yes
+
+principal moments   3.70000e-9, 4.59975e-8, 5.00025e-8 kg m²
+
+Only the ratios of the tensor were seen; its size is the prior's:
+
+element  over trace  one sigma
+jxx         0.27415    5.31e-5
+jyy         0.33393    4.83e-5
+jzz         0.39191    6.18e-5
+jxy         0.00168    2.12e-5
+jxz         0.00259    3.09e-5
+jyz         0.01161    1.66e-5
+"
+        );
+    }
+
+    #[test]
+    fn crlb_table() {
+        assert_eq!(
+            crlb(&examples::crlb()),
+            "\
+scenario            stsat3-spin-up
+unknowns            rate, inertia
+observed            4 of 6 directions
+
+element    bound    bound
+           kg m²        %
+jxx      0.00275   0.0194
+jyy      0.00249   0.0144
+jzz       unseen        -
+jxy      0.00112     1.29
+jxz       unseen        -
+jyz      8.54e-9  1.42e-6
+"
+        );
+    }
+}
