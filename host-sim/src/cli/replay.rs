@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             result: &estimated.report,
             history: &estimated.history,
             truth_kg_m2: None,
-            log: None,
+            simulated: None,
         }
         .write(folder)?;
     }

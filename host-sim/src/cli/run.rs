@@ -27,7 +27,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = Scenario::load(scenario)?;
     let flight = Flight::simulate(&scenario)?;
     let log = log_of(&scenario, &flight, *seed);
-    let estimated = estimate(options, &scenario.craft(), &log, &scenario.name)?;
+    let craft = scenario.craft();
+    let estimated = estimate(options, &craft, &log, &scenario.name)?;
     let truth_kg_m2 = scenario.spacecraft.inertia_kg_m2;
     let bound_kg_m2 = flight.bound.sigma_kg_m2;
     let report = RunReport::new(&scenario.name, *seed, estimated.report, truth_kg_m2, bound_kg_m2);
@@ -40,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             result: &report,
             history: &estimated.history,
             truth_kg_m2: Some(truth_kg_m2),
-            log: Some(&log),
+            simulated: Some((&log, &craft)),
         }
         .write(folder)?;
     }

@@ -94,6 +94,41 @@ impl Craft {
         Self::from_source(&TomlSource::new(file, text))
     }
 
+    /// The text of a `CRAFT.toml` that reads back as this craft.
+    pub fn to_toml(&self) -> String {
+        // `{:?}` prints the shortest decimal that reads back as the same number, and lists as
+        // TOML writes them.
+        let mut text = String::new();
+        for wheel in &self.wheels {
+            text += "[[wheel]]\n";
+            if let Some(name) = &wheel.name {
+                text += &format!("name = {name:?}\n");
+            }
+            text += &format!("axis = {:?}\n", wheel.axis.as_slice());
+            text += &format!("spin_inertia_kg_m2 = {:?}\n", wheel.spin_inertia_kg_m2);
+        }
+        text += "[gyro]\n";
+        let GyroData { noise_rad_s, range_rad_s, quantum_rad_s } = self.gyro;
+        for (key, value) in [
+            ("noise_rad_s", noise_rad_s),
+            ("range_rad_s", range_rad_s),
+            ("quantum_rad_s", quantum_rad_s),
+        ] {
+            if let Some(value) = value {
+                text += &format!("{key} = {value:?}\n");
+            }
+        }
+        if let Some(Prior { inertia_kg_m2, sigma_kg_m2 }) = &self.prior {
+            text += &format!("[prior]\ninertia_kg_m2 = {inertia_kg_m2:?}\n");
+            text += &format!("sigma_kg_m2 = {sigma_kg_m2:?}\n");
+        }
+        if self.solve_for != SolveFor::default() {
+            let SolveFor { torque, gyro_bias } = self.solve_for;
+            text += &format!("[disturbance]\ntorque = {torque}\ngyro_bias = {gyro_bias}\n");
+        }
+        text
+    }
+
     fn from_source(source: &TomlSource) -> Result<Self, InputError> {
         let file: CraftFile = source.parse()?;
         let check = Check::new(source);
@@ -205,6 +240,36 @@ mod tests {
 
     fn message(text: &str) -> String {
         Craft::from_toml("craft.toml", text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_is_written_reads_back_the_same() {
+        let craft = Craft {
+            wheels: vec![Wheel {
+                name: Some("+x \"fast\"".to_owned()),
+                axis: Vector3::new(1.0, 1.0, 1.0).normalize(),
+                spin_inertia_kg_m2: 2.1e-5,
+            }],
+            gyro: GyroData {
+                noise_rad_s: Some(1e-4),
+                range_rad_s: None,
+                quantum_rad_s: Some(1e-5),
+            },
+            prior: Some(Prior {
+                inertia_kg_m2: [25.0, 25.0, 25.0, 2.0, 2.0, 2.0],
+                sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
+            }),
+            solve_for: SolveFor { torque: true, gyro_bias: false },
+        };
+        let again = Craft::from_toml("craft.toml", &craft.to_toml()).unwrap();
+        assert!((again.wheels[0].axis - craft.wheels[0].axis).norm() < 1e-15);
+        assert_eq!(again.wheels[0].name, craft.wheels[0].name);
+        assert_eq!(
+            (again.gyro, again.prior, again.solve_for),
+            (craft.gyro, craft.prior, craft.solve_for)
+        );
+        let bare = Craft::default();
+        assert_eq!(Craft::from_toml("craft.toml", &bare.to_toml()).unwrap(), bare);
     }
 
     #[test]

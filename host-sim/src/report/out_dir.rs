@@ -5,7 +5,7 @@
 //! | `report.md` | the table, the plots, how it was run |
 //! | `result.json` | the same document as `--json` prints |
 //! | `history.csv` | the estimate over time |
-//! | `log.csv` | the simulated log, ready for `replay`; not for a recorded one |
+//! | `log.csv`, `craft.toml` | the simulated log and its craft, ready for `replay`; not for a recorded one |
 //! | `rates.svg`, `innovations.svg`, `inertia.svg` | plots |
 
 use std::fs;
@@ -17,6 +17,7 @@ use thiserror::Error;
 
 use super::history::{HistoryRow, write_history};
 use super::plots::{self, PlotError};
+use crate::input::Craft;
 use crate::input::log::{LogRow, write_log};
 
 /// A report could not be written.
@@ -54,8 +55,8 @@ pub struct ReportFolder<'a, R> {
     pub history: &'a [HistoryRow],
     /// The true elements of the inertia tensor, kg m², if they are known.
     pub truth_kg_m2: Option<[f64; 6]>,
-    /// The log, if it was simulated.
-    pub log: Option<&'a [LogRow]>,
+    /// The log and its craft, if they were simulated: `replay` reads them.
+    pub simulated: Option<(&'a [LogRow], &'a Craft)>,
 }
 
 impl<R: Serialize> ReportFolder<'_, R> {
@@ -74,15 +75,20 @@ impl<R: Serialize> ReportFolder<'_, R> {
         write("innovations.svg", &plots::innovations(self.history)?)?;
         write("inertia.svg", &plots::inertia(self.history, self.truth_kg_m2.as_ref())?)?;
         stream(folder.join("history.csv"), |out| write_history(out, self.history))?;
-        if let Some(log) = self.log {
+        if let Some((log, craft)) = self.simulated {
             stream(folder.join("log.csv"), |out| write_log(out, log))?;
+            write("craft.toml", &craft.to_toml())?;
         }
         write("report.md", &self.markdown())
     }
 
     fn markdown(&self) -> String {
         let Self { title, command, table, .. } = self;
-        let log = if self.log.is_some() { ", the simulated log in [log.csv](log.csv)" } else { "" };
+        let log = if self.simulated.is_some() {
+            ", the simulated log in [log.csv](log.csv) with its [craft.toml](craft.toml)"
+        } else {
+            ""
+        };
         format!(
             "# {title}\n\n\
              ```text\n{}\n```\n\n\
@@ -134,7 +140,7 @@ mod tests {
             result: &result,
             history: &[],
             truth_kg_m2: Some(examples::TRUTH),
-            log: Some(&log.unwrap().rows),
+            simulated: Some((&log.unwrap().rows, &Craft::default())),
         };
         report.write(folder)
     }
