@@ -104,7 +104,7 @@ impl<T: Real> MomentumIntegral<T> {
     pub fn solve(&self, noise_rad_s: T, prior: Option<&Prior<T>>) -> Option<Solution<T>> {
         let information = self.with_prior(noise_rad_s, prior);
         let factor = information.covariance_factor()?;
-        let noise_information = noise_rad_s * noise_rad_s * T::lit(f64::from(self.samples));
+        let noise_information = noise_rad_s * noise_rad_s * T::count(self.samples);
         let share = |i: usize| noise_information * T::lit(if i < 3 { 1.0 } else { 2.0 });
         let variance = |i: usize| factor.row(i).dot(&factor.row(i));
         if !(0..6).all(|i| share(i) * variance(i) < T::lit(LARGEST_CORRECTION)) {

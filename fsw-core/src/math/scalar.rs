@@ -38,6 +38,8 @@ pub trait Real:
     /// The caller subtracts time stamps as integers first, so that single precision loses
     /// nothing however long the mission lasts.
     fn seconds(microseconds: u64) -> Self;
+    /// A count, rounded to this precision.
+    fn count(number: u32) -> Self;
     /// Square root (exactly rounded, so the same on every machine).
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -66,8 +68,17 @@ macro_rules! real {
             }
             #[inline]
             fn seconds(microseconds: u64) -> Self {
-                // Up to 16 s a step is below 2^24 µs: exact in f32 before the division.
-                microseconds as $float / 1.0e6
+                // Up to 16 s a step is below 2^24 µs: exact in f32 before the division. Where it
+                // fits in 32 bits, the processor converts it in one instruction.
+                let whole = match u32::try_from(microseconds) {
+                    Ok(short) => short as $float,
+                    Err(_) => microseconds as $float,
+                };
+                whole / 1.0e6
+            }
+            #[inline]
+            fn count(number: u32) -> Self {
+                number as $float
             }
             #[inline]
             fn sqrt(self) -> Self {

@@ -42,7 +42,7 @@ impl<T: Real> InnovationMonitor<T> {
         let square = r.dot(r) * T::lit(1.0 / 3.0);
         // Beyond 2^20 residuals the mean forgets slowly instead of stalling in single precision.
         self.residuals = (self.residuals + 1).min(1 << 20);
-        let weight = T::one() / T::lit(f64::from(self.residuals));
+        let weight = T::one() / T::count(self.residuals);
         self.mean_square_rad2_s2 += (square - self.mean_square_rad2_s2) * weight;
     }
 
@@ -54,7 +54,7 @@ impl<T: Real> InnovationMonitor<T> {
 
     fn judge(&mut self, innovation: &Innovation<T>) {
         self.count = (self.count + 1).min(MEMORY);
-        let weight = T::one() / T::lit(f64::from(self.count));
+        let weight = T::one() / T::count(u32::from(self.count));
         let nis = innovation.nis().min(T::lit(CLIP)) * T::lit(1.0 / 3.0);
         self.mean_nis += (nis - self.mean_nis) * weight;
     }
