@@ -1,0 +1,241 @@
+//! The program as a user runs it: verbs, exit codes, and what it says of bad input.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use assert_cmd::Command;
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn host_sim(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_host-sim")).args(arguments).output().unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = host_sim(arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn run_needs_nothing_and_converges() {
+    let report = json(&["run", "--json"]);
+    assert_eq!(report["scenario"], "stsat3-spin-up");
+    assert_eq!((&report["estimator"], &report["precision"]), (&"joint-ekf".into(), &"f32".into()));
+    assert_eq!((&report["samples"], &report["accepted"]), (&6001.into(), &6001.into()));
+    assert_eq!(report["status"], "converged");
+    assert_eq!(report["observed_directions"], 6);
+    for i in 0..6 {
+        let truth = report["truth_kg_m2"][i].as_f64().unwrap();
+        let error = report["error_percent"][i].as_f64().unwrap() / 100.0 * truth;
+        assert!(error.abs() < 5.0 * report["bound_kg_m2"][i].as_f64().unwrap(), "element {i}");
+    }
+}
+
+#[test]
+fn seeds_repeat_and_differ() {
+    let inertia = |seed: &str| json(&["run", "--json", "--seed", seed])["inertia_kg_m2"].clone();
+    assert_eq!(inertia("3"), inertia("3"));
+    assert_ne!(inertia("3"), inertia("4"));
+}
+
+#[test]
+fn crlb_gives_the_known_bound_of_the_spin_up() {
+    const KNOWN_PERCENT: [f64; 6] = [0.0194, 0.0144, 0.0157, 1.294, 1.196, 0.142];
+    let report = json(&["crlb", "stsat3-spin-up", "--json"]);
+    for (i, known) in KNOWN_PERCENT.iter().enumerate() {
+        let percent = report["bound_percent"][i].as_f64().unwrap();
+        assert!((percent / known - 1.0).abs() < 0.02, "element {i}: {percent} %");
+    }
+    assert_eq!(report["unknowns"].as_array().unwrap().len(), 9);
+}
+
+#[test]
+fn a_simulated_log_replays_to_the_same_bits() {
+    let folder = TempDir::new().unwrap();
+    for precision in ["f32", "f64"] {
+        let out = folder.path().join(precision);
+        let arguments = ["run", "cubesat-pyramid", "--json", "--precision", precision];
+        let run = json(&[&arguments[..], &["--out", text(&out)]].concat());
+        let (craft, log) = (out.join("craft.toml"), out.join("log.csv"));
+        let arguments = ["replay", "--json", "--precision", precision, "--craft", text(&craft)];
+        let replay = json(&[&arguments[..], &[text(&log)]].concat());
+        for key in ["inertia_kg_m2", "covariance_kg2_m4", "accepted", "residual_rms_rad_s"] {
+            assert_eq!(run[key], replay[key], "{precision} {key}");
+        }
+        for file in ["report.md", "result.json", "history.csv", "inertia.svg", "rates.svg"] {
+            assert!(out.join(file).is_file(), "{file}");
+        }
+    }
+}
+
+#[test]
+fn without_a_stated_noise_the_residuals_give_it() {
+    let folder = TempDir::new().unwrap();
+    json(&["run", "cubesat-pyramid", "--json", "--out", text(folder.path())]);
+    let craft = folder.path().join("craft.toml");
+    let stated = fs::read_to_string(&craft).unwrap();
+    fs::write(&craft, stated.replace("noise_rad_s = 0.0001\n", "")).unwrap();
+    let log = folder.path().join("log.csv");
+    let report = json(&["replay", "--json", "--craft", text(&craft), text(&log)]);
+    assert_eq!(report["status"], "converged");
+    let residual = report["residual_rms_rad_s"].as_f64().unwrap();
+    assert!((residual / 1e-4 - 1.0).abs() < 0.1, "{residual}");
+}
+
+/// A good craft and log, and a place to spoil them.
+struct Bench {
+    folder: TempDir,
+}
+
+const CRAFT: &str = "[[wheel]]\naxis = [0, 0, 1]\nspin_inertia_kg_m2 = 1e-3\n\
+                     [gyro]\nnoise_rad_s = 1e-4\n";
+const HEADER: &str = "t_s,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,wheel_1_rad_s\n";
+const ROWS: &str = "0,0.1,0.2,0.3,100\n0.1,0.1,0.2,0.3,101\n0.2,0.1,0.2,0.3,102\n";
+
+impl Bench {
+    fn new() -> Self {
+        Self { folder: TempDir::new().unwrap() }
+    }
+
+    fn file(&self, name: &str, content: &str) -> PathBuf {
+        let path = self.folder.path().join(name);
+        fs::write(&path, content).unwrap();
+        path
+    }
+
+    fn replay(&self, craft: &str, log: &str) -> Output {
+        let (craft, log) = (self.file("craft.toml", craft), self.file("log.csv", log));
+        host_sim(&["replay", "--craft", text(&craft), text(&log)])
+    }
+
+    fn run(&self, scenario: &str) -> Output {
+        host_sim(&["run", text(&self.file("scenario.toml", scenario))])
+    }
+}
+
+/// Exit code 2, nothing on stdout, one or two lines on stderr that name each of `named`.
+fn refused(output: &Output, named: &[&str]) {
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(output.stdout.is_empty());
+    assert!((1..=2).contains(&message.lines().count()), "{message}");
+    for name in named {
+        assert!(message.contains(name), "{name:?} isn't in {message:?}");
+    }
+}
+
+#[test]
+fn the_unspoilt_bench_is_accepted() {
+    let output = Bench::new().replay(CRAFT, &[HEADER, ROWS].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_spoilt_log_is_refused_with_place_and_remedy() {
+    let bench = Bench::new();
+    let log = |text: &str| bench.replay(CRAFT, text);
+    let rows = |rows: &str| bench.replay(CRAFT, &[HEADER, rows].concat());
+    refused(&log(""), &["log.csv", "empty"]);
+    refused(
+        &log("t_s,gyro_x_rad_s,gyro_z_rad_s,wheel_1_rad_s\n0,1,2,3\n"),
+        &["log.csv", "gyro_y_rad_s"],
+    );
+    refused(&log(HEADER), &["log.csv"]);
+    refused(
+        &rows("0,0.1,0.2,0.3,100\n0.1,0.1,zero,0.3,101\n"),
+        &["log.csv:3", "gyro_y_rad_s", "zero"],
+    );
+    refused(&rows("0,0.1,NaN,0.3,100\n"), &["log.csv:2", "gyro_y_rad_s", "NaN"]);
+    refused(&rows("0,0.1,inf,0.3,100\n"), &["log.csv:2", "gyro_y_rad_s", "inf"]);
+    refused(&rows("0.1,1,2,3,100\n0,1,2,3,101\n"), &["log.csv:3", "t_s"]);
+    refused(&rows("0.1,1,2,3,100\n0.1,1,2,3,101\n"), &["log.csv:3", "t_s"]);
+    refused(&rows("0,1,2,3,100\n0.1,1,2"), &["log.csv:3", "cut"]);
+    refused(&rows("0,1,2,3,100\n0.1,1,2\n0.2,1,2,3,101\n"), &["log.csv:3"]);
+}
+
+#[test]
+fn a_log_that_does_not_fit_the_craft_is_refused() {
+    let bench = Bench::new();
+    let log = [HEADER, ROWS].concat();
+    refused(&bench.replay("", &log), &["wheel"]);
+    refused(
+        &bench.replay(
+            &CRAFT.replace(
+                "[gyro]",
+                "[[wheel]]\naxis = [1, 0, 0]\nspin_inertia_kg_m2 = 1e-3\n[gyro]",
+            ),
+            &log,
+        ),
+        &["wheel_2_rad_s"],
+    );
+}
+
+#[test]
+fn a_spoilt_craft_is_refused_by_key() {
+    let bench = Bench::new();
+    let log = [HEADER, ROWS].concat();
+    let craft = |from: &str, to: &str| bench.replay(&CRAFT.replace(from, to), &log);
+    refused(&craft("axis = [0, 0, 1]", "axis = [0, 0, 0]"), &["craft.toml:2", "axis"]);
+    refused(&craft("noise_rad_s = 1e-4", "noise_rad_s = -1e-4"), &["craft.toml:5", "noise_rad_s"]);
+    refused(&craft("noise_rad_s", "noise_rads"), &["craft.toml:5", "noise_rads", "noise_rad_s"]);
+    refused(&craft("1e-3", "0"), &["craft.toml:3", "spin_inertia_kg_m2"]);
+    let prior = "[prior]\ninertia_kg_m2 = [1, 1, 3, 0, 0, 0]\nsigma_kg_m2 = [1, 1, 1, 1, 1, 1]\n";
+    refused(
+        &bench.replay(&[CRAFT, prior].concat(), &log),
+        &["craft.toml:7", "prior.inertia_kg_m2"],
+    );
+    refused(&bench.replay("[gyro\n", &log), &["craft.toml:1"]);
+}
+
+const SCENARIO: &str = "name = \"bench\"\nduration_s = 10.0\n[spacecraft]\n\
+                        inertia_kg_m2 = [1, 1.1, 1.2, 0, 0, 0]\nrate_rad_s = [0.1, 0.2, 0.3]\n\
+                        [gyro]\nrate_hz = 10.0\nnoise_rad_s = 1e-4\n";
+
+#[test]
+fn a_spoilt_scenario_is_refused_by_key() {
+    let bench = Bench::new();
+    assert!(bench.run(SCENARIO).status.success());
+    let scenario = |from: &str, to: &str| bench.run(&SCENARIO.replace(from, to));
+    refused(&scenario("duration_s", "durations"), &["scenario.toml:2", "durations", "duration_s"]);
+    refused(&scenario("1e-4", "-1e-4"), &["scenario.toml:8", "noise_rad_s"]);
+    refused(&scenario("[1, 1.1, 1.2, 0", "[1, 1.1, 3.2, 0"), &["scenario.toml:4", "inertia_kg_m2"]);
+    refused(&scenario("10.0\n[", "-1\n["), &["scenario.toml:2", "duration_s"]);
+    refused(&host_sim(&["run", "no-such-scenario"]), &["no-such-scenario", "stsat3-spin-up"]);
+    refused(&host_sim(&["crlb", "missing.toml"]), &["missing.toml"]);
+}
+
+#[test]
+fn a_flight_without_motion_is_reported_not_invented() {
+    // A free body that doesn't even turn: no direction of the inertia can be seen.
+    let still = SCENARIO.replace("[0.1, 0.2, 0.3]", "[0, 0, 0]");
+    let bench = Bench::new();
+    let path = bench.file("still.toml", &still);
+    let report = json(&["run", text(&path), "--json"]);
+    assert_eq!(report["status"], "unobservable");
+    assert_eq!(report["observed_directions"], 0);
+    let bound = json(&["crlb", text(&path), "--json"]);
+    assert_eq!(bound["observed_directions"], 0);
+    assert!(bound["bound_kg_m2"][0].is_null());
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_a_failed_run() {
+    let bench = Bench::new();
+    let file = bench.file("taken", "");
+    let output = host_sim(&["run", "cubesat-pyramid", "--out", text(&file)]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("taken"));
+}
+
+#[test]
+fn usage_errors_exit_with_2() {
+    for arguments in [&["fly"][..], &["run", "--precision", "f16"], &["replay", "log.csv"], &[]] {
+        assert_eq!(host_sim(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
