@@ -38,6 +38,12 @@ pub struct Prior<T: Real> {
 }
 
 impl<T: Real> Prior<T> {
+    /// Whether an element's sigma is above this share of the mean moment.
+    pub fn is_vague(&self, share: T) -> bool {
+        let moment = Inertia::new(self.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
+        self.sigma_kg_m2.iter().any(|sigma| *sigma > share * moment)
+    }
+
     /// Refuses a tensor that no body has and a sigma that isn't positive.
     pub fn validate(&self) -> Result<(), ConfigError> {
         Inertia::new(self.inertia_kg_m2).check().map_err(|why| ConfigError {
@@ -86,7 +92,7 @@ pub enum Reset {
     /// Too long without samples to predict across: the rate starts anew, the inertia stays.
     Gap,
     /// So many spikes in a row that it is the estimate that must be wrong (a deployment, a
-    /// docking): the rate starts anew, and the inertia is held as uncertain as at first.
+    /// docking): all starts anew from the motion, and no prior is believed any more.
     Lockout,
     /// The state left the finite numbers, or its inertia had no inverse: all starts anew.
     Diverged,

@@ -4,7 +4,6 @@ use crate::error::{ConfigError, Invalid, not_negative, positive};
 use crate::estimator::Prior;
 use crate::gate;
 use crate::math::{Vec3, scalar::Real};
-use crate::tensor::Inertia;
 
 /// Configuration, fixed for the filter's life.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,14 +101,6 @@ impl<T: Real> Config<T> {
             }
         }
         self.gate.validate()
-    }
-
-    /// Whether the prior is too vague to start from.
-    pub(super) fn needs_alignment(&self) -> bool {
-        self.prior.is_none_or(|prior| {
-            let moment = Inertia::new(prior.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
-            prior.sigma_kg_m2.iter().any(|sigma| *sigma > self.align_above * moment)
-        })
     }
 
     /// R of one axis, rad²/s².

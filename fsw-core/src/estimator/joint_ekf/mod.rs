@@ -97,7 +97,7 @@ enum Phase<T: Real> {
     Tracking,
 }
 
-/// Where tracking starts, and starts again after a lockout.
+/// Where tracking starts.
 #[derive(Clone, Copy, Debug)]
 struct Start<T: Real> {
     state: State<T>,
@@ -115,7 +115,9 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
     gate: Gate<T>,
     drive: DriveHistory<T>,
     phase: Phase<T>,
-    start: Start<T>,
+    /// What is believed beforehand: the configuration's prior, until a lockout disproves it.
+    prior: Option<Prior<T>>,
+    range_kg_m2: [T; 6],
     state: State<T>,
     form: F,
     monitor: InnovationMonitor<T>,
@@ -130,11 +132,13 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// Names the configuration's first field that is out of its range.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
         config.validate()?;
-        let start = Start::from_prior(&config, &Vec3::zeros());
+        let start = Start::from_prior(config.prior, &config, &Vec3::zeros());
         Ok(Self {
             gate: Gate::new(config.gate),
             drive: DriveHistory::default(),
             phase: Phase::Waiting,
+            prior: config.prior,
+            range_kg_m2: start.range_kg_m2,
             state: start.state,
             form: F::new(&start.covariance_factor),
             monitor: InnovationMonitor::default(),
@@ -142,7 +146,6 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             spikes_in_a_row: 0,
             config,
             wheels,
-            start,
         })
     }
 
@@ -163,11 +166,11 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.monitor.mean_nis()
     }
 
-    /// Begins, or begins again, from nothing but the configuration and this sample.
+    /// Begins, or begins again, from nothing but the prior and this sample.
     fn begin(&mut self, sample: &Sample<T, W>) {
         self.drive.restart(&self.wheels, sample);
-        self.track_from(Start::from_prior(&self.config, &sample.rate_rad_s));
-        if self.config.needs_alignment() {
+        self.track_from(Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
+        if self.prior.is_none_or(|prior| prior.is_vague(self.config.align_above)) {
             let drive = self.drive.at_last_sample(&self.wheels, sample);
             self.phase = Phase::Aligning(MomentumIntegral::new(&sample.rate_rad_s, &drive));
         }
@@ -176,7 +179,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     fn track_from(&mut self, start: Start<T>) {
         self.state = start.state;
         self.form = F::new(&start.covariance_factor);
-        self.start = start;
+        self.range_kg_m2 = start.range_kg_m2;
         self.spikes_in_a_row = 0;
         self.phase = Phase::Tracking;
     }
@@ -193,7 +196,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         if !fit.samples().is_multiple_of(ALIGNMENT_PERIOD) {
             return Outcome::Coasting(Coasting::Aligning);
         }
-        match Start::from_motion(&fit, &self.config) {
+        match Start::from_motion(&fit, self.prior.as_ref(), self.config.gyro_noise_rad_s) {
             None => Outcome::Coasting(Coasting::Aligning),
             Some(start) => {
                 self.track_from(start);
@@ -229,9 +232,10 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         if self.spikes_in_a_row < self.config.lockout_after {
             return Outcome::Coasting(Coasting::Spike);
         }
-        let state = State { rate_rad_s: sample.rate_rad_s, inertia: self.state.inertia };
-        self.track_from(Start { state, ..self.start });
-        self.form.restart_rate(self.config.noise_variance());
+        let last = self.state.inertia;
+        self.prior = None;
+        self.begin(sample);
+        self.state.inertia = last;
         Outcome::Reset(Reset::Lockout)
     }
 
@@ -248,6 +252,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     }
 
     fn start_over(&mut self, sample: &Sample<T, W>) -> Outcome {
+        self.prior = self.config.prior;
         self.begin(sample);
         Outcome::Reset(Reset::Diverged)
     }
@@ -290,7 +295,7 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
     fn estimate(&self) -> Estimate<T> {
         let p = self.form.covariance();
         let covariance_kg2_m4: Mat<T, 6, 6> = Mat::from_fn(|i, k| p[(3 + i, 3 + k)]);
-        let observed = observed(&covariance_kg2_m4, &self.start.range_kg_m2);
+        let observed = observed(&covariance_kg2_m4, &self.range_kg_m2);
         Estimate {
             inertia: self.state.inertia,
             covariance_kg2_m4,
@@ -312,13 +317,13 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
 }
 
 impl<T: Real> Start<T> {
-    /// From the configuration alone, at the first sample's rate unless another is configured.
-    fn from_prior(config: &Config<T>, first_rate_rad_s: &Vec3<T>) -> Self {
+    /// From what is believed beforehand, at the first sample's rate unless another is configured.
+    fn from_prior(prior: Option<Prior<T>>, config: &Config<T>, first_rate_rad_s: &Vec3<T>) -> Self {
         let unknown = Prior {
             inertia_kg_m2: Inertia::spherical(T::one()).elements_kg_m2(),
             sigma_kg_m2: Self::range(T::lit(UNKNOWN_RANGE_KG_M2)),
         };
-        let Prior { inertia_kg_m2, sigma_kg_m2 } = config.prior.unwrap_or(unknown);
+        let Prior { inertia_kg_m2, sigma_kg_m2 } = prior.unwrap_or(unknown);
         let rate = config.initial_rate.unwrap_or(InitialRate {
             rate_rad_s: *first_rate_rad_s,
             sigma_rad_s: config.gyro_noise_rad_s,
@@ -339,9 +344,12 @@ impl<T: Real> Start<T> {
     }
 
     /// From the motion so far, once it determines all six elements well enough.
-    fn from_motion(fit: &MomentumIntegral<T>, config: &Config<T>) -> Option<Self> {
-        let prior = config.prior.as_ref();
-        let solution = fit.solve(config.gyro_noise_rad_s, prior)?;
+    fn from_motion(
+        fit: &MomentumIntegral<T>,
+        prior: Option<&Prior<T>>,
+        noise_rad_s: T,
+    ) -> Option<Self> {
+        let solution = fit.solve(noise_rad_s, prior)?;
         let covariance_factor = solution.covariance_factor * T::lit(ALIGNMENT_INFLATION);
         let variance = |i: usize| covariance_factor.row(i).dot(&covariance_factor.row(i));
         let mean_moment = solution.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
@@ -356,5 +364,158 @@ impl<T: Real> Start<T> {
     fn range(moment: T) -> [T; 6] {
         let product = moment * T::lit(PRODUCT_RANGE);
         [moment, moment, moment, product, product, product]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::gyrostat::Gyrostat;
+    use crate::dynamics::step::runge_kutta_4;
+    use crate::gate::Rejection;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+    const NOISE_RAD_S: f64 = 1e-4;
+    const PERIOD_US: u64 = 100_000;
+
+    /// A minute of motion under known torques, without noise: 10 Hz, no wheels.
+    fn flight(inertia: [f64; 6]) -> Vec<Sample<f32, 0>> {
+        let torque = |t: f64| {
+            Vec3::new(0.02 * (0.9 * t).sin(), 0.03 * (0.6 * t).cos(), 0.02 * (0.4 * t + 1.0).sin())
+        };
+        let body = Gyrostat::new(&Inertia::new(inertia)).unwrap();
+        let wheels = WheelArray::<f64, 0>::new([], []).unwrap();
+        let mut drive = DriveHistory::default();
+        let mut rate = Vec3::new(0.01, -0.02, 0.03);
+        let mut samples = Vec::new();
+        for k in 0..600_u64 {
+            let torque_n_m = torque(k as f64 * 0.1);
+            let time_us = k * PERIOD_US;
+            let exact = Sample { time_us, rate_rad_s: rate, wheel_speed_rad_s: [], torque_n_m };
+            let interval = drive.advance(&wheels, &exact, 0.1);
+            if k > 0 {
+                rate = runge_kutta_4(&body, &rate, &interval);
+            }
+            samples.push(Sample {
+                time_us,
+                rate_rad_s: rate.map(|x| x as f32),
+                wheel_speed_rad_s: [],
+                torque_n_m: torque_n_m.map(|x| x as f32),
+            });
+        }
+        samples
+    }
+
+    fn filter() -> JointEkfUd<f32, 0> {
+        let wheels = WheelArray::new([], []).unwrap();
+        JointEkfUd::new(Config::new(NOISE_RAD_S as f32), wheels).unwrap()
+    }
+
+    fn relative_error(filter: &JointEkfUd<f32, 0>, truth: [f64; 6]) -> f64 {
+        let found = filter.estimate().inertia.elements_kg_m2();
+        (0..6).map(|i| (f64::from(found[i]) - truth[i]).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn starts_from_nothing_aligns_and_converges() {
+        let mut filter = filter();
+        let outcomes: Vec<Outcome> =
+            flight(INERTIA).iter().map(|sample| filter.step(sample)).collect();
+        assert_eq!(outcomes[0], Outcome::Reset(Reset::FirstSample));
+        assert_eq!(outcomes[1], Outcome::Coasting(Coasting::Aligning));
+        assert_eq!(outcomes.iter().filter(|o| **o == Outcome::Reset(Reset::Aligned)).count(), 1);
+        assert_eq!(outcomes[599], Outcome::Updated);
+        let estimate = filter.estimate();
+        assert_eq!((estimate.status, estimate.observed.directions), (Status::Converged, 6));
+        assert!(relative_error(&filter, INERTIA) < 1e-3);
+    }
+
+    #[test]
+    fn says_unobservable_before_it_has_seen_anything() {
+        let estimate = filter().estimate();
+        assert_eq!(
+            (estimate.status, estimate.observed),
+            (Status::Unobservable, Observed::default())
+        );
+        assert!(estimate.sigma_kg_m2().iter().all(|s| *s >= 1e3));
+    }
+
+    #[test]
+    fn broken_samples_are_passed_over_for_their_reason() {
+        let mut filter = filter();
+        let mut samples = flight(INERTIA);
+        samples[400].rate_rad_s.x = f32::NAN;
+        samples[420].rate_rad_s.y += 0.5;
+        samples[440].time_us = samples[439].time_us;
+        let outcomes: Vec<Outcome> = samples.iter().map(|sample| filter.step(sample)).collect();
+        let rejected = |why| Outcome::Coasting(Coasting::Rejected(why));
+        assert_eq!(outcomes[400], rejected(Rejection::NotFinite));
+        assert_eq!(outcomes[420], Outcome::Coasting(Coasting::Spike));
+        assert_eq!(outcomes[440], rejected(Rejection::OutOfOrder));
+        for next in [401, 421, 441] {
+            assert_eq!(outcomes[next], Outcome::Updated, "sample {next}");
+        }
+        assert!(relative_error(&filter, INERTIA) < 1e-3);
+    }
+
+    #[test]
+    fn a_gap_keeps_the_inertia_and_starts_the_rate_anew() {
+        let mut filter = filter();
+        let samples = flight(INERTIA);
+        samples[..400].iter().for_each(|sample| {
+            filter.step(sample);
+        });
+        let before = filter.estimate();
+        assert_eq!(filter.step(&samples[450]), Outcome::Reset(Reset::Gap));
+        assert_eq!(filter.rate_rad_s(), samples[450].rate_rad_s);
+        assert_eq!(filter.estimate().inertia, before.inertia);
+        assert_eq!(filter.step(&samples[451]), Outcome::Updated);
+    }
+
+    #[test]
+    fn a_deployment_locks_out_and_is_followed() {
+        let deployed = [3.0, 1.6, 2.6, 0.2, -0.1, 0.05];
+        let mut filter = filter();
+        flight(INERTIA).iter().for_each(|sample| {
+            filter.step(sample);
+        });
+        let later = flight(deployed).into_iter().map(|mut sample| {
+            sample.time_us += 600 * PERIOD_US;
+            sample
+        });
+        let outcomes: Vec<Outcome> = later.map(|sample| filter.step(&sample)).collect();
+        assert!(outcomes.contains(&Outcome::Reset(Reset::Lockout)));
+        assert_eq!(outcomes[599], Outcome::Updated);
+        assert_eq!(filter.estimate().status, Status::Converged);
+        assert!(relative_error(&filter, deployed) < 1e-2);
+    }
+
+    proptest! {
+        #[test]
+        fn any_sequence_of_samples_leaves_a_finite_estimate(
+            bits in prop::collection::vec((any::<u64>(), prop::array::uniform6(any::<u32>())), 50),
+            spoil in 0..600usize,
+        ) {
+            let mut filter = filter();
+            let mut samples = flight(INERTIA);
+            for (k, (time, values)) in bits.into_iter().enumerate() {
+                let [a, b, c, d, e, f] = values.map(f32::from_bits);
+                let sample = &mut samples[(spoil + 7 * k) % 600];
+                if time % 3 == 0 {
+                    sample.time_us = time;
+                }
+                sample.rate_rad_s = Vec3::new(a, b, c);
+                sample.torque_n_m = Vec3::new(d, e, f);
+            }
+            for sample in &samples {
+                filter.step(sample);
+            }
+            let estimate = filter.estimate();
+            prop_assert!(estimate.inertia.elements_kg_m2().iter().all(|x| x.is_finite()));
+            prop_assert!(estimate.sigma_kg_m2().iter().all(|x| x.is_finite()));
+            prop_assert!(filter.state().iter().all(|x| x.is_finite()));
+        }
     }
 }
