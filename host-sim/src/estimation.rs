@@ -94,6 +94,9 @@ pub struct Setup<'a> {
     pub gyro_noise_rad_s: f64,
     /// The typical time between samples, s.
     pub sample_period_s: f64,
+    /// Whether samples far from their prediction are passed over. Not while the noise itself is
+    /// being looked for.
+    pub refuse_spikes: bool,
 }
 
 /// After so many sample periods without a usable sample (and at least the core's default), a gap
@@ -149,6 +152,9 @@ fn configure<T: Real>(mut config: joint_ekf::Config<T>, setup: &Setup<'_>) -> jo
             inertia_kg_m2: prior.inertia_kg_m2.map(T::lit),
             sigma_kg_m2: prior.sigma_kg_m2.map(T::lit),
         });
+    }
+    if !setup.refuse_spikes {
+        config.spike_sigma = T::MAX;
     }
     if let Some(range) = setup.craft.gyro.range_rad_s {
         config.gate.range_rad_s = T::lit(range);

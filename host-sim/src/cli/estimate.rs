@@ -37,6 +37,7 @@ pub fn estimate(
         craft,
         gyro_noise_rad_s: 0.0,
         sample_period_s: median_period_s(rows),
+        refuse_spikes: true,
     };
     setup.gyro_noise_rad_s = match craft.gyro.noise_rad_s {
         Some(noise) => noise,
@@ -66,7 +67,7 @@ fn noise_from_residuals(setup: &Setup<'_>, rows: &[LogRow], file: &str) -> Resul
         why: if rows.len() < 4 { "fewer than four samples" } else { "its rates don't change" },
     })?;
     for _ in 0..NOISE_PASSES {
-        let setup = Setup { gyro_noise_rad_s: noise, ..setup.clone() };
+        let setup = Setup { gyro_noise_rad_s: noise, refuse_spikes: false, ..setup.clone() };
         let residual = fly(rows, set_up(&setup)?, |_, _, _| ()).estimate.residual_rms_rad_s;
         if residual <= UNEXPLAINED * noise {
             break;
