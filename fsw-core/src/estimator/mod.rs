@@ -207,3 +207,33 @@ impl<T: Real> Estimate<T> {
         (ratio, sigma)
     }
 }
+
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format> defmt::Format for Prior<T> {
+    fn format(&self, f: defmt::Formatter) {
+        defmt::write!(f, "{} +- {} kg m2", self.inertia_kg_m2, self.sigma_kg_m2);
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format> defmt::Format for Innovation<T> {
+    fn format(&self, f: defmt::Formatter) {
+        let (rate, variance) = (self.rate_rad_s.as_slice(), self.variance_rad2_s2.as_slice());
+        defmt::write!(f, "{} rad/s, variance {} rad2/s2", rate, variance);
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format> defmt::Format for Estimate<T> {
+    fn format(&self, f: defmt::Formatter) {
+        defmt::write!(
+            f,
+            "{}: {} +- {} kg m2, {}, residual {} rad/s",
+            self.status,
+            self.inertia,
+            self.sigma_kg_m2(),
+            self.observed,
+            self.residual_rms_rad_s
+        );
+    }
+}
