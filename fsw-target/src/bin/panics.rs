@@ -1,0 +1,36 @@
+//! `panics`: an image that panics, to show that a failure reaches whoever runs the image.
+//!
+//! | | |
+//! |---|---|
+//! | purpose | test of the log, the panic handler and the exit status |
+//! | log | defmt, on RTT and on USART1: where it panicked |
+//! | end | always a failure |
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+use core::hint::black_box;
+
+/// Reads past the end of an array, which the compiler is kept from seeing.
+fn index_out_of_bounds() -> u8 {
+    let elements = black_box([1_u8, 2, 3]);
+    let index = black_box(7_usize);
+    elements[index]
+}
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    use fsw_target::{board::Board, exit, log};
+
+    if let Some(board) = Board::take() {
+        log::init(board.log_port);
+    }
+    defmt::info!("about to panic");
+    defmt::info!("unreachable: {=u8}", index_out_of_bounds());
+    exit::success()
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("unreachable: {}", index_out_of_bounds());
+}

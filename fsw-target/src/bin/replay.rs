@@ -1,0 +1,119 @@
+//! `replay`: flies the committed recording and reports the estimate, bit by bit.
+//!
+//! | | |
+//! |---|---|
+//! | purpose | shows that target and host compute the same; the first image to flash on a board |
+//! | rate | as fast as the core can; the recording carries its own time stamps (10 Hz) |
+//! | estimator | nine-state joint filter in UD form, `f32`, four wheels |
+//! | log | defmt, on RTT and on USART1 (PA9, 115200 baud): progress, then all bits at the end |
+//! | end | success if every sample was taken and the estimate converged, failure otherwise |
+//!
+//! `cargo qemu` runs it in QEMU, `cargo board` on a board. Built for the host, the same program
+//! prints the same lines: `cargo run -p fsw-target --bin replay`.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+use fsw_core::{Estimator, Status};
+use fsw_target::app::Tick;
+use fsw_target::log_line;
+use fsw_target::replay::{self, ReplayLoop};
+
+/// Samples between two progress lines: ten seconds of a flight at 10 Hz.
+const SAMPLES_PER_LINE: u32 = 100;
+
+/// Flies the recording to its end; the error says what was wrong.
+fn fly() -> Result<(), &'static str> {
+    let recording = replay::recording();
+    let mut flight = replay::flight_loop(&recording).map_err(|error| {
+        log_line!("{:?}", error);
+        "the craft file was refused"
+    })?;
+
+    let mut samples: u32 = 0;
+    loop {
+        match flight.tick() {
+            Tick::Idle => break,
+            Tick::Stepped(_) => samples += 1,
+            Tick::GyroFailed(_) | Tick::WheelsFailed(_) => return Err("a sensor failed"),
+        }
+        if samples.is_multiple_of(SAMPLES_PER_LINE) {
+            log_progress(samples, &flight);
+        }
+    }
+
+    log_result(&flight);
+    verdict(samples, &flight)
+}
+
+fn log_progress(samples: u32, flight: &ReplayLoop) {
+    let estimate = flight.estimator().estimate();
+    let [jxx, jyy, jzz, ..] = estimate.inertia.elements_kg_m2();
+    log_line!(
+        "{} samples, {:?}, moments {:?} {:?} {:?} kg m2",
+        samples,
+        estimate.status,
+        jxx,
+        jyy,
+        jzz
+    );
+}
+
+/// Every state and covariance element as the bits of its `f32`, one matrix row a line: what the
+/// test compares between host and target.
+fn log_result(flight: &ReplayLoop) {
+    log_bits("state", 0, flight.estimator().state());
+    let rows: [[f32; 9]; 9] = flight.estimator().covariance().transpose().into();
+    for (index, row) in rows.into_iter().enumerate() {
+        log_bits("covariance", index, row);
+    }
+}
+
+fn log_bits(name: &'static str, row: usize, values: [f32; 9]) {
+    let [a, b, c, d, e, f, g, h, i] = values.map(f32::to_bits);
+    log_line!(
+        "{}[{}] {:#010x} {:#010x} {:#010x} {:#010x} {:#010x} {:#010x} {:#010x} {:#010x} {:#010x}",
+        name,
+        row,
+        a,
+        b,
+        c,
+        d,
+        e,
+        f,
+        g,
+        h,
+        i
+    );
+}
+
+fn verdict(samples: u32, flight: &ReplayLoop) -> Result<(), &'static str> {
+    if flight.counters().outcomes.accepted != samples {
+        return Err("samples were refused");
+    }
+    match flight.estimator().estimate().status {
+        Status::Converged => Ok(()),
+        _ => Err("the estimate did not converge"),
+    }
+}
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    use fsw_target::{board::Board, exit, log};
+
+    if let Some(board) = Board::take() {
+        log::init(board.log_port);
+    }
+    match fly() {
+        Ok(()) => exit::success(),
+        Err(reason) => {
+            defmt::error!("{=str}", reason);
+            exit::failure()
+        }
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() -> Result<(), &'static str> {
+    fly()
+}

@@ -1,0 +1,37 @@
+//! The flight loop of the inertia estimator, and its firmware for a Cortex-M4F.
+//!
+//! # The way of a gyro sample
+//!
+//! ```text
+//!  data ready        gyro, wheel tachometers,          fsw_core::Estimator
+//!  (time stamp)  ->  torque command               ->   step(sample)          ->  Tick, log
+//!  sensors::DataReady   sensors::{Gyro, ...}            app::FlightLoop::tick
+//! ```
+//!
+//! 1. [`sensors`]: what the loop needs of the hardware, as four small traits in SI units. A driver
+//!    implements one of them and is the only place that knows its part.
+//! 2. [`app`]: the flight loop. One [`app::FlightLoop::tick`] per gyro sample reads the sensors,
+//!    composes an [`fsw_core::Sample`], steps the estimator and says what happened. A sensor that
+//!    fails is counted and its sample skipped; nothing here panics.
+//! 3. [`recording`]: a recorded flight that plays the part of every sensor, so that the loop is
+//!    the same in a test, in QEMU and on the board.
+//! 4. [`replay`]: the committed flight with its estimator, ready to fly. The image `bin/replay`
+//!    and the test that compares host and target bit for bit both call it.
+//!
+//! Below that are the parts that only the chip has (`target_os = "none"`): `board`, the bring-up
+//! of the one board that exists, `log`, where a defmt frame goes, and `exit`, how an image ends.
+//!
+//! The loop flies in single precision: `f32` is chosen here, once.
+
+#![no_std]
+
+pub mod app;
+pub mod log;
+pub mod recording;
+pub mod replay;
+pub mod sensors;
+
+#[cfg(target_os = "none")]
+pub mod board;
+#[cfg(target_os = "none")]
+pub mod exit;

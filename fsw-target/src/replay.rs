@@ -1,0 +1,51 @@
+//! The committed flight, ready to fly: the recording [`cubesat_pyramid`] and the nine-state filter.
+//!
+//! The image `bin/replay` flies it on the target, and the test of the workspace flies it on the
+//! host; both must come to the same bits.
+
+use crate::app::{FlightLoop, Sensors};
+use crate::recording::cubesat_pyramid::{CRAFT, WHEELS};
+use crate::recording::{Recording, cubesat_pyramid};
+use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
+use fsw_core::{ConfigError, Vec3, WheelArray};
+
+/// A recording with as many wheels as [`cubesat_pyramid`].
+pub type Flight = Recording<'static, WHEELS>;
+
+/// The flight loop of this flight: one recording plays all its sensors.
+pub type ReplayLoop<'a> =
+    FlightLoop<JointEkfUd<f32, WHEELS>, &'a Flight, &'a Flight, &'a Flight, &'a Flight, WHEELS>;
+
+/// The recording, standing before its first row.
+pub fn recording() -> Flight {
+    Recording::new(&cubesat_pyramid::ROWS)
+}
+
+/// The flight loop over `recording`, with the estimator that the craft file describes.
+///
+/// # Errors
+/// Names the value of the craft file that the estimator refuses.
+pub fn flight_loop(recording: &Flight) -> Result<ReplayLoop<'_>, ConfigError> {
+    let wheels = WheelArray::new(CRAFT.wheel_axes.map(Vec3::from), CRAFT.spin_inertia_kg_m2)?;
+    let config = Config { prior: CRAFT.prior, ..Config::new(CRAFT.gyro_noise_rad_s) };
+    let estimator = JointEkfUd::new(config, wheels)?;
+    let sensors =
+        Sensors { data_ready: recording, gyro: recording, wheels: recording, torque: recording };
+    Ok(FlightLoop::new(estimator, sensors))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::Tick;
+    use fsw_core::{Estimator, Status};
+
+    #[test]
+    fn the_committed_flight_is_accepted_and_converges() {
+        let recording = recording();
+        let mut flight = flight_loop(&recording).unwrap();
+        while flight.tick() != Tick::Idle {}
+        assert_eq!(flight.counters().outcomes.accepted as usize, cubesat_pyramid::ROWS.len());
+        assert_eq!(flight.estimator().estimate().status, Status::Converged);
+    }
+}

@@ -1,0 +1,41 @@
+//! What the flight loop needs of the hardware: four small traits, in SI units and body axes.
+//!
+//! A driver converts counts to these units in one place and passes its bus error through; the
+//! loop counts the errors. A second gyro is one file with one `impl Gyro`.
+
+use fsw_core::Vec3;
+
+/// When a gyro sample was taken: the data-ready interrupt, or its stand-in.
+pub trait DataReady {
+    /// Takes the time stamp of the oldest sample that has not been handled yet, microseconds since
+    /// an arbitrary start; `None` if there is none. Never waits.
+    ///
+    /// The stamp is that of the sample, not of the moment when the loop came to read it, so that a
+    /// late loop costs no accuracy.
+    fn take_us(&mut self) -> Option<u64>;
+}
+
+/// A three-axis rate gyro.
+pub trait Gyro {
+    /// The error of the bus or of the part.
+    type Error;
+
+    /// Body rate relative to inertial space, rad/s, of the sample that was announced last.
+    fn rate_rad_s(&mut self) -> Result<Vec3<f32>, Self::Error>;
+}
+
+/// The tachometers of `W` reaction wheels.
+pub trait WheelTachometers<const W: usize> {
+    /// The error of the bus or of the part.
+    type Error;
+
+    /// Speed of each wheel about its spin axis relative to the body, rad/s.
+    fn speed_rad_s(&mut self) -> Result<[f32; W], Self::Error>;
+}
+
+/// The external torque that the controller commands (thrusters, magnetorquers).
+pub trait TorqueCommand {
+    /// External torque in body axes, N m; zero if nothing is commanded. Wheel torques are internal
+    /// and do not belong here: the tachometers show them.
+    fn torque_n_m(&mut self) -> Vec3<f32>;
+}
