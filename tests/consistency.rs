@@ -4,7 +4,7 @@
 //! degrees of freedom by 6 %, for an honest filter.
 
 use fsw_core::estimator::Prior;
-use fsw_core::estimator::joint_ekf::{Config, Form, JointEkf, StructuredUd};
+use fsw_core::estimator::joint_ekf::{AsPublished, Config, Form, JointEkf, StructuredUd};
 use fsw_core::{Estimate, Estimator, Mat, Real, Sample, Status, WheelArray};
 use host_sim::input::log::LogRow;
 use host_sim::input::scenario::Scenario;
@@ -55,7 +55,8 @@ impl SpinUp {
         }
     }
 
-    fn statistics<T: Real, F: Form<T>>(&self, config: Config<T>) -> Statistics {
+    /// Flies all seeds, and prints what came of it under `name`.
+    fn statistics<T: Real, F: Form<T>>(&self, name: &str, config: Config<T>) -> Statistics {
         let bound = self.flight.bound.sigma_kg_m2.map(|b| b.unwrap());
         let truth = self.scenario.spacecraft.inertia_kg_m2;
         let (mut square, mut sum, mut nees) = ([0.0; 6], [0.0; 6], 0.0);
@@ -79,13 +80,15 @@ impl SpinUp {
             nees += (e.transpose() * information * e)[0] / 6.0;
         }
         let used = (SEEDS.count() - failures) as f64;
-        Statistics {
+        let statistics = Statistics {
             rms_over_bound: square.map(|s| (s / used).sqrt()),
             bias_over_bound: sum.map(|s| s / used),
             nees_per_dof: nees / used,
             failures,
             not_converged,
-        }
+        };
+        println!("{name}: {statistics:.2?}");
+        statistics
     }
 }
 
@@ -115,13 +118,17 @@ fn is_fit_to_fly(s: &Statistics) {
 #[test]
 fn the_flying_filter_needs_no_prior_in_single_precision() {
     let spin_up = SpinUp::new();
-    is_fit_to_fly(&spin_up.statistics::<f32, StructuredUd<f32>>(spin_up.config(None)));
+    is_fit_to_fly(
+        &spin_up.statistics::<f32, StructuredUd<f32>>("f32, no prior", spin_up.config(None)),
+    );
 }
 
 #[test]
 fn the_flying_filter_needs_no_prior_in_double_precision() {
     let spin_up = SpinUp::new();
-    is_fit_to_fly(&spin_up.statistics::<f64, StructuredUd<f64>>(spin_up.config(None)));
+    is_fit_to_fly(
+        &spin_up.statistics::<f64, StructuredUd<f64>>("f64, no prior", spin_up.config(None)),
+    );
 }
 
 #[test]
@@ -129,14 +136,15 @@ fn a_vague_prior_does_no_harm() {
     let spin_up = SpinUp::new();
     let sigma_kg_m2 = [30.0, 30.0, 30.0, 10.0, 10.0, 10.0];
     let config = spin_up.config(Some(Prior { sigma_kg_m2, ..BEFORE }));
-    is_fit_to_fly(&spin_up.statistics::<f32, StructuredUd<f32>>(config));
+    is_fit_to_fly(&spin_up.statistics::<f32, StructuredUd<f32>>("f32, vague prior", config));
 }
 
 /// The plain extended filter, which linearises about its prior from the first sample on.
-fn plain(spin_up: &SpinUp, rate_walk_rad_s_sqrt_s: f64) -> Statistics {
+fn plain(name: &str, rate_walk_rad_s_sqrt_s: f64) -> Statistics {
+    let spin_up = SpinUp::new();
     let config = spin_up.config::<f64>(Some(BEFORE));
     let config = Config { align_above: f64::MAX, rate_walk_rad_s_sqrt_s, ..config };
-    spin_up.statistics::<f64, StructuredUd<f64>>(config)
+    spin_up.statistics::<f64, StructuredUd<f64>>(name, config)
 }
 
 fn largest_bias(s: &Statistics) -> f64 {
@@ -154,7 +162,7 @@ fn rms_is_near(s: &Statistics, documented: [f64; 6]) {
 
 #[test]
 fn the_plain_filter_without_process_noise_is_biased_and_overconfident() {
-    let s = plain(&SpinUp::new(), 0.0);
+    let s = plain("plain, no process noise", 0.0);
     rms_is_near(&s, [1.06, 1.05, 1.05, 1.82, 1.27, 2.15]);
     assert_eq!(s.failures, 0, "{s:?}");
     // Documented: bias up to 1.7 bounds, NEES 6 to 8 per degree of freedom.
@@ -164,7 +172,7 @@ fn the_plain_filter_without_process_noise_is_biased_and_overconfident() {
 
 #[test]
 fn a_little_process_noise_makes_the_plain_filter_less_overconfident() {
-    let s = plain(&SpinUp::new(), 3.0e-7);
+    let s = plain("plain, a little process noise", 3.0e-7);
     // Documented: bias up to 1.6 bounds, NEES 2.6, one run in a hundred diverges.
     assert!(s.failures <= 3, "{s:?}");
     assert!((1.2..1.9).contains(&largest_bias(&s)), "{s:?}");
@@ -173,10 +181,23 @@ fn a_little_process_noise_makes_the_plain_filter_less_overconfident() {
 
 #[test]
 fn more_process_noise_makes_the_plain_filter_cautious() {
-    let s = plain(&SpinUp::new(), 1.0e-6);
+    let s = plain("plain, more process noise", 1.0e-6);
     rms_is_near(&s, [1.4, 1.5, 1.4, 1.4, 1.1, 1.5]);
     assert_eq!(s.failures, 0, "{s:?}");
     // Documented: bias up to 1.2 bounds, NEES 0.5.
     assert!(largest_bias(&s) < 1.2, "{s:?}");
     assert!((0.35..0.75).contains(&s.nees_per_dof), "{s:?}");
+}
+
+#[test]
+fn the_form_as_printed_loses_its_covariance_in_single_precision() {
+    let spin_up = SpinUp::new();
+    let noise = spin_up.scenario.gyro.noise_rad_s;
+    let double = Config::bellar_2019(noise);
+    let double = spin_up.statistics::<f64, AsPublished<f64>>("as printed, f64", double);
+    let single = Config::bellar_2019(noise as f32);
+    let single = spin_up.statistics::<f32, AsPublished<f32>>("as printed, f32", single);
+    assert!(double.failures <= 3, "{double:?}");
+    // (1 − K H) P in f32: that is why the UD form flies.
+    assert!(single.failures >= 10, "{single:?}");
 }

@@ -1,0 +1,106 @@
+#!/usr/bin/env bash
+# Every check of this project, in one run: format, lints, all tests (the firmware in QEMU too),
+# bare-metal builds, documentation. Sets up what they need: a Rust toolchain, the Cortex-M target,
+# QEMU. Runs from any folder.
+#
+# Set RUSTUP_AUTO_INSTALL=0 to keep rustup from downloading anything.
+set -eu
+
+TARGET=thumbv7em-none-eabihf
+MINIMUM_RUST=89 # 1.89: rust-version in Cargo.toml
+
+cd "$(dirname "$0")/.."
+skipped=""
+
+heading() { printf '\n=== %s\n' "$1"; }
+give_up() { printf 'check.sh: %s\n' "$1" >&2; exit 1; }
+have() { command -v "$1" >/dev/null 2>&1; }
+
+can_apt() { [ "$(id -u)" = 0 ] && have apt-get; }
+apt_install() {
+    echo "installing: $*"
+    DEBIAN_FRONTEND=noninteractive apt-get update -qq </dev/null
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" </dev/null
+}
+
+# $1: a rustc. True if it is there and new enough.
+recent() {
+    have "$1" || return 1
+    minor=$("$1" --version 2>/dev/null | sed -n 's/^rustc 1\.\([0-9]*\)\..*/\1/p')
+    [ "${minor:-0}" -ge "$MINIMUM_RUST" ]
+}
+
+heading "Set-up: Rust"
+if ! have cargo && [ -x "${CARGO_HOME:-$HOME/.cargo}/bin/cargo" ]; then
+    PATH="${CARGO_HOME:-$HOME/.cargo}/bin:$PATH"
+fi
+if ! { have cargo && recent rustc; }; then
+    can_apt || give_up "needs Rust 1.$MINIMUM_RUST or newer: see rustup.rs"
+    apt_install rustc-web cargo-web ca-certificates
+    hash -r
+    recent rustc || give_up "needs Rust 1.$MINIMUM_RUST or newer: see rustup.rs"
+fi
+if ! have cc; then
+    can_apt || give_up "needs a C linker: install gcc"
+    apt_install gcc libc6-dev
+fi
+rustc --version
+
+heading "Set-up: $TARGET"
+target_installed() { [ -d "$(rustc --print sysroot)/lib/rustlib/$TARGET/lib" ]; }
+# Debian's compiler builds the target's library from source (tests/support/toolchain.rs).
+debian_ready() {
+    recent /usr/bin/rustc && [ -x /usr/bin/cargo ] && [ -x /usr/bin/ld.lld ] &&
+        [ -d /usr/lib/rustlib/src/rust/library/core ]
+}
+if ! target_installed && [ "${RUSTUP_AUTO_INSTALL:-1}" != 0 ] && have rustup; then
+    rustup target add "$TARGET" || echo "rustup could not add the target"
+fi
+if target_installed; then
+    echo "installed"
+else
+    if ! debian_ready && can_apt; then
+        apt_install rustc-web cargo-web rust-web-src lld
+    fi
+    debian_ready || give_up "no compiler for $TARGET: run 'rustup target add $TARGET', or on \
+Debian 'apt-get install rustc-web cargo-web rust-web-src lld'"
+    echo "built from source by $(/usr/bin/rustc --version)"
+fi
+
+heading "Set-up: QEMU"
+if ! have qemu-system-arm; then
+    can_apt || give_up "no qemu-system-arm: install QEMU (Debian: apt-get install qemu-system-arm)"
+    apt_install qemu-system-arm
+fi
+qemu-system-arm --version | head -n 1
+
+heading "Format"
+if cargo fmt --version >/dev/null 2>&1; then
+    cargo fmt --all --check
+else
+    skipped="$skipped format"
+    echo "skipped: rustfmt is not installed"
+fi
+
+heading "Lints"
+if cargo clippy --version >/dev/null 2>&1; then
+    cargo clippy --workspace --all-targets -- -D warnings
+    if target_installed; then
+        cargo clippy --target "$TARGET" --package fsw-target --bins -- -D warnings
+    fi
+else
+    skipped="$skipped lints"
+    echo "skipped: clippy is not installed"
+fi
+
+heading "Tests, the firmware in QEMU included"
+cargo test --workspace -- --include-ignored
+
+heading "Bare metal: fsw-core for $TARGET"
+cargo target build --package fsw-core --profile firmware
+cargo target build --package fsw-core --profile firmware --features defmt
+
+heading "Documentation"
+RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+
+heading "All checks passed${skipped:+ (skipped:$skipped)}"

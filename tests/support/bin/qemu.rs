@@ -1,0 +1,38 @@
+//! `cargo qemu [IMAGE]`: builds an image of fsw-target as it is flashed, runs it in QEMU, prints
+//! its log and exits with its status.
+
+use anyhow::{Result, bail};
+use std::process::ExitCode;
+use std::time::Duration;
+use support::{firmware, qemu};
+
+/// The image that is run when none is named.
+const DEFAULT_IMAGE: &str = "replay";
+
+/// No image of this project runs longer than that in QEMU.
+const LIMIT: Duration = Duration::from_secs(300);
+
+fn main() -> Result<ExitCode> {
+    let (machine, image) = arguments()?;
+    let elf = firmware::build(&image)?;
+    let run = qemu::run(&elf, &machine, LIMIT, |line| println!("{line}"))?;
+    Ok(if run.success { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// `[--machine MACHINE] [IMAGE]`.
+fn arguments() -> Result<(String, String)> {
+    let mut machine = qemu::MACHINE.to_string();
+    let mut image = DEFAULT_IMAGE.to_string();
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--machine" => match arguments.next() {
+                Some(name) => machine = name,
+                None => bail!("--machine needs the name of a QEMU machine"),
+            },
+            name if !name.starts_with('-') => image = name.into(),
+            other => bail!("unknown argument {other}; usage: cargo qemu [IMAGE]"),
+        }
+    }
+    Ok((machine, image))
+}

@@ -1,0 +1,37 @@
+//! What is inside an ELF image: the functions and data that the linker kept.
+
+use anyhow::{Context, Result};
+use object::{Object, ObjectSymbol};
+use std::path::Path;
+
+/// Parts of names that flight code should not contain: panics (slice index, unwrap, division by
+/// zero, overflow), heap allocation, and double precision, which a Cortex-M4F emulates.
+const UNWANTED: [&str; 7] =
+    ["panicking", "panic_", "_failed", "rust_begin_unwind", "__rust_alloc", "__rg_", "__aeabi_d"];
+
+/// The (mangled) names of all symbols of the image `elf`.
+pub fn symbols(elf: &Path) -> Result<Vec<String>> {
+    let bytes = std::fs::read(elf).with_context(|| format!("could not read {}", elf.display()))?;
+    let file = object::File::parse(&*bytes).with_context(|| elf.display().to_string())?;
+    let names = file.symbols().filter_map(|symbol| symbol.name().ok().map(String::from));
+    // defmt keeps the text of the log in symbols, as JSON: text, not code.
+    Ok(names.filter(|name| !name.starts_with('{')).collect())
+}
+
+/// Whether flight code should not contain this symbol.
+pub fn is_unwanted(symbol: &str) -> bool {
+    UNWANTED.iter().any(|part| symbol.contains(part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn knows_the_symbols_of_a_panic() {
+        assert!(is_unwanted("_RNvNtCs1_4core9panicking18panic_bounds_check"));
+        assert!(is_unwanted("__aeabi_dmul"));
+        assert!(!is_unwanted("__aeabi_memcpy"));
+        assert!(!is_unwanted("main"));
+    }
+}
