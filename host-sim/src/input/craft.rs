@@ -175,7 +175,10 @@ pub(super) fn check_wheel_count<W>(
     wheels: &[Spanned<W>],
 ) -> Result<(), InputError> {
     match wheels.get(MAX_WHEELS) {
-        Some(surplus) => Err(check.error(surplus, Problem::TooManyWheels { found: wheels.len() })),
+        Some(surplus) => {
+            let problem = Problem::TooManyWheels { found: wheels.len(), most: MAX_WHEELS };
+            Err(check.error(surplus, problem))
+        }
         None => Ok(()),
     }
 }

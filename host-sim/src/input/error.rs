@@ -8,7 +8,6 @@ use std::io;
 use thiserror::Error;
 
 use super::ELEMENT_NAMES;
-use super::craft::MAX_WHEELS;
 pub use super::csv_problem::CsvProblem;
 
 /// A refused input: where, and what is wrong there.
@@ -179,10 +178,12 @@ pub enum Problem {
     },
 
     /// More wheels than the flight core is built for.
-    #[error("{found} [[wheel]] tables, but at most {MAX_WHEELS} are supported; remove some")]
+    #[error("{found} [[wheel]] tables, but at most {most} are supported; remove some")]
     TooManyWheels {
         /// How many are there.
         found: usize,
+        /// How many may be.
+        most: usize,
     },
 
     /// More samples than a simulation may have.
@@ -250,7 +251,7 @@ mod tests {
     #[test]
     fn error_begins_with_file_and_line() {
         let place = Place { file: "a.toml".to_owned(), line: Some(3) };
-        let error = InputError { place, problem: Problem::TooManyWheels { found: 9 } };
+        let error = InputError { place, problem: Problem::TooManyWheels { found: 9, most: 8 } };
         assert_eq!(
             error.to_string(),
             "a.toml:3: 9 [[wheel]] tables, but at most 8 are supported; remove some"
