@@ -3,6 +3,8 @@
 //! A hundred flights each, seeds 0 to 99. An RMS over so many scatters by 7 %, a mean NEES of six
 //! degrees of freedom by 6 %, for an honest filter.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use fsw_core::estimator::Prior;
 use fsw_core::estimator::joint_ekf::{AsPublished, Config, Form, JointEkf, StructuredUd};
 use fsw_core::{Estimate, Estimator, Mat, Real, Sample, Status, WheelArray};

@@ -1,5 +1,7 @@
 //! The program as a user runs it: verbs, exit codes, and what it says of bad input.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
