@@ -15,7 +15,7 @@
 //!  5 telemetry   estimate(): tensor, covariance, observed, status; counts of outcomes
 //! ```
 //!
-//! The firmware and the simulator call the same [`Estimator::step`](estimator::Estimator::step).
+//! The firmware and the simulator call the same [`Estimator::step`].
 //! No allocation, no unsafe code, no panic; every step costs a bounded amount of work. All is
 //! generic over [`Real`], `f32` or `f64`.
 //!

@@ -141,7 +141,7 @@ pub fn regressor<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 6> {
 
 /// The same for the gyroscopic torque: `ω × J ω = ω^× G(ω) j`, 3×6, written out.
 ///
-/// With [`regressor`] of the acceleration it makes the matrix that [Kim2016] Eqs. (4), (5) lost
+/// With [`regressor`] of the acceleration it makes the matrix that \[Kim2016\] Eqs. (4), (5) lost
 /// in printing: `J ω̇ + ω × J ω = [G(ω̇) + ω^× G(ω)] j`.
 pub fn gyroscopic_regressor<T: Real>(rate: &Vec3<T>) -> Mat<T, 3, 6> {
     let o = T::zero();

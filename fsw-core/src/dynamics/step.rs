@@ -35,7 +35,7 @@ pub fn runge_kutta_4<T: Real>(
     turned(&change, &to_end)
 }
 
-/// The two-step Adams-Bashforth rule, `x += (3 ẋ₀ − ẋ₋₁) Δt / 2`, [Bellar2019] Eq. (18).
+/// The two-step Adams-Bashforth rule, `x += (3 ẋ₀ − ẋ₋₁) Δt / 2`, \[Bellar2019\] Eq. (18).
 ///
 /// Written for steps of unequal length (the sensor's clock jitters); where they are equal it is
 /// the printed formula.
@@ -85,7 +85,7 @@ impl<T: Real> Transition<T> {
     /// To second order in the step, with the Jacobians taken half-way:
     /// `A = 1 + F Δt (1 + F Δt / 2)`, `B = (1 + F Δt / 2) F_j Δt`.
     ///
-    /// [Bellar2019] Eq. (5) stops at first order with the Jacobian of the start, which biases
+    /// \[Bellar2019\] Eq. (5) stops at first order with the Jacobian of the start, which biases
     /// the sensitivities where a step turns the body by more than a few milliradians.
     pub fn between(
         body: &Gyrostat<T>,

@@ -1,7 +1,7 @@
 //! UD factors of a covariance: `P = U D Uᵀ`, U unit upper triangular, D diagonal.
 //!
 //! A covariance kept so can't lose symmetry, nor its positive diagonal to rounding, which is
-//! why it flies in single precision. No square root is needed. [Bierman1977]
+//! why it flies in single precision. No square root is needed. \[Bierman1977\]
 
 use super::{Mat, scalar::Real};
 
@@ -15,7 +15,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// Factors of the covariance `S Sᵀ`, by modified Gram-Schmidt from the last row up.
     ///
     /// The covariance itself is never formed: squaring would lose in single precision what is
-    /// known of one component given the others. [Bierman1977] section VI.4
+    /// known of one component given the others. \[Bierman1977\] section VI.4
     pub fn of_factor(s: &Mat<T, N, N>) -> Self {
         let mut rows = *s;
         let mut packed = Mat::zeros();
@@ -103,7 +103,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// `v` of variance `noise_variance` (positive), and returns the Kalman gain for its
     /// innovation.
     ///
-    /// [Bierman1977] section V.3, with the zeros of such a measurement left out: elements of
+    /// \[Bierman1977\] section V.3, with the zeros of such a measurement left out: elements of
     /// `f = Uᵀ h` before `component` vanish.
     #[inline]
     pub fn observe(&mut self, component: usize, noise_variance: T) -> [T; N] {
@@ -130,7 +130,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
 
     /// Adds `variance` (not negative) to one component: a random walk.
     ///
-    /// The rank-one update of Agee and Turner, [Bierman1977] section III.5.
+    /// The rank-one update of Agee and Turner, \[Bierman1977\] section III.5.
     #[inline]
     pub fn inflate(&mut self, component: usize, variance: T) {
         if variance <= T::zero() {

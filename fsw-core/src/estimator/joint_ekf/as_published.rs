@@ -1,4 +1,4 @@
-//! The filter as [Bellar2019] prints it.
+//! The filter as \[Bellar2019\] prints it.
 //!
 //! Departures, each named: wheels act through the change of their momentum over the interval
 //! (the paper has none); the Adams-Bashforth rule and Eq. (5) take each interval's own length.
@@ -10,7 +10,7 @@ use crate::dynamics::step::AdamsBashforth2;
 use crate::math::{Mat, Vec3, inverse_symmetric, scalar::Real};
 use crate::tensor::Inertia;
 
-/// τ_m, τ_p of [Bellar2019] Table 2: time constants of the Gauss-Markov moments and products, s.
+/// τ_m, τ_p of \[Bellar2019\] Table 2: time constants of the Gauss-Markov moments and products, s.
 const TIME_CONSTANT_S: [f64; 6] = [1.0e6, 1.0e6, 1.0e6, 1.0e5, 1.0e5, 1.0e5];
 
 /// A full 9×9 covariance, corrected as `(1 − K H) P`: it loses symmetry, and then positivity, to
@@ -27,7 +27,7 @@ impl<T: Real> Form<T> for AsPublished<T> {
         Self { covariance, rule: AdamsBashforth2::default() }
     }
 
-    /// [Bellar2019] Eqs. (5), (14), (18), (19).
+    /// \[Bellar2019\] Eqs. (5), (14), (18), (19).
     fn predict(
         &mut self,
         state: &mut State<T>,
@@ -85,7 +85,7 @@ impl<T: Real> Form<T> for AsPublished<T> {
         Vec3::from_fn(|i, _| self.covariance[(i, i)])
     }
 
-    /// [Bellar2019] Eqs. (20) to (22).
+    /// \[Bellar2019\] Eqs. (20) to (22).
     fn update(&mut self, state: &mut State<T>, measured_rad_s: &Vec3<T>, noise_variance: T) {
         let p = self.covariance;
         let s: Mat<T, 3, 3> =
@@ -126,7 +126,7 @@ impl<T: Real> Form<T> for AsPublished<T> {
     }
 }
 
-/// [Bellar2019] Eq. (14): `s Δt + (s Fᵀ + F s) Δt²/2 + F s Fᵀ Δt³/3`, the same s on each axis.
+/// \[Bellar2019\] Eq. (14): `s Δt + (s Fᵀ + F s) Δt²/2 + F s Fᵀ Δt³/3`, the same s on each axis.
 fn process_noise<T: Real>(f: &Mat<T, 3, 3>, rate_walk: T, dt: T) -> Mat<T, 3, 3> {
     let ft = f.transpose();
     let series = Mat::<T, 3, 3>::identity() * dt

@@ -21,7 +21,7 @@ pub struct Config<T: Real> {
     /// Gyro noise, one sigma, white, per sample, rad/s. Must be given.
     pub gyro_noise_rad_s: T,
     /// Random walk of the rate by torques that nobody told, (rad/s)/√s. The spectral amplitude
-    /// s of [Bellar2019] Eq. (11) is its square. Default 0.
+    /// s of \[Bellar2019\] Eq. (11) is its square. Default 0.
     pub rate_walk_rad_s_sqrt_s: T,
     /// Random walk of each inertia element (fuel), kg m²/√s. Default 0. The published form has
     /// none.
@@ -61,7 +61,7 @@ impl<T: Real> Config<T> {
         }
     }
 
-    /// What [Bellar2019] Table 2 gives: initial rate (0, −2.3, 1.15) deg/s, moments 25 and
+    /// What \[Bellar2019\] Table 2 gives: initial rate (0, −2.3, 1.15) deg/s, moments 25 and
     /// products 2 kg m². Ours, as the paper leaves them open: their sigmas (the initial error of
     /// the rate is up to 2.3 deg/s; 10 and 2 kg m² are the initial errors of the inertia), and no
     /// process noise. The filter starts from this prior however vague, and refuses no sample as a

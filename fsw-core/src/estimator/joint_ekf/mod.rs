@@ -1,4 +1,4 @@
-//! `joint-ekf`: rate and inertia in one nine-state filter, [Bellar2019].
+//! `joint-ekf`: rate and inertia in one nine-state filter, \[Bellar2019\].
 //!
 //! State `(ωx ωy ωz Jxx Jyy Jzz Jxy Jxz Jyz)`, measurement the body rate; extended here by
 //! wheels, through the gyrostat equation. Two forms of the same filter, chosen by type:

@@ -9,7 +9,7 @@
 //! and only the 3×3 block `A U₁₁` has to be made triangular again. A measurement is three scalar
 //! updates of Bierman's. No square root, and no full 9×9 product.
 //!
-//! Departures from [Bellar2019]: Runge-Kutta instead of AB2; a transition to second order,
+//! Departures from \[Bellar2019\]: Runge-Kutta instead of AB2; a transition to second order,
 //! taken half-way; constant inertia instead of one that decays with 10⁵ to 10⁶ s (over 600 s that
 //! decay is 0.06 % of a moment, three times the Cramér-Rao bound of the paper's scenario), with an
 //! optional random walk; process noise of the rate to first order, `s Δt`.
@@ -62,7 +62,7 @@ impl<T: Real> StructuredUd<T> {
     }
 
     /// Weighted Gram-Schmidt from the last row up: U₁₁, D₁ such that
-    /// `U₁₁ D₁' U₁₁ᵀ = W D₁ Wᵀ`. [Bierman1977] section VI.4, [Thornton1976]
+    /// `U₁₁ D₁' U₁₁ᵀ = W D₁ Wᵀ`. \[Bierman1977\] section VI.4, \[Thornton1976\]
     fn retriangularise(&mut self, mut w: [Vec3<T>; 3]) {
         let d = Vec3::new(self.factors.d(0), self.factors.d(1), self.factors.d(2));
         for j in (0..3).rev() {
