@@ -2,6 +2,7 @@
 //! its log and exits with its status.
 
 use anyhow::{Result, bail};
+use std::io::Write;
 use std::process::ExitCode;
 use std::time::Duration;
 use support::{firmware, qemu};
@@ -12,11 +13,27 @@ const DEFAULT_IMAGE: &str = "replay";
 /// No image of this project runs longer than that in QEMU.
 const LIMIT: Duration = Duration::from_secs(300);
 
-fn main() -> Result<ExitCode> {
+fn main() -> ExitCode {
+    match run() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("cargo qemu: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Whether the image reported success.
+fn run() -> Result<bool> {
     let (machine, image) = arguments()?;
     let elf = firmware::build(&image)?;
-    let run = qemu::run(&elf, &machine, LIMIT, |line| println!("{line}"))?;
-    Ok(if run.success { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let mut out = std::io::stdout();
+    let run = qemu::run(&elf, &machine, LIMIT, |line| {
+        // A reader that has seen enough (`cargo qemu | head`) doesn't end the run.
+        let _ = writeln!(out, "{line}");
+    })?;
+    Ok(run.success)
 }
 
 /// `[--machine MACHINE] [IMAGE]`.
