@@ -18,7 +18,7 @@ pub use as_published::AsPublished;
 pub use config::{Config, InitialRate};
 pub use structured_ud::StructuredUd;
 
-use start::Start;
+use start::{NoStart, Start};
 
 use super::momentum_integral::MomentumIntegral;
 use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Prior, Reset, Status};
@@ -92,6 +92,8 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
     gate: Gate<T>,
     drive: DriveHistory<T>,
     phase: Phase<T>,
+    /// The motion so far determines an inertia that no body has: it contradicts the model.
+    contradicted: bool,
     /// What is believed beforehand: the configuration's prior, until a lockout disproves it.
     prior: Option<Prior<T>>,
     range_kg_m2: [T; 6],
@@ -114,6 +116,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             gate: Gate::new(config.gate),
             drive: DriveHistory::default(),
             phase: Phase::Waiting,
+            contradicted: false,
             prior: config.prior,
             range_kg_m2: start.range_kg_m2,
             state: start.state,
@@ -158,6 +161,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.form = F::new(&start.covariance_factor);
         self.range_kg_m2 = start.range_kg_m2;
         self.spikes_in_a_row = 0;
+        self.contradicted = false;
         self.phase = Phase::Tracking;
     }
 
@@ -173,11 +177,12 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         if !fit.samples().is_multiple_of(ALIGNMENT_PERIOD) {
             return Outcome::Coasting(Coasting::Aligning);
         }
-        match Start::from_motion(&fit, self.prior.as_ref(), self.config.gyro_noise_rad_s) {
-            None => Outcome::Coasting(Coasting::Aligning),
-            Some(start) => {
+        let start = Start::from_motion(&fit, self.prior.as_ref(), self.config.gyro_noise_rad_s);
+        self.contradicted = matches!(start, Err(NoStart::NotPhysical));
+        match start {
+            Err(_) => Outcome::Coasting(Coasting::Aligning),
+            Ok(start) => {
                 self.track_from(start);
-                self.monitor.restart();
                 Outcome::Reset(Reset::Aligned)
             }
         }
@@ -193,8 +198,11 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             variance_rad2_s2: self.form.rate_variance() + Vec3::repeat(noise_variance),
         };
         self.innovation = Some(innovation);
-        let limit = self.config.spike_sigma * self.config.spike_sigma;
-        if innovation.squared_test_ratio() > limit {
+        let ratio = innovation.squared_test_ratio();
+        if !ratio.is_finite() {
+            return self.start_over(sample);
+        }
+        if ratio > self.config.spike_sigma * self.config.spike_sigma {
             return self.pass_over_spike(sample, &innovation);
         }
         self.spikes_in_a_row = 0;
@@ -240,7 +248,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
 
     fn status(&self, observed: &Observed) -> Status {
         match (self.phase, observed.directions) {
-            (Phase::Tracking, _) if !self.monitor.is_consistent() => Status::Diverged,
+            _ if self.contradicted || !self.monitor.is_consistent() => Status::Diverged,
             (Phase::Tracking, 6) => Status::Converged,
             (Phase::Tracking, 1..6) => Status::Partial,
             _ => Status::Unobservable,

@@ -33,6 +33,16 @@ pub(super) struct Start<T: Real> {
     pub range_kg_m2: [T; 6],
 }
 
+/// Why the motion gives no start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NoStart {
+    /// It doesn't determine all six elements well enough yet.
+    TooLittleMotion,
+    /// It does, and no body has such a tensor: wrong signs, axes or units, or a torque that
+    /// nobody told.
+    NotPhysical,
+}
+
 impl<T: Real> Start<T> {
     /// From what is believed beforehand, at the first sample's rate unless another is configured.
     pub fn from_prior(
@@ -69,17 +79,21 @@ impl<T: Real> Start<T> {
         fit: &MomentumIntegral<T>,
         prior: Option<&Prior<T>>,
         noise_rad_s: T,
-    ) -> Option<Self> {
-        let solution = fit.solve(noise_rad_s, prior)?;
+    ) -> Result<Self, NoStart> {
+        let solution = fit.solve(noise_rad_s, prior).ok_or(NoStart::TooLittleMotion)?;
         let covariance_factor = solution.covariance_factor * T::lit(ALIGNMENT_INFLATION);
         let variance = |i: usize| covariance_factor.row(i).dot(&covariance_factor.row(i));
         let mean_moment = solution.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
         let largest = mean_moment * T::lit(ALIGNED);
-        let aligned =
-            (3..9).all(|i| variance(i) < largest * largest) && solution.inertia.check().is_ok();
+        if !(3..9).all(|i| variance(i) < largest * largest) {
+            return Err(NoStart::TooLittleMotion);
+        }
+        if solution.inertia.check().is_err() {
+            return Err(NoStart::NotPhysical);
+        }
         let range_kg_m2 = prior.map_or_else(|| Self::range(mean_moment), |p| p.sigma_kg_m2);
         let state = State { rate_rad_s: solution.rate_rad_s, inertia: solution.inertia };
-        aligned.then_some(Self { state, covariance_factor, range_kg_m2 })
+        Ok(Self { state, covariance_factor, range_kg_m2 })
     }
 
     fn range(moment: T) -> [T; 6] {
