@@ -24,7 +24,7 @@ use crate::input::log::LogRow;
 pub enum EstimatorName {
     /// Nine-state filter in UD form: the one that flies.
     JointEkf,
-    /// The same filter as \[Bellar2019\] prints it.
+    /// The same filter as Bellar and Si Mohammed (2019) print it.
     JointEkfPublished,
 }
 

@@ -7,8 +7,11 @@
 //!  (input)           └─ truth::bound: what nobody can beat
 //! ```
 //!
+//! `campaign` goes from simulation to estimation many times, and to statistics of the results.
+//!
 //! `cli` has a file for each verb, which strings these together.
 
+pub mod campaign;
 pub mod cli;
 pub mod estimation;
 pub mod input;

@@ -58,6 +58,148 @@ fn crlb_gives_the_known_bound_of_the_spin_up() {
 }
 
 #[test]
+fn mc_finds_the_filter_near_the_bound_and_honest() {
+    let report = json(&["mc", "stsat3-spin-up", "--runs", "50", "--json"]);
+    assert_eq!(report["scenario"], "stsat3-spin-up");
+    assert_eq!((&report["estimator"], &report["precision"]), (&"joint-ekf".into(), &"f32".into()));
+    for (count, expected) in
+        [("runs", 50), ("used", 50), ("diverged", 0), ("not_converged", 0), ("steps", 50 * 6001)]
+    {
+        assert_eq!(report[count], expected, "{count}");
+    }
+    let number = |value: &Value| value.as_f64().unwrap();
+    for i in 0..6 {
+        let bound = number(&report["bound_kg_m2"][i]);
+        let over_bound = number(&report["rmse_over_bound"][i]);
+        assert!((0.8..1.6).contains(&over_bound), "element {i}: {over_bound}");
+        assert!((number(&report["rmse_kg_m2"][i]) / bound - over_bound).abs() < 1e-9);
+        // Five sigma of a mean over fifty.
+        assert!(number(&report["bias_kg_m2"][i]).abs() < 0.71 * over_bound * bound, "element {i}");
+    }
+    let nees = number(&report["nees_per_dof"]);
+    assert!((0.6..1.5).contains(&nees), "{nees}");
+    // Chi-square with 300 degrees of freedom: 253.912 and 349.874.
+    assert!((number(&report["nees_95"][0]) - 0.846_375).abs() < 1e-4);
+    assert!((number(&report["nees_95"][1]) - 1.166_248).abs() < 1e-4);
+    assert!(number(&report["wall_s"]) > 0.0 && number(&report["steps_per_s_per_core"]) > 0.0);
+}
+
+#[test]
+fn mc_gives_the_same_on_any_number_of_cores() {
+    let folder = TempDir::new().unwrap();
+    let on_cores = |cores: &str| {
+        let rows = folder.path().join(cores);
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(["mc", "cubesat-pyramid", "--runs", "40", "--seed", "7", "--json", "--out"])
+            .arg(&rows)
+            .env("RAYON_NUM_THREADS", cores)
+            .output()
+            .unwrap();
+        assert!(output.status.success() && output.stderr.is_empty());
+        (without_times(&output.stdout), fs::read_to_string(rows).unwrap())
+    };
+    assert_eq!(on_cores("1"), on_cores("2"));
+}
+
+/// A campaign's document without what depends on the clock.
+fn without_times(stdout: &[u8]) -> Value {
+    let mut report: Value = serde_json::from_slice(stdout).unwrap();
+    for time in ["wall_s", "steps_per_s_per_core"] {
+        assert!(report.as_object_mut().unwrap().remove(time).is_some(), "{time}");
+    }
+    report
+}
+
+#[test]
+fn mc_flies_what_run_flies() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("runs.csv");
+    json(&["mc", "cubesat-pyramid", "--runs", "3", "--seed", "5", "--json", "--out", text(&file)]);
+    let rows = fs::read_to_string(&file).unwrap();
+    assert_eq!(rows.lines().count(), 4);
+    let last: Vec<&str> = rows.lines().last().unwrap().split(',').collect();
+    assert_eq!(&last[..3], ["2", "7", "converged"]);
+    let run = json(&["run", "cubesat-pyramid", "--seed", "7", "--json"]);
+    let inertia = &run["inertia_kg_m2"];
+    for (i, (row, column)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].iter().enumerate() {
+        // Both by the same reader, which may be off in the last digit.
+        let cell = |at: usize| serde_json::from_str::<Value>(last[at]).unwrap();
+        assert_eq!(inertia[row][column], cell(3 + i), "element {i}");
+        assert_eq!(run["sigma_kg_m2"][i], cell(9 + i), "element {i}");
+    }
+}
+
+#[test]
+fn mc_refuses_bad_input() {
+    let bad: [&[&str]; 4] = [
+        &["mc", "stsat3-spin-up", "--runs", "0"],
+        &["mc", "stsat3-spin-up", "--runs", "-1"],
+        &["mc", "stsat3-spin-up"],
+        &["mc", "--runs", "5"],
+    ];
+    for arguments in bad {
+        let output = host_sim(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains(if arguments[1] == "--runs" {
+            "<SCENARIO>"
+        } else {
+            "--runs"
+        }));
+    }
+    refused(&host_sim(&["mc", "no-such-scenario", "--runs", "5"]), &["no-such-scenario"]);
+
+    let folder = TempDir::new().unwrap();
+    let arguments = ["mc", "cubesat-pyramid", "--runs", "5", "--out", text(folder.path())];
+    let output = host_sim(&arguments);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains(text(folder.path())));
+}
+
+#[cfg(unix)]
+#[test]
+fn mc_ends_early_on_ctrl_c_with_what_it_has() {
+    use std::process::Stdio;
+    use std::thread::sleep;
+    use std::time::Duration;
+
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("runs.csv");
+    // How long until the first run is complete depends on the machine.
+    let output = [1, 4, 16]
+        .map(Duration::from_secs)
+        .into_iter()
+        .find_map(|patience| {
+            let _ = fs::remove_file(&file);
+            let campaign = std::process::Command::new(env!("CARGO_BIN_EXE_host-sim"))
+                .args(["mc", "cubesat-pyramid", "--runs", "100000000", "--json", "--out"])
+                .arg(&file)
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap();
+            // The file is made once Ctrl-C is caught, just before the first run.
+            while !file.exists() {
+                sleep(Duration::from_millis(20));
+            }
+            sleep(patience);
+            let interrupt = ["-INT".to_owned(), campaign.id().to_string()];
+            assert!(Command::new("kill").args(interrupt).output().unwrap().status.success());
+            let output = campaign.wait_with_output().unwrap();
+            (output.status.code() != Some(1)).then_some(output)
+        })
+        .expect("no run was complete in time");
+
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && message.starts_with("note: stopped after"), "{message}");
+    let stopped = without_times(&output.stdout);
+    let runs = stopped["runs"].to_string();
+    let rows = fs::read_to_string(&file).unwrap().lines().count() - 1;
+    assert_eq!(rows.to_string(), runs);
+    let shorter = host_sim(&["mc", "cubesat-pyramid", "--runs", &runs, "--json"]);
+    assert_eq!(stopped, without_times(&shorter.stdout));
+}
+
+#[test]
 fn a_simulated_log_replays_to_the_same_bits() {
     let folder = TempDir::new().unwrap();
     for precision in ["f32", "f64"] {
@@ -221,6 +363,9 @@ fn a_flight_without_motion_is_reported_not_invented() {
     let report = json(&["run", text(&path), "--json"]);
     assert_eq!(report["status"], "unobservable");
     assert_eq!(report["observed_directions"], 0);
+    let campaign = json(&["mc", text(&path), "--runs", "4", "--json"]);
+    assert_eq!((&campaign["used"], &campaign["not_converged"]), (&4.into(), &4.into()));
+    assert!(campaign["bound_kg_m2"][0].is_null() && campaign["rmse_over_bound"][0].is_null());
     let bound = json(&["crlb", text(&path), "--json"]);
     assert_eq!(bound["observed_directions"], 0);
     assert!(bound["bound_kg_m2"][0].is_null());

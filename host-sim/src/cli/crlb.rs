@@ -4,12 +4,14 @@ use clap::Args;
 
 use super::{Failure, print};
 use crate::input::Scenario;
+use crate::input::scenario::DEFAULT_SCENARIO;
 use crate::report::{CrlbReport, table};
 use crate::truth::Flight;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// A SCENARIO.toml, or the name of a built-in one.
+    #[arg(default_value = DEFAULT_SCENARIO)]
     scenario: String,
     /// Print one JSON document instead of a table.
     #[arg(long)]

@@ -1,8 +1,8 @@
 //! What `run` and `replay` share: a log goes through an estimator, and becomes a report.
 
-use fsw_core::{Estimate, Outcome, Status as CoreStatus};
+use fsw_core::{Outcome, Status as CoreStatus};
 
-use super::{Failure, Options};
+use super::{Failure, Method, Options};
 use crate::estimation::{Flown, OnBoard, Setup, fly, set_up};
 use crate::input::Craft;
 use crate::input::log::LogRow;
@@ -25,15 +25,10 @@ pub fn estimate(
     rows: &[LogRow],
     file: &str,
 ) -> Result<Estimated, Failure> {
-    if craft.solve_for.torque || craft.solve_for.gyro_bias {
-        eprintln!(
-            "note: {} doesn't estimate a disturbance torque or gyro bias; [disturbance] is ignored",
-            options.estimator
-        );
-    }
+    note_ignored_unknowns(&options.method, craft);
     let mut setup = Setup {
-        estimator: options.estimator,
-        precision: options.precision,
+        estimator: options.method.estimator,
+        precision: options.method.precision,
         craft,
         gyro_noise_rad_s: 0.0,
         sample_period_s: median_period_s(rows),
@@ -50,6 +45,16 @@ pub fn estimate(
         }
     });
     Ok(Estimated { report: report(options, rows.len(), &flown), history })
+}
+
+/// Says so where the estimator leaves out unknowns that it is asked for.
+pub(super) fn note_ignored_unknowns(method: &Method, craft: &Craft) {
+    if craft.solve_for.torque || craft.solve_for.gyro_bias {
+        eprintln!(
+            "note: {} doesn't estimate a disturbance torque or gyro bias; [disturbance] is ignored",
+            method.estimator
+        );
+    }
 }
 
 /// Passes over the log, at most, that look for the gyro's noise.
@@ -93,12 +98,12 @@ fn report(options: &Options, samples: usize, flown: &Flown) -> ReplayReport {
     let (over_trace, over_trace_sigma) = estimate.over_trace();
     let rejected = counts.rejected().into_iter().filter(|(_, count)| *count > 0);
     ReplayReport {
-        estimator: options.estimator.to_string(),
-        precision: options.precision.to_string(),
+        estimator: options.method.estimator.to_string(),
+        precision: options.method.precision.to_string(),
         samples: samples as u64,
         accepted: u64::from(counts.accepted),
         rejected: rejected.map(|(reason, count)| (reason.to_owned(), u64::from(count))).collect(),
-        status: status(estimate),
+        status: status(estimate.status),
         inertia_kg_m2: matrix(&elements),
         sigma_kg_m2: estimate.sigma_kg_m2(),
         covariance_kg2_m4: estimate.covariance_kg2_m4.into(),
@@ -114,8 +119,9 @@ fn report(options: &Options, samples: usize, flown: &Flown) -> ReplayReport {
     }
 }
 
-fn status(estimate: &Estimate<f64>) -> Status {
-    match estimate.status {
+/// The core's word as the reports have it.
+pub(super) fn status(status: CoreStatus) -> Status {
+    match status {
         CoreStatus::Converged => Status::Converged,
         CoreStatus::Partial => Status::Partial,
         CoreStatus::Unobservable => Status::Unobservable,

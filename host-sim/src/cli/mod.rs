@@ -5,6 +5,7 @@
 
 mod crlb;
 mod estimate;
+mod mc;
 mod replay;
 mod run;
 
@@ -33,21 +34,33 @@ pub struct Cli {
 enum Verb {
     /// Simulate one flight, estimate, and set the estimate beside the truth and the bound.
     Run(run::Arguments),
+    /// Many flights that differ in gyro noise: RMS error and bias beside the bound, and NEES.
+    ///
+    /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
+    /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.
+    Mc(mc::Arguments),
     /// Estimate from a recorded log.
     Replay(replay::Arguments),
     /// The Cramér-Rao bound of a scenario: what no unbiased estimator can beat.
     Crlb(crlb::Arguments),
 }
 
-/// How to estimate, and where results go: the same for every verb that estimates.
-#[derive(Debug, Args)]
-struct Options {
+/// How to estimate: the same for every verb that does.
+#[derive(Clone, Copy, Debug, Args)]
+struct Method {
     /// The estimator.
     #[arg(long, value_enum, default_value_t = EstimatorName::JointEkf)]
     estimator: EstimatorName,
     /// The arithmetic: f32 is what flies.
     #[arg(long, value_enum, default_value_t = Precision::F32)]
     precision: Precision,
+}
+
+/// How to estimate one flight, and where results go.
+#[derive(Debug, Args)]
+struct Options {
+    #[command(flatten)]
+    method: Method,
     /// Write the time history, plots and a report into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -69,6 +82,8 @@ enum Failure {
     NoNoise { file: String, why: &'static str },
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
+    #[error("stopped before the first run was complete; there is no result")]
+    Interrupted,
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error("the result can't be printed: {0}")]
@@ -81,7 +96,11 @@ impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Input(_) | Self::SetUp(_) | Self::NoNoise { .. } => 2,
-            Self::Integration(_) | Self::Output(_) | Self::Print(_) | Self::Json(_) => 1,
+            Self::Integration(_)
+            | Self::Interrupted
+            | Self::Output(_)
+            | Self::Print(_)
+            | Self::Json(_) => 1,
         }
     }
 }
@@ -90,6 +109,7 @@ impl Failure {
 pub fn main() -> ExitCode {
     let result = match Cli::parse().verb {
         Verb::Run(arguments) => run::run(&arguments),
+        Verb::Mc(arguments) => mc::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Crlb(arguments) => crlb::run(&arguments),
     };

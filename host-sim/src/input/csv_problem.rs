@@ -135,7 +135,8 @@ pub enum CsvProblem {
 }
 
 fn rename_hint(nearest: Option<&str>) -> String {
-    nearest.map_or(String::new(), |name| format!(" (is it `{name}`? then rename it)"))
+    nearest
+        .map_or(String::new(), |name| format!(" (is it `{name}`? then rename it, mind its unit)"))
 }
 
 fn wheel_advice(craft_wheels: usize) -> String {

@@ -84,12 +84,18 @@ impl CsvSource {
         Ok(source)
     }
 
-    /// The column called `name`.
-    pub(super) fn column(&self, name: &str) -> Result<Column, InputError> {
+    /// The column called `name`. Where there is none, the error points to the one most like it,
+    /// but never to one that `has_a_meaning` of its own.
+    pub(super) fn column(
+        &self,
+        name: &str,
+        has_a_meaning: impl Fn(&str) -> bool,
+    ) -> Result<Column, InputError> {
         let index = self.columns.iter().position(|column| column == name).ok_or_else(|| {
+            let free: Vec<&String> = self.columns.iter().filter(|c| !has_a_meaning(c)).collect();
             let problem = CsvProblem::MissingColumn {
                 column: name.to_owned(),
-                nearest: nearest(name, &self.columns).map(str::to_owned),
+                nearest: nearest(name, &free).map(str::to_owned),
                 present: self.columns.clone(),
             };
             self.error(Some(1), problem)
@@ -229,7 +235,7 @@ mod tests {
     /// The error of reading column `b` of every row.
     fn message_in_b(text: &str) -> String {
         let source = parse(text).unwrap();
-        let b = source.column("b").unwrap();
+        let b = source.column("b", |_| false).unwrap();
         let numbers: Result<Vec<f64>, _> =
             source.rows().iter().map(|row| source.number(row, &b)).collect();
         numbers.unwrap_err().to_string()
@@ -239,7 +245,7 @@ mod tests {
     fn columns_are_found_in_any_order_whatever_the_line_ends() {
         for text in ["b,a\n2,1\n", "\u{feff}b,a\r\n2,1\r\n", "b , a\n\n 2, 1", "b,a\n2,1\n  \n"] {
             let source = parse(text).unwrap();
-            let a = source.column("a").unwrap();
+            let a = source.column("a", |_| false).unwrap();
             assert_eq!(source.number(&source.rows()[0], &a).unwrap(), 1.0, "{text:?}");
         }
     }
@@ -274,10 +280,11 @@ mod tests {
 
     #[test]
     fn missing_column_names_the_nearest() {
-        let message = parse("t,rate_x\n0,1\n").unwrap().column("rate_x_rad_s").unwrap_err();
+        let message =
+            parse("t,rate_x\n0,1\n").unwrap().column("rate_x_rad_s", |_| false).unwrap_err();
         assert_eq!(
             message.to_string(),
-            "x.csv:1: no column `rate_x_rad_s` (is it `rate_x`? then rename it); \
+            "x.csv:1: no column `rate_x_rad_s` (is it `rate_x`? then rename it, mind its unit); \
              the columns are: t, rate_x"
         );
     }

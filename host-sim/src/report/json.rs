@@ -80,6 +80,56 @@ pub struct RunReport {
     pub bound_kg_m2: [Option<f64>; 6],
 }
 
+/// What many simulated flights come to that differ in gyro noise.
+///
+/// A run counts as diverged if its status says so, or if the error of any element isn't finite or is
+/// beyond 20 of its bounds, whatever the status. Diverged runs are counted and left out of `rmse_*`,
+/// `bias_*` and NEES.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct McReport {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Name of the estimator, as `joint-ekf`.
+    pub estimator: String,
+    /// Arithmetic of the flight core: `f32` or `f64`.
+    pub precision: String,
+    /// Seed of the first run; run `i` has this plus `i`.
+    pub seed: u64,
+    /// Runs that were completed: those asked for, or fewer after Ctrl-C.
+    pub runs: u64,
+    /// Runs that the figures are of: those that did not diverge.
+    pub used: u64,
+    /// Runs that diverged.
+    pub diverged: u64,
+    /// Runs that did not diverge, and have another status than converged.
+    pub not_converged: u64,
+    /// The true elements, kg m².
+    pub truth_kg_m2: [f64; 6],
+    /// RMS of estimated minus true, kg m²; null if all runs diverged.
+    pub rmse_kg_m2: [Option<f64>; 6],
+    /// Mean of estimated minus true, kg m²; null if all runs diverged.
+    pub bias_kg_m2: [Option<f64>; 6],
+    /// Cramér-Rao bound of each element, one sigma, kg m²; null where it is not observed.
+    pub bound_kg_m2: [Option<f64>; 6],
+    /// RMS error over the bound; null where there is no bound.
+    pub rmse_over_bound: [Option<f64>; 6],
+    /// Bias over the bound; null where there is no bound.
+    pub bias_over_bound: [Option<f64>; 6],
+    /// Mean normalised estimation error squared over its six degrees of freedom: 1 for an honest
+    /// covariance, above for an overconfident one; null where no run has one.
+    pub nees_per_dof: Option<f64>,
+    /// Runs that this is the mean of: those used whose covariance is positive definite.
+    pub nees_runs: u64,
+    /// Low and high: where the mean of that many lies 95 % of the time for an honest covariance.
+    pub nees_95: Option<[f64; 2]>,
+    /// Samples given to the estimator, all runs together.
+    pub steps: u64,
+    /// Time that the runs took, s; the truth and the bound, simulated once, don't count.
+    pub wall_s: f64,
+    /// Samples over the time spent in the estimator, summed over threads, 1/s.
+    pub steps_per_s_per_core: Option<f64>,
+}
+
 /// How well any estimator could do on a scenario.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CrlbReport {
@@ -215,6 +265,32 @@ pub(super) mod examples {
         RunReport::new("stsat3-spin-up", 7, replay(), TRUTH, bound)
     }
 
+    pub fn mc() -> McReport {
+        let bound = [0.002_75, 0.002_49, 0.003_19, 0.001_12, 0.001_62, 0.000_854];
+        McReport {
+            scenario: "stsat3-spin-up".to_owned(),
+            estimator: "joint-ekf".to_owned(),
+            precision: "f32".to_owned(),
+            seed: 100,
+            runs: 50,
+            used: 48,
+            diverged: 2,
+            not_converged: 1,
+            truth_kg_m2: TRUTH,
+            rmse_kg_m2: bound.map(|bound| Some(1.25 * bound)),
+            bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
+            bound_kg_m2: bound.map(Some),
+            rmse_over_bound: [Some(1.25); 6],
+            bias_over_bound: [Some(-0.1); 6],
+            nees_per_dof: Some(1.0923),
+            nees_runs: 48,
+            nees_95: Some([0.8881, 1.1187]),
+            steps: 300_050,
+            wall_s: 1.26,
+            steps_per_s_per_core: Some(512_345.6),
+        }
+    }
+
     pub fn crlb() -> CrlbReport {
         let bound = [Some(0.002_75), Some(0.002_49), None, Some(0.001_12), None, Some(8.54e-9)];
         let unknowns = ["rate", "inertia"].map(str::to_owned).to_vec();
@@ -277,6 +353,36 @@ mod tests {
         assert_eq!(keys(&document), expected);
         let error = document["error_percent"][0].as_f64().unwrap();
         assert!((error - 100.0 * 0.00102 / 14.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn mc_has_the_agreed_names_and_shapes() {
+        let document = serde_json::to_value(examples::mc()).unwrap();
+        let expected = [
+            "bias_kg_m2",
+            "bias_over_bound",
+            "bound_kg_m2",
+            "diverged",
+            "estimator",
+            "nees_95",
+            "nees_per_dof",
+            "nees_runs",
+            "not_converged",
+            "precision",
+            "rmse_kg_m2",
+            "rmse_over_bound",
+            "runs",
+            "scenario",
+            "seed",
+            "steps",
+            "steps_per_s_per_core",
+            "truth_kg_m2",
+            "used",
+            "wall_s",
+        ];
+        assert_eq!(keys(&document), expected);
+        assert_eq!(document["rmse_over_bound"].as_array().unwrap().len(), 6);
+        assert_eq!(document["nees_95"], json!([0.8881, 1.1187]));
     }
 
     #[test]

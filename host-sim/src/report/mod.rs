@@ -6,6 +6,8 @@
 //!             │                                                └─> table ──> stdout
 //!             └─> Vec<history::HistoryRow> ──> plots
 //!                  all of these ──> out_dir: report.md, result.json, history.csv, log.csv, *.svg
+//! campaign ───┬─> json::McReport ──> --json, table
+//!             └─> runs::RunRow, one for each ──> a CSV file
 //! ```
 //!
 //! The types here are plain numbers and know nothing of the flight core. Elements of an inertia
@@ -16,8 +18,9 @@ pub mod json;
 mod number;
 pub mod out_dir;
 pub mod plots;
+pub mod runs;
 pub mod table;
 
 pub use history::HistoryRow;
-pub use json::{CrlbReport, ReplayReport, RunReport, Status};
+pub use json::{CrlbReport, McReport, ReplayReport, RunReport, Status};
 pub use out_dir::{OutputError, ReportFolder};

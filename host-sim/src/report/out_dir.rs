@@ -25,7 +25,7 @@ use crate::input::log::{LogRow, write_log};
 pub enum OutputError {
     /// A file or the folder itself.
     #[error(
-        "{path}: cannot be written: {reason}; give another folder, or check permissions and space"
+        "{path}: cannot be written: {reason}; give another path, or check permissions and space"
     )]
     Unwritable {
         /// Which one.
@@ -115,7 +115,7 @@ fn stream(
         .map_err(|reason| unwritable(&path, reason))
 }
 
-fn unwritable(path: &Path, reason: io::Error) -> OutputError {
+pub(super) fn unwritable(path: &Path, reason: io::Error) -> OutputError {
     OutputError::Unwritable { path: path.display().to_string(), reason }
 }
 

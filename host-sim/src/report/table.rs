@@ -1,6 +1,6 @@
 //! The tables that people read on the terminal.
 
-use super::json::{CrlbReport, ReplayReport, RunReport, elements};
+use super::json::{CrlbReport, McReport, ReplayReport, RunReport, elements};
 use super::number::{fixed, power, significant};
 use crate::input::ELEMENT_NAMES;
 
@@ -73,10 +73,83 @@ pub fn replay(report: &ReplayReport) -> String {
         "\n".to_owned(),
         heading("principal moments", &format!("{moments} kg m²")),
     ];
-    if !report.scale_observed {
+    if !report.scale_observed && report.observed_directions > 0 {
         parts.push(ratios(report));
     }
     parts.concat()
+}
+
+/// The table of a campaign: RMS error and bias beside the bound.
+pub fn mc(report: &McReport) -> String {
+    let decimals = decimals(&report.rmse_kg_m2.map(Option::unwrap_or_default), &report.truth_kg_m2);
+    let mut table = Table::new(&[
+        ("element", ""),
+        ("true", "kg m²"),
+        ("RMS error", "kg m²"),
+        ("bias", "kg m²"),
+        ("bound", "kg m²"),
+        ("RMS/bound", ""),
+        ("bias/bound", ""),
+    ]);
+    let short = |figure: Option<f64>, otherwise| {
+        or(figure.map(|figure| significant(figure, DIGITS)), otherwise)
+    };
+    let ratio = |figure: Option<f64>| or(figure.map(|figure| fixed(figure, 2)), NOTHING);
+    for i in 0..6 {
+        table.row([
+            ELEMENT_NAMES[i].to_owned(),
+            value(report.truth_kg_m2[i], decimals),
+            short(report.rmse_kg_m2[i], NOTHING),
+            short(report.bias_kg_m2[i], NOTHING),
+            short(report.bound_kg_m2[i], UNSEEN),
+            ratio(report.rmse_over_bound[i]),
+            ratio(report.bias_over_bound[i]),
+        ]);
+    }
+    let last_seed = report.seed.wrapping_add(report.runs.saturating_sub(1));
+    [
+        heading("scenario", &format!("{}, seeds {} to {last_seed}", report.scenario, report.seed)),
+        heading("estimator", &format!("{}, {}", report.estimator, report.precision)),
+        heading(
+            "runs",
+            &format!(
+                "{}: {} diverged (left out below), {} of the others not converged",
+                report.runs, report.diverged, report.not_converged
+            ),
+        ),
+        heading("NEES", &honesty(report)),
+        heading("speed", &speed(report)),
+        "\n".to_owned(),
+        table.finish(),
+    ]
+    .concat()
+}
+
+/// NEES, and where it should be.
+fn honesty(report: &McReport) -> String {
+    let (Some(nees), Some([low, high])) = (report.nees_per_dof, report.nees_95) else {
+        let why = if report.used == 0 {
+            "every run diverged"
+        } else {
+            "no covariance is positive definite"
+        };
+        return format!("none: {why}");
+    };
+    let (nees, low, high) = (significant(nees, 4), significant(low, 4), significant(high, 4));
+    let of = if report.nees_runs == report.used {
+        String::new()
+    } else {
+        format!(", of the {} runs whose covariance is positive definite", report.nees_runs)
+    };
+    format!("{nees} per degree of freedom (honest: {low} to {high}, 95 %){of}")
+}
+
+/// Steps, time, and the estimator's own pace.
+fn speed(report: &McReport) -> String {
+    let pace = report.steps_per_s_per_core.map_or(String::new(), |pace| {
+        format!("; the estimator alone {} steps/s per core", significant(pace, DIGITS))
+    });
+    format!("{} steps in {} s{pace}", report.steps, significant(report.wall_s, DIGITS))
 }
 
 /// The table of a bound: how well any estimator could do.
@@ -116,7 +189,10 @@ fn summary(report: &ReplayReport) -> String {
     let scale = if report.scale_observed { "scale observed" } else { "scale not observed" };
     let observed = format!("{} of 6 directions, {scale}", report.observed_directions);
     let physical = if report.physical { "yes" } else { "no: no rigid body has this tensor" };
-    let residual = format!("{} rad/s RMS", significant(report.residual_rms_rad_s, 4));
+    let residual = match report.residual_rms_rad_s {
+        0.0 => "none: no sample was predicted".to_owned(),
+        rms => format!("{} rad/s RMS", significant(rms, 4)),
+    };
 
     let mut lines = heading("estimator", &format!("{}, {}", report.estimator, report.precision));
     lines += &heading("samples", &samples);
@@ -330,6 +406,48 @@ jxz         0.00259    3.09e-5
 jyz         0.01161    1.66e-5
 "
         );
+    }
+
+    #[test]
+    fn mc_table() {
+        assert_eq!(
+            mc(&examples::mc()),
+            "\
+scenario            stsat3-spin-up, seeds 100 to 149
+estimator           joint-ekf, f32
+runs                50: 2 diverged (left out below), 1 of the others not converged
+NEES                1.092 per degree of freedom (honest: 0.8881 to 1.119, 95 %)
+speed               300050 steps in 1.26 s; the estimator alone 512346 steps/s per core
+
+element     true  RMS error       bias     bound  RMS/bound  bias/bound
+           kg m²      kg m²      kg m²     kg m²
+jxx      14.2000    0.00344  -0.000275   0.00275       1.25       -0.10
+jyy      17.3000    0.00311  -0.000249   0.00249       1.25       -0.10
+jzz      20.3000    0.00399  -0.000319   0.00319       1.25       -0.10
+jxy       0.0867    0.00140  -0.000112   0.00112       1.25       -0.10
+jxz       0.1357    0.00202  -0.000162   0.00162       1.25       -0.10
+jyz       0.6016    0.00107   -8.54e-5  0.000854       1.25       -0.10
+"
+        );
+    }
+
+    #[test]
+    fn mc_table_of_what_cannot_be_seen() {
+        let mut report = examples::mc();
+        report.nees_runs = 40;
+        report.bound_kg_m2[0] = None;
+        (report.rmse_over_bound[0], report.bias_over_bound[0]) = (None, None);
+        let table = mc(&report);
+        assert!(table.contains("95 %), of the 40 runs whose covariance is positive definite"));
+        assert!(table.contains("unseen          -           -\n"), "{table}");
+
+        (report.rmse_kg_m2, report.bias_kg_m2) = ([None; 6], [None; 6]);
+        (report.nees_per_dof, report.nees_95) = (None, None);
+        assert!(
+            mc(&report).contains("NEES                none: no covariance is positive definite\n")
+        );
+        report.used = 0;
+        assert!(mc(&report).contains("NEES                none: every run diverged\n"));
     }
 
     #[test]

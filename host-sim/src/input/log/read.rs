@@ -65,7 +65,7 @@ struct Columns {
 
 impl Columns {
     fn find(source: &CsvSource, wheel_count: usize) -> Result<Self, InputError> {
-        let time = source.column(TIME)?;
+        let time = source.column(TIME, is_ours)?;
         let gyro = three(source, GYRO)?;
 
         let wheel_columns = source.columns().iter().filter(|name| is_wheel(name)).count();
@@ -75,8 +75,10 @@ impl Columns {
         }
         let wheel_names: Vec<String> =
             (1..=wheel_count).map(|wheel| format!("wheel_{wheel}_rad_s")).collect();
-        let wheels =
-            wheel_names.iter().map(|name| source.column(name)).collect::<Result<Vec<_>, _>>()?;
+        let wheels = wheel_names
+            .iter()
+            .map(|name| source.column(name, is_ours))
+            .collect::<Result<Vec<_>, _>>()?;
 
         // One torque column asks for all three: a torque with an axis left out is a mistake.
         let has_torque = TORQUE.iter().any(|name| source.columns().iter().any(|c| c == name));
@@ -90,6 +92,11 @@ impl Columns {
     }
 }
 
+/// Whether a column has a meaning in a log.
+fn is_ours(name: &str) -> bool {
+    name == TIME || GYRO.contains(&name) || TORQUE.contains(&name) || is_wheel(name)
+}
+
 /// Whether a column is called `wheel_1_rad_s` or the like, with any number.
 fn is_wheel(name: &str) -> bool {
     name.strip_prefix("wheel_")
@@ -98,7 +105,8 @@ fn is_wheel(name: &str) -> bool {
 }
 
 fn three(source: &CsvSource, [x, y, z]: [&str; 3]) -> Result<[Column; 3], InputError> {
-    Ok([source.column(x)?, source.column(y)?, source.column(z)?])
+    let column = |name| source.column(name, is_ours);
+    Ok([column(x)?, column(y)?, column(z)?])
 }
 
 fn vector(

@@ -217,7 +217,7 @@ fn table<const N: usize>(
     let time_s = strictly_increasing_times(&source)?;
     let mut profiles = [TorqueProfile::ZERO; N];
     for (profile, name) in profiles.iter_mut().zip(columns) {
-        let column = source.column(name)?;
+        let column = source.column(name, |other| other == "t_s" || columns.contains(&other))?;
         let value_n_m = (source.rows().iter())
             .map(|row| source.number(row, &column))
             .collect::<Result<_, _>>()?;
@@ -227,7 +227,7 @@ fn table<const N: usize>(
 }
 
 fn strictly_increasing_times(source: &CsvSource) -> Result<Vec<f64>, InputError> {
-    let column = source.column("t_s")?;
+    let column = source.column("t_s", |other| ["x", "y", "z"].contains(&other))?;
     let mut times: Vec<f64> = Vec::with_capacity(source.rows().len());
     for row in source.rows() {
         let time = source.number(row, &column)?;

@@ -1,0 +1,162 @@
+//! `mc`: Monte Carlo over the gyro's noise, beside the bound.
+
+use std::io::{self, IsTerminal};
+use std::path::PathBuf;
+use std::process;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::estimate::{note_ignored_unknowns, status};
+use super::{Failure, Method, print};
+use crate::campaign::statistics::{Statistics, reduce};
+use crate::campaign::{Campaign, Run};
+use crate::input::Scenario;
+use crate::report::runs::{RunRow, RunsFile};
+use crate::report::{McReport, table};
+use crate::truth::Flight;
+
+/// Exit code of a program that is interrupted and doesn't end by itself: 128 + SIGINT.
+const INTERRUPTED: i32 = 130;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// A SCENARIO.toml, or the name of a built-in one.
+    scenario: String,
+    /// How many runs.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    runs: u64,
+    /// Seed of the first run's gyro noise; run i has this plus i.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    method: Method,
+    /// Write one CSV row for each run into this file.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Print one JSON document instead of a table.
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { scenario, runs: asked, seed, method, out, json } = arguments;
+    let scenario = Scenario::load(scenario)?;
+    note_ignored_unknowns(method, &scenario.craft());
+    let flight = Flight::simulate(&scenario)?;
+    let campaign = Campaign {
+        scenario: &scenario,
+        flight: &flight,
+        estimator: method.estimator,
+        precision: method.precision,
+        first_seed: *seed,
+        runs: *asked,
+    };
+    let stop = stop_on_ctrl_c();
+    let out = out.as_deref().map(RunsFile::create).transpose()?;
+
+    let begun = Instant::now();
+    let bar = progress_bar(*asked);
+    let runs = campaign.fly(&stop, || bar.inc(1));
+    bar.finish_and_clear();
+    let (runs, wall) = (runs?, begun.elapsed());
+
+    let complete = runs.len() as u64;
+    if complete < *asked {
+        if complete == 0 {
+            return Err(Failure::Interrupted);
+        }
+        eprintln!("note: stopped after {complete} of {asked} runs; this is their result");
+    }
+    if let Some(file) = out {
+        file.write(runs.iter().map(row))?;
+    }
+    let report = report(&campaign, &runs, wall);
+    print(*json, &report, &table::mc(&report))
+}
+
+fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
+    let Statistics {
+        used,
+        diverged,
+        not_converged,
+        rmse_kg_m2,
+        bias_kg_m2,
+        rmse_over_bound,
+        bias_over_bound,
+        nees_per_dof,
+        nees_runs,
+        nees_95,
+        ..
+    } = reduce(runs.iter().map(|run| &run.score));
+    let yardstick = campaign.yardstick();
+    let steps = runs.iter().map(|run| run.steps).sum();
+    let estimator_s = runs.iter().map(|run| run.estimator_time.as_secs_f64()).sum::<f64>();
+    McReport {
+        scenario: campaign.scenario.name.clone(),
+        estimator: campaign.estimator.to_string(),
+        precision: campaign.precision.to_string(),
+        seed: campaign.first_seed,
+        runs: runs.len() as u64,
+        used: used as u64,
+        diverged: diverged as u64,
+        not_converged: not_converged as u64,
+        truth_kg_m2: yardstick.truth_kg_m2,
+        rmse_kg_m2,
+        bias_kg_m2,
+        bound_kg_m2: yardstick.bound_kg_m2,
+        rmse_over_bound,
+        bias_over_bound,
+        nees_per_dof,
+        nees_runs: nees_runs as u64,
+        nees_95,
+        steps,
+        wall_s: wall.as_secs_f64(),
+        steps_per_s_per_core: (estimator_s > 0.0).then(|| steps as f64 / estimator_s),
+    }
+}
+
+fn row(run: &Run) -> RunRow {
+    let score = &run.score;
+    RunRow {
+        run: run.index,
+        seed: run.seed,
+        status: status(score.status),
+        inertia_kg_m2: score.inertia_kg_m2,
+        sigma_kg_m2: score.sigma_kg_m2,
+        error_kg_m2: score.error_kg_m2,
+        nees: score.nees,
+        diverged: score.diverged,
+    }
+}
+
+/// A flag that Ctrl-C sets. The second time it ends the program at once: a run may be long.
+fn stop_on_ctrl_c() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let handler = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            process::exit(INTERRUPTED);
+        }
+    };
+    if let Err(error) = ctrlc::set_handler(handler) {
+        eprintln!("note: Ctrl-C will end this without a result ({error})");
+    }
+    stop
+}
+
+/// A bar on stderr, if a person is looking.
+fn progress_bar(runs: u64) -> ProgressBar {
+    if !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} runs, {eta} left");
+    let bar = ProgressBar::new(runs);
+    match style {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

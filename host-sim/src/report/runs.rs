@@ -1,0 +1,121 @@
+//! The runs of a campaign, as CSV: one row each.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::json::Status;
+use super::out_dir::{OutputError, unwritable};
+use crate::input::ELEMENT_NAMES;
+
+/// What one run came to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunRow {
+    /// Its number, from zero.
+    pub run: u64,
+    /// Seed of its gyro noise.
+    pub seed: u64,
+    /// What the estimator says of its estimate.
+    pub status: Status,
+    /// Estimated elements, kg m².
+    pub inertia_kg_m2: [f64; 6],
+    /// One sigma of each, kg m².
+    pub sigma_kg_m2: [f64; 6],
+    /// Estimated minus true, kg m².
+    pub error_kg_m2: [f64; 6],
+    /// Normalised estimation error squared, six degrees of freedom, if there is one.
+    pub nees: Option<f64>,
+    /// Whether it counts as diverged, whatever its status.
+    pub diverged: bool,
+}
+
+/// A file of runs, opened before the first is flown: a campaign is too long to lose to a wrong path.
+pub struct RunsFile {
+    path: PathBuf,
+    file: File,
+}
+
+impl RunsFile {
+    /// Makes the file, or empties it.
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        let file = File::create(path).map_err(|reason| unwritable(path, reason))?;
+        Ok(Self { path: path.to_owned(), file })
+    }
+
+    /// Writes the runs.
+    pub fn write(self, rows: impl IntoIterator<Item = RunRow>) -> Result<(), OutputError> {
+        write_runs(self.file, rows).map_err(|reason| unwritable(&self.path, reason))
+    }
+}
+
+/// Writes runs as CSV. What there is none of is an empty cell; numbers are as short as they can be
+/// while reading back as the same `f64`.
+fn write_runs<W: io::Write>(out: W, rows: impl IntoIterator<Item = RunRow>) -> io::Result<()> {
+    let mut out = csv::Writer::from_writer(out);
+    out.write_record(header())?;
+    for row in rows {
+        let numbers = [row.inertia_kg_m2, row.sigma_kg_m2, row.error_kg_m2].concat();
+        let mut cells = vec![row.run.to_string(), row.seed.to_string(), row.status.to_string()];
+        cells.extend(numbers.iter().map(|x| format!("{x:?}")));
+        cells.push(row.nees.map_or(String::new(), |x| format!("{x:?}")));
+        cells.push(row.diverged.to_string());
+        out.write_record(&cells)?;
+    }
+    out.flush()
+}
+
+fn header() -> Vec<String> {
+    let mut names = ["run", "seed", "status"].map(str::to_owned).to_vec();
+    for quantity in ["", "sigma_", "error_"] {
+        names.extend(ELEMENT_NAMES.map(|element| format!("{quantity}{element}_kg_m2")));
+    }
+    names.extend(["nees", "diverged"].map(str::to_owned));
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_has_the_cells_of_the_header() {
+        let good = RunRow {
+            run: 0,
+            seed: 7,
+            status: Status::Converged,
+            inertia_kg_m2: [1.0, 2.0, 3.0, 0.1, 0.2, 0.3],
+            sigma_kg_m2: [0.5; 6],
+            error_kg_m2: [-1e-9; 6],
+            nees: Some(5.5),
+            diverged: false,
+        };
+        let bad = RunRow {
+            run: 1,
+            seed: 8,
+            status: Status::Diverged,
+            error_kg_m2: [f64::NAN; 6],
+            nees: None,
+            diverged: true,
+            ..good.clone()
+        };
+        let mut bytes = Vec::new();
+        write_runs(&mut bytes, [good, bad]).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[0].starts_with("run,seed,status,jxx_kg_m2,"), "{}", lines[0]);
+        assert!(lines[0].ends_with(",error_jyz_kg_m2,nees,diverged"), "{}", lines[0]);
+        assert!(lines[1].starts_with("0,7,converged,1.0,2.0,"), "{}", lines[1]);
+        assert!(lines[1].ends_with(",-1e-9,5.5,false"), "{}", lines[1]);
+        assert!(lines[2].ends_with(",NaN,,true"), "{}", lines[2]);
+        for line in &lines {
+            assert_eq!(line.split(',').count(), 23, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_made_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let message = RunsFile::create(folder.path()).err().unwrap().to_string();
+        assert!(message.starts_with(&folder.path().display().to_string()), "{message}");
+    }
+}
