@@ -23,6 +23,15 @@ pub enum Invalid {
     NotPositive,
     /// Must be zero or above.
     Negative,
+    /// Must be one or below.
+    AboveOne,
+    /// A whole number outside its range.
+    OutOfRange {
+        /// The least that is allowed.
+        least: u32,
+        /// The most that is allowed.
+        most: u32,
+    },
     /// An axis of no length has no direction.
     ZeroAxis,
     /// No rigid body has this inertia tensor.
@@ -41,6 +50,8 @@ impl fmt::Display for Invalid {
             Self::NotFinite => f.write_str("must be a finite number"),
             Self::NotPositive => f.write_str("must be above zero"),
             Self::Negative => f.write_str("must not be negative"),
+            Self::AboveOne => f.write_str("must not be above one"),
+            Self::OutOfRange { least, most } => write!(f, "must lie between {least} and {most}"),
             Self::ZeroAxis => f.write_str("an axis must have a length above zero"),
             Self::NotPhysical(why) => write!(f, "{why}"),
         }
@@ -48,6 +59,28 @@ impl fmt::Display for Invalid {
 }
 
 impl core::error::Error for ConfigError {}
+
+/// The error for `field`, if `value` isn't between `least` and `most`.
+pub(crate) fn within(
+    field: &'static str,
+    value: usize,
+    least: usize,
+    most: usize,
+) -> Result<(), ConfigError> {
+    if value < least || value > most {
+        let reason = Invalid::OutOfRange { least: least as u32, most: most as u32 };
+        return Err(ConfigError { field, reason });
+    }
+    Ok(())
+}
+
+/// The error for `field`, if `value` isn't finite.
+pub(crate) fn finite<T: crate::Real>(field: &'static str, value: T) -> Result<(), ConfigError> {
+    if !value.is_finite() {
+        return Err(ConfigError { field, reason: Invalid::NotFinite });
+    }
+    Ok(())
+}
 
 /// The error for `field`, if `value` isn't finite and above zero.
 pub(crate) fn positive<T: crate::Real>(field: &'static str, value: T) -> Result<(), ConfigError> {

@@ -10,6 +10,7 @@
 //!  3 estimator   step(sample) -> Outcome                       ◄── dynamics, tensor: the physics
 //!       │          joint_ekf: predict, innovation, correct     ◄── math: UD, square root
 //!       │          momentum_integral: a first estimate
+//!       │          chain: rate_ekf ─► savgol ─► regression
 //!  4 monitor     do the innovations fit? which directions has the data shown?
 //!       │
 //!  5 telemetry   estimate(): tensor, covariance, observed, status; counts of outcomes
@@ -31,6 +32,8 @@
 //!
 //! * \[Bellar2019\] A. Bellar, M. A. Si Mohammed, *Satellite inertia parameters estimation based
 //!   on extended Kalman filter*, J. Aerosp. Technol. Manag. 11, e1619, 2019.
+//! * \[Kim2013\] D. Kim, slides on moments of inertia by extended Kalman filter, causal
+//!   Savitzky-Golay filter and recursive least squares, Annual Technical Symposium, May 2013.
 //! * \[Kim2016\] D. Kim, S. Yang, S. Lee, *Rigid body inertia estimation using extended Kalman and
 //!   Savitzky-Golay filters*, Math. Probl. Eng. 2016, 2962671.
 //! * \[Bierman1977\] G. J. Bierman, *Factorization Methods for Discrete Sequential Estimation*,

@@ -43,7 +43,7 @@ impl OutcomeCounts {
             Outcome::Reset(Reset::Lockout) => &mut self.lockout_resets,
             Outcome::Reset(Reset::Diverged) => &mut self.divergence_resets,
             Outcome::Updated
-            | Outcome::Coasting(Coasting::Aligning)
+            | Outcome::Coasting(Coasting::Aligning | Coasting::Refilling)
             | Outcome::Reset(Reset::FirstSample | Reset::Aligned) => return,
         };
         *counter = counter.saturating_add(1);

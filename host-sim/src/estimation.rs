@@ -7,8 +7,10 @@ use std::fmt;
 use std::marker::PhantomData;
 
 use clap::ValueEnum;
-use fsw_core::estimator::Innovation;
+use fsw_core::estimator::chain::{self, Chain};
 use fsw_core::estimator::joint_ekf::{self, JointEkfPublished, JointEkfUd};
+use fsw_core::estimator::{Innovation, Prior};
+use fsw_core::gate;
 use fsw_core::telemetry::OutcomeCounts;
 use fsw_core::{
     ConfigError, Estimate, Estimator, Inertia, Outcome, Real, Sample, Vec3, WheelArray,
@@ -26,6 +28,10 @@ pub enum EstimatorName {
     JointEkf,
     /// The same filter as Bellar and Si Mohammed (2019) print it.
     JointEkfPublished,
+    /// Rate filter, causal Savitzky-Golay, recursive least squares for three moments: Kim et al. 2013.
+    EkfSgfRls,
+    /// Rate filter, even-window Savitzky-Golay, batch least squares for six elements: Kim et al. 2016.
+    EkfSgfLls,
 }
 
 /// The arithmetic of the flight core.
@@ -42,6 +48,8 @@ impl fmt::Display for EstimatorName {
         f.write_str(match self {
             Self::JointEkf => "joint-ekf",
             Self::JointEkfPublished => "joint-ekf-published",
+            Self::EkfSgfRls => "ekf-sgf-rls",
+            Self::EkfSgfLls => "ekf-sgf-lls",
         })
     }
 }
@@ -61,6 +69,15 @@ pub enum SetUpError {
     /// The core refused its configuration.
     #[error("the estimator refuses its configuration: {0}")]
     Config(#[from] ConfigError),
+    /// An estimator that filters the rate with a nominal inertia, and none is given.
+    #[error(
+        "{estimator} needs a nominal inertia: add a [prior] with inertia_kg_m2 = [jxx, jyy, jzz, \
+         jxy, jxz, jyz] and sigma_kg_m2 of each"
+    )]
+    NoNominalInertia {
+        /// Which.
+        estimator: EstimatorName,
+    },
     /// A craft with more wheels than the core is compiled for here.
     #[error("{found} wheels: the estimators are compiled for at most 8")]
     TooManyWheels {
@@ -142,26 +159,51 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
             let filter = JointEkfPublished::new(configure(config, setup), wheels)?;
             Box::new(Adapter::<T, _, W>::new(filter))
         }
+        EstimatorName::EkfSgfRls => chain::<T, W>(chain::Config::kim_2013, setup, wheels)?,
+        EstimatorName::EkfSgfLls => chain::<T, W>(chain::Config::kim_2016, setup, wheels)?,
+    })
+}
+
+/// Filter, differentiator and regression, with the prior's inertia as the nominal one.
+fn chain<T: Real, const W: usize>(
+    published: fn(T, Prior<T>) -> chain::Config<T>,
+    setup: &Setup<'_>,
+    wheels: WheelArray<T, W>,
+) -> Result<Box<dyn OnBoard>, SetUpError> {
+    let missing = SetUpError::NoNominalInertia { estimator: setup.estimator };
+    let nominal = prior(setup).ok_or(missing)?;
+    let mut config = published(T::lit(setup.gyro_noise_rad_s), nominal);
+    if !setup.refuse_spikes {
+        config.spike_sigma = T::MAX;
+    }
+    configure_gate(&mut config.gate, setup);
+    Ok(Box::new(Adapter::<T, _, W>::new(Chain::<T, W>::new(config, wheels)?)))
+}
+
+/// What the craft's file says of the inertia.
+fn prior<T: Real>(setup: &Setup<'_>) -> Option<Prior<T>> {
+    setup.craft.prior.as_ref().map(|prior| Prior {
+        inertia_kg_m2: prior.inertia_kg_m2.map(T::lit),
+        sigma_kg_m2: prior.sigma_kg_m2.map(T::lit),
     })
 }
 
 /// Puts what is known of the craft into an estimator's defaults.
 fn configure<T: Real>(mut config: joint_ekf::Config<T>, setup: &Setup<'_>) -> joint_ekf::Config<T> {
-    if let Some(prior) = &setup.craft.prior {
-        config.prior = Some(fsw_core::estimator::Prior {
-            inertia_kg_m2: prior.inertia_kg_m2.map(T::lit),
-            sigma_kg_m2: prior.sigma_kg_m2.map(T::lit),
-        });
-    }
+    config.prior = prior(setup).or(config.prior);
     if !setup.refuse_spikes {
         config.spike_sigma = T::MAX;
     }
+    configure_gate(&mut config.gate, setup);
+    config
+}
+
+fn configure_gate<T: Real>(gate: &mut gate::Config<T>, setup: &Setup<'_>) {
     if let Some(range) = setup.craft.gyro.range_rad_s {
-        config.gate.range_rad_s = T::lit(range);
+        gate.range_rad_s = T::lit(range);
     }
     let bridged_us = (BRIDGED_PERIODS * setup.sample_period_s * 1e6) as u64;
-    config.gate.max_gap_us = config.gate.max_gap_us.max(bridged_us);
-    config
+    gate.max_gap_us = gate.max_gap_us.max(bridged_us);
 }
 
 /// An estimator of the core, its precision and its number of wheels hidden.

@@ -1,7 +1,11 @@
 //! 3. The estimators: one trait, then a room for each system.
 
+pub mod chain;
 pub mod joint_ekf;
 pub mod momentum_integral;
+pub mod rate_ekf;
+pub mod regression;
+pub mod savgol;
 
 use crate::error::{ConfigError, Invalid, positive};
 use crate::gate::Rejection;
@@ -79,6 +83,9 @@ pub enum Coasting {
     Spike,
     /// It was taken in, but what has moved so far isn't enough for a first estimate.
     Aligning,
+    /// It went into the rate, but the window of the differentiator is still filling (after a
+    /// start, or because this sample came unevenly spaced): the inertia waits.
+    Refilling,
 }
 
 /// Why part of the state was set anew.
@@ -106,6 +113,7 @@ impl Outcome {
             Self::Coasting(Coasting::Rejected(why)) => why.name(),
             Self::Coasting(Coasting::Spike) => "spike",
             Self::Coasting(Coasting::Aligning) => "aligning",
+            Self::Coasting(Coasting::Refilling) => "refilling",
             Self::Reset(Reset::FirstSample) => "reset_first_sample",
             Self::Reset(Reset::Aligned) => "reset_aligned",
             Self::Reset(Reset::Gap) => "reset_gap",

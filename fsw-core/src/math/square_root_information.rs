@@ -20,8 +20,9 @@ impl<T: Real, const N: usize> Default for SquareRootInformation<T, N> {
 }
 
 impl<T: Real, const N: usize> SquareRootInformation<T, N> {
-    /// Takes in one equation `row · x = y`, of unit variance.
-    pub fn add(&mut self, mut row: [T; N], mut y: T) {
+    /// Takes in one equation `row · x = y`, of unit variance. Returns what no solution can
+    /// explain of it: the sum of its squares is the sum of the squared residuals.
+    pub fn add(&mut self, mut row: [T; N], mut y: T) -> T {
         for i in 0..N {
             let b = row[i];
             if b == T::zero() {
@@ -39,6 +40,22 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
             self.right_hand_side[i] = c * d + s * y;
             y = c * y - s * d;
         }
+        y
+    }
+
+    /// Multiplies each equation so far, and so the square root of its weight, by `share`.
+    pub fn forget(&mut self, share: T) {
+        self.factor *= share;
+        for d in &mut self.right_hand_side {
+            *d *= share;
+        }
+    }
+
+    /// The factor as N equations, row by row: `row · x = y`, zeros before the diagonal.
+    pub fn equations(&self) -> [([T; N], T); N] {
+        core::array::from_fn(|i| {
+            (core::array::from_fn(|k| self.factor[(i, k)]), self.right_hand_side[i])
+        })
     }
 
     /// The least-squares solution, or `None` while a diagonal element of the factor is zero.
@@ -102,10 +119,11 @@ mod tests {
         fn agrees_with_the_normal_equations(x in prop::array::uniform28(-1.0..1.0f64)) {
             let mut s = SquareRootInformation::<f64, 3>::default();
             let (mut n, mut b) = (Mat::<f64, 3, 3>::zeros(), Mat::<f64, 3, 1>::zeros());
+            let mut unexplained = 0.0;
             for k in 0..7 {
                 let row = [x[4 * k], x[4 * k + 1], x[4 * k + 2]];
                 let (a, y) = (Mat::<f64, 3, 1>::from(row), x[4 * k + 3]);
-                s.add(row, y);
+                unexplained += s.add(row, y).powi(2);
                 n += a * a.transpose();
                 b += a * y;
             }
@@ -119,6 +137,11 @@ mod tests {
                 prop_assert!((solved[i] - direct[i]).abs() < 1e-9 * scale);
                 prop_assert!((normal[i] - direct[i]).abs() < 1e-9 * scale);
             }
+            let residuals: f64 = (0..7).map(|k| {
+                let row = [x[4 * k], x[4 * k + 1], x[4 * k + 2]];
+                (Mat::<f64, 3, 1>::from(row).dot(&direct) - x[4 * k + 3]).powi(2)
+            }).sum();
+            prop_assert!((unexplained - residuals).abs() < 1e-9 * scale);
             let factor = s.covariance_factor().unwrap();
             prop_assert!((factor * factor.transpose() - inverse).abs().max() < 1e-9 * scale);
         }

@@ -1,0 +1,333 @@
+//! The weights of a Savitzky-Golay filter.
+//!
+//! Least-squares fit of a polynomial of order p to n evenly spaced samples `yᵢ`, differentiated d
+//! times and evaluated at `t` (in sample periods, 0 at the oldest): a weighted sum `Σ wᵢ yᵢ`.
+//! With polynomials `q₀ … q_p` that are orthonormal over the samples,
+//!
+//! `wᵢ = Σₖ qₖ(xᵢ) qₖ⁽ᵈ⁾(x(t)) (dx/dt)ᵈ`, `x = (t − (n−1)/2) / ((n−1)/2)`.
+//!
+//! This is the formula of \[Kim2016\] Eqs. (8), (9) without its normal matrix `BᵀB` of monomials,
+//! whose condition number single precision doesn't survive. The `qₖ` are built one from the
+//! other, `x qₖ` less its components along all the earlier ones (taken out twice), and the same
+//! combination is evaluated at x(t), so that rounding in one is followed by the other.
+
+use crate::error::{ConfigError, within};
+use crate::math::scalar::Real;
+
+/// The longest window.
+pub const LARGEST_WINDOW: usize = 64;
+
+/// Orthogonalised so often: twice is enough for working precision.
+const PASSES: usize = 2;
+
+/// What is fitted, and what is asked of the fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit<T: Real> {
+    /// Samples n, 2 to [`LARGEST_WINDOW`], odd or even.
+    pub window: usize,
+    /// Order p of the polynomial, below `window`.
+    pub order: usize,
+    /// Order d of the derivative; 0 smooths. Above `order` all weights are zero.
+    pub derivative: usize,
+    /// Where the polynomial is evaluated, in sample periods after the oldest sample.
+    pub at: T,
+}
+
+impl<T: Real> Fit<T> {
+    /// Evaluated in the middle of the window: at a sample if it is odd, between two if even.
+    pub fn centred(window: usize, order: usize, derivative: usize) -> Self {
+        let at = periods::<T>(window) * T::lit(0.5);
+        Self { window, order, derivative, at }
+    }
+
+    /// Evaluated at the newest sample.
+    pub fn newest(window: usize, order: usize, derivative: usize) -> Self {
+        Self { window, order, derivative, at: periods(window) }
+    }
+
+    /// Refuses a window that doesn't fit into `capacity`, and an order that it can't determine.
+    pub fn validate(&self, capacity: usize) -> Result<(), ConfigError> {
+        within("window", self.window, 2, capacity.min(LARGEST_WINDOW))?;
+        within("order", self.order, 0, self.window - 1)?;
+        crate::error::finite("at", self.at)
+    }
+}
+
+/// Sample periods from the oldest to the newest.
+fn periods<T: Real>(window: usize) -> T {
+    T::count(window.saturating_sub(1) as u32)
+}
+
+/// Weights for a window of up to C samples, oldest first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kernel<T: Real, const C: usize> {
+    weights: [T; C],
+    window: usize,
+}
+
+impl<T: Real, const C: usize> Kernel<T, C> {
+    /// Takes about `2 n p²` products, and `C²` numbers of working memory twice.
+    ///
+    /// # Errors
+    /// `window`, `order` or `at` out of its range.
+    pub fn new(fit: &Fit<T>) -> Result<Self, ConfigError> {
+        fit.validate(C)?;
+        Ok(Self::of_valid(fit))
+    }
+
+    /// For a fit that has passed [`Fit::validate`].
+    pub(super) fn of_valid(fit: &Fit<T>) -> Self {
+        let (n, p, d) = (fit.window, fit.order, fit.derivative);
+        let mut weights = [T::zero(); C];
+        if d > p {
+            return Self { weights, window: n };
+        }
+        let half = periods::<T>(n) * T::lit(0.5);
+        let abscissa = |t: T| (t - half) / half;
+        let basis = Basis::<T, C>::new(n, p, abscissa);
+        let at = basis.derivatives_at(abscissa(fit.at), p, d);
+        let mut per_period = T::one();
+        for _ in 0..d {
+            per_period /= half;
+        }
+        for i in 0..n {
+            let mut sum = T::zero();
+            for k in 0..=p {
+                sum += basis.value[k][i] * at[k];
+            }
+            weights[i] = sum * per_period;
+        }
+        Self { weights, window: n }
+    }
+
+    /// One weight a sample, oldest first. For a derivative they are per sample period to the
+    /// power of its order.
+    pub fn weights(&self) -> &[T] {
+        self.weights.get(..self.window).unwrap_or(&self.weights)
+    }
+
+    /// `Σᵢⱼ wᵢ wⱼ ρ^|i−j|`: the output's variance for noise of unit variance whose samples are
+    /// correlated like a first-order lag, ρ from 0 (white) to 1.
+    pub fn noise_gain(&self, correlation: T) -> T {
+        let (mut squares, mut crosses, mut before) = (T::zero(), T::zero(), T::zero());
+        for w in self.weights() {
+            squares += *w * *w;
+            crosses += *w * before;
+            before = (before + *w) * correlation;
+        }
+        squares + crosses + crosses
+    }
+}
+
+/// Polynomials orthonormal over the samples, by their values there and by how each was made.
+struct Basis<T: Real, const C: usize> {
+    /// `qₖ(xᵢ)`.
+    value: [[T; C]; C],
+    /// `x qₖ₋₁ = Σⱼ made[k][j] qⱼ`, j up to k.
+    made: [[T; C]; C],
+    constant: T,
+}
+
+impl<T: Real, const C: usize> Basis<T, C> {
+    fn new(n: usize, p: usize, abscissa: impl Fn(T) -> T) -> Self {
+        let o = T::zero();
+        let constant = T::one() / T::count(n as u32).sqrt();
+        let mut this = Self { value: [[o; C]; C], made: [[o; C]; C], constant };
+        for i in 0..n {
+            this.value[0][i] = constant;
+        }
+        for k in 1..=p {
+            let mut next = [o; C];
+            for i in 0..n {
+                next[i] = abscissa(T::count(i as u32)) * this.value[k - 1][i];
+            }
+            for _ in 0..PASSES {
+                for j in 0..k {
+                    let along = dot(&next, &this.value[j]);
+                    this.made[k][j] += along;
+                    for i in 0..n {
+                        next[i] -= along * this.value[j][i];
+                    }
+                }
+            }
+            let length = dot(&next, &next).sqrt();
+            this.made[k][k] = length;
+            this.value[k] = next.map(|x| x / length);
+        }
+        this
+    }
+
+    /// `qₖ⁽ᵈ⁾(x)` for k up to p. The recurrence differentiated m times is
+    /// `x qₖ₋₁⁽ᵐ⁾ + m qₖ₋₁⁽ᵐ⁻¹⁾ = Σⱼ made[k][j] qⱼ⁽ᵐ⁾`.
+    fn derivatives_at(&self, x: T, p: usize, d: usize) -> [T; C] {
+        let mut lower = [T::zero(); C];
+        let mut this = lower;
+        for m in 0..=d {
+            let factor = T::count(m as u32);
+            this = [T::zero(); C];
+            if m == 0 {
+                this[0] = self.constant;
+            }
+            for k in 1..=p {
+                let mut sum = x * this[k - 1] + factor * lower[k - 1];
+                for j in 0..k {
+                    sum -= self.made[k][j] * this[j];
+                }
+                this[k] = sum / self.made[k][k];
+            }
+            lower = this;
+        }
+        this
+    }
+}
+
+fn dot<T: Real, const C: usize>(a: &[T; C], b: &[T; C]) -> T {
+    let mut sum = T::zero();
+    for i in 0..C {
+        sum += a[i] * b[i];
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Invalid;
+    use proptest::prelude::*;
+
+    /// Against exact rational weights: a few roundings each.
+    const ROUNDINGS: f64 = 16.0;
+
+    fn assert_weights<T: Real>(fit: &Fit<T>, integers: &[i32], norm: i32) {
+        let kernel = Kernel::<T, 64>::new(fit).unwrap();
+        let tolerance = ROUNDINGS * T::EPSILON.to_f64();
+        assert_eq!(kernel.weights().len(), integers.len());
+        for (w, i) in kernel.weights().iter().zip(integers) {
+            let exact = f64::from(*i) / f64::from(norm);
+            assert!((w.to_f64() - exact).abs() < tolerance, "{:?}", kernel.weights());
+        }
+    }
+
+    fn published_tables<T: Real>() {
+        // [Kim2016] Table 2, printed as quartic: the straight line's or the parabola's.
+        for order in [1, 2] {
+            assert_weights::<T>(&Fit::centred(4, order, 1), &[-3, -1, 1, 3], 10);
+            assert_weights::<T>(&Fit::centred(6, order, 1), &[-5, -3, -1, 1, 3, 5], 35);
+            assert_weights::<T>(&Fit::centred(8, order, 1), &[-7, -5, -3, -1, 1, 3, 5, 7], 84);
+            // [Kim2013].
+            assert_weights::<T>(&Fit::centred(7, order, 1), &[-3, -2, -1, 0, 1, 2, 3], 28);
+            assert_weights::<T>(&Fit::centred(5, order, 1), &[-2, -1, 0, 1, 2], 10);
+        }
+        assert_weights::<T>(&Fit::centred(2, 1, 1), &[-1, 1], 1);
+        // Smoothing and second derivatives of the original tables.
+        assert_weights::<T>(&Fit::centred(5, 2, 0), &[-3, 12, 17, 12, -3], 35);
+        assert_weights::<T>(&Fit::centred(7, 3, 0), &[-2, 3, 6, 7, 6, 3, -2], 21);
+        assert_weights::<T>(&Fit::centred(5, 3, 1), &[1, -8, 0, 8, -1], 12);
+        assert_weights::<T>(&Fit::centred(5, 2, 2), &[2, -1, -2, -1, 2], 7);
+        // At the newest sample: the line through five, the parabola through three.
+        assert_weights::<T>(&Fit::newest(5, 1, 0), &[-2, 0, 2, 4, 6], 10);
+        assert_weights::<T>(&Fit::newest(3, 2, 1), &[1, -4, 3], 2);
+    }
+
+    #[test]
+    fn weights_are_those_of_the_published_tables() {
+        published_tables::<f32>();
+        published_tables::<f64>();
+    }
+
+    #[test]
+    fn a_true_quartic_is_not_what_kim_2016_prints() {
+        let kernel = Kernel::<f64, 6>::new(&Fit::centred(6, 4, 1)).unwrap();
+        assert!((kernel.weights()[5] - 5.0 / 35.0).abs() > 0.1);
+    }
+
+    /// Error of the derivative of `Σₘ aₘ xᵐ` (x from −1 to 1 over the window), over
+    /// `Σ |wᵢ|`: what rounding of each sample alone may cost, in units of ε.
+    fn error_over_rounding<T: Real>(fit: &Fit<T>, coefficients: &[f64]) -> f64 {
+        let half = (fit.window - 1) as f64 / 2.0;
+        let abscissa = |t: f64| (t - half) / half;
+        let power = |m: usize, d: usize, x: f64| {
+            (0..d).map(|i| (m as f64 - i as f64) / half).product::<f64>()
+                * if m >= d { x.powi((m - d) as i32) } else { 0.0 }
+        };
+        let polynomial = |t: f64, d: usize| {
+            let x = abscissa(t);
+            coefficients.iter().enumerate().map(|(m, a)| a * power(m, d, x)).sum::<f64>()
+        };
+        let kernel = Kernel::<T, 64>::new(fit).unwrap();
+        let (mut sum, mut scale) = (0.0, 0.0);
+        for (i, w) in kernel.weights().iter().enumerate() {
+            sum += w.to_f64() * polynomial(i as f64, 0);
+            scale += w.to_f64().abs();
+        }
+        (sum - polynomial(fit.at.to_f64(), fit.derivative)).abs() / (scale * T::EPSILON.to_f64())
+    }
+
+    /// Of `p` additions for each weight and `p` orthogonalisations before, coefficients up to 1
+    /// and up to 13 of them: measured up to 90 in either precision.
+    const POLYNOMIAL_ROUNDINGS: f64 = 500.0;
+
+    proptest! {
+        #[test]
+        fn a_polynomial_up_to_the_order_is_differentiated_exactly(
+            window in 2..=64usize, order in 0..=12usize, derivative in 0..=4usize,
+            place in 0.0..=1.0f64, a in prop::collection::vec(-1.0..1.0f64, 13),
+        ) {
+            let order = order.min(window - 1);
+            let derivative = derivative.min(order);
+            // To 1/64 of a period: exact in both precisions.
+            let at = (place * (window - 1) as f64 * 64.0).round() / 64.0;
+            let a = &a[..=order];
+            let double = Fit { window, order, derivative, at };
+            prop_assert!(error_over_rounding(&double, a) < POLYNOMIAL_ROUNDINGS);
+            let single = Fit { window, order, derivative, at: at as f32 };
+            prop_assert!(error_over_rounding(&single, a) < POLYNOMIAL_ROUNDINGS);
+            let newest = Fit::<f32>::newest(window, order, derivative);
+            prop_assert!(error_over_rounding(&newest, a) < POLYNOMIAL_ROUNDINGS);
+            let middle = Fit::<f32>::centred(window, order, derivative);
+            prop_assert!(error_over_rounding(&middle, a) < POLYNOMIAL_ROUNDINGS);
+        }
+
+        #[test]
+        fn the_noise_gain_is_the_double_sum(window in 2..=16usize, rho in 0.0..1.0f64) {
+            let kernel = Kernel::<f64, 16>::new(&Fit::centred(window, 1, 1)).unwrap();
+            let w = kernel.weights();
+            let mut sum = 0.0;
+            for i in 0..window {
+                for j in 0..window {
+                    sum += w[i] * w[j] * rho.powi(i.abs_diff(j) as i32);
+                }
+            }
+            prop_assert!((kernel.noise_gain(rho) - sum).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn the_longest_window_takes_any_order() {
+        for order in [20, 40, 63] {
+            let fit = Fit::<f32>::centred(64, order, 1);
+            let weights = *Kernel::<f32, 64>::new(&fit).unwrap().weights().first().unwrap();
+            assert!(weights.is_finite());
+            assert!(error_over_rounding(&fit, &[0.5, 1.0, -1.0]) < POLYNOMIAL_ROUNDINGS);
+        }
+    }
+
+    #[test]
+    fn a_derivative_above_the_order_is_zero() {
+        let kernel = Kernel::<f32, 8>::new(&Fit::centred(6, 2, 3)).unwrap();
+        assert_eq!(kernel.weights(), [0.0; 6]);
+    }
+
+    #[test]
+    fn names_the_parameter_that_is_out_of_range() {
+        let refused = |fit: Fit<f32>| Kernel::<f32, 8>::new(&fit).unwrap_err();
+        let out = |least, most| Invalid::OutOfRange { least, most };
+        let e = refused(Fit::centred(1, 0, 0));
+        assert_eq!((e.field, e.reason), ("window", out(2, 8)));
+        assert_eq!(refused(Fit::centred(9, 2, 1)).reason, out(2, 8));
+        let e = refused(Fit::centred(6, 6, 1));
+        assert_eq!((e.field, e.reason), ("order", out(0, 5)));
+        let e = refused(Fit { at: f32::NAN, ..Fit::centred(6, 2, 1) });
+        assert_eq!((e.field, e.reason), ("at", Invalid::NotFinite));
+    }
+}
