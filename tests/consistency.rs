@@ -91,6 +91,7 @@ fn fly<T: Real, F: Form<T>>(log: &[LogRow], config: Config<T>) -> Estimate<T> {
             rate_rad_s: row.rate_rad_s.map(T::lit),
             wheel_speed_rad_s: [],
             torque_n_m: row.torque_n_m.map(T::lit),
+            attitude: None,
         });
     }
     filter.estimate()

@@ -137,6 +137,7 @@ mod tests {
             rate_rad_s: Vec3::new(x, 0.0, 0.0),
             wheel_speed_rad_s: [0.0],
             torque_n_m: Vec3::zeros(),
+            attitude: None,
         }
     }
 

@@ -3,7 +3,7 @@
 //! # The way of a sample
 //!
 //! ```text
-//!  1 sample      time-tagged body rate, wheel speeds, external torque
+//!  1 sample      time-tagged body rate, wheel speeds, external torque, attitude
 //!       │
 //!  2 gate        finite? in range? in order? stuck? a gap? ──► refused, with the reason
 //!       │
@@ -32,6 +32,8 @@
 //!
 //! * \[Bellar2019\] A. Bellar, M. A. Si Mohammed, *Satellite inertia parameters estimation based
 //!   on extended Kalman filter*, J. Aerosp. Technol. Manag. 11, e1619, 2019.
+//! * \[Kim2010\] D. H. Kim, D.-G. Choi, H.-S. Oh, *Inertia estimation of spacecraft based on
+//!   modified law of conservation of angular momentum*, J. Astron. Space Sci. 27(4), 353-357, 2010.
 //! * \[Kim2013\] D. Kim, slides on moments of inertia by extended Kalman filter, causal
 //!   Savitzky-Golay filter and recursive least squares, Annual Technical Symposium, May 2013.
 //! * \[Kim2016\] D. Kim, S. Yang, S. Lee, *Rigid body inertia estimation using extended Kalman and
@@ -43,6 +45,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod attitude;
 pub mod sample;
 
 pub mod gate;
@@ -58,6 +61,7 @@ pub mod error;
 pub mod math;
 pub mod tensor;
 
+pub use attitude::Quaternion;
 pub use dynamics::wheels::WheelArray;
 pub use error::ConfigError;
 pub use estimator::{Coasting, Estimate, Estimator, Outcome, Reset, Status};

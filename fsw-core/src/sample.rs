@@ -1,5 +1,6 @@
 //! 1. What arrives: one time-tagged gyro sample with what drives the body at that instant.
 
+use crate::attitude::Quaternion;
 use crate::math::{Vec3, scalar::Real};
 
 /// One sample, W wheels.
@@ -10,6 +11,7 @@ use crate::math::{Vec3, scalar::Real};
 /// | `rate_rad_s` | rad/s, body relative to inertial space | body axes |
 /// | `wheel_speed_rad_s` | rad/s, relative to the body, positive about the wheel's axis | wheel axes |
 /// | `torque_n_m` | N m, external, known or commanded; zero where unknown | body axes |
+/// | `attitude` | unit quaternion, scalar last, where it is known | inertial to body axes |
 ///
 /// Everything is taken at `time_us`; between two samples torque is taken as linear in time and
 /// wheel momentum as a parabola through three samples. Any value may arrive broken: the
@@ -24,10 +26,13 @@ pub struct Sample<T: Real, const W: usize> {
     pub wheel_speed_rad_s: [T; W],
     /// External torque on the spacecraft (thrusters, magnetorquers), without the wheels'.
     pub torque_n_m: Vec3<T>,
+    /// Attitude in inertial space, for the estimators that use it; the others ignore it, whatever
+    /// it holds.
+    pub attitude: Option<Quaternion<T>>,
 }
 
 impl<T: Real, const W: usize> Sample<T, W> {
-    /// No infinity and no NaN anywhere.
+    /// No infinity and no NaN in what every estimator uses: all but the attitude.
     pub fn is_finite(&self) -> bool {
         self.rate_rad_s.iter().all(|x| x.is_finite())
             && self.wheel_speed_rad_s.iter().all(|x| x.is_finite())

@@ -19,6 +19,8 @@ pub struct OutcomeCounts {
     pub stuck: u32,
     /// Refused: too far from the prediction.
     pub spike: u32,
+    /// Refused: an estimator that needs the attitude got none that it could use.
+    pub no_attitude: u32,
     /// Resets after a gap in time.
     pub gap_resets: u32,
     /// Resets after many spikes in a row.
@@ -39,6 +41,7 @@ impl OutcomeCounts {
             Outcome::Coasting(Coasting::Rejected(Rejection::OutOfOrder)) => &mut self.out_of_order,
             Outcome::Coasting(Coasting::Rejected(Rejection::Stuck)) => &mut self.stuck,
             Outcome::Coasting(Coasting::Spike) => &mut self.spike,
+            Outcome::Coasting(Coasting::NoAttitude(_)) => &mut self.no_attitude,
             Outcome::Reset(Reset::Gap) => &mut self.gap_resets,
             Outcome::Reset(Reset::Lockout) => &mut self.lockout_resets,
             Outcome::Reset(Reset::Diverged) => &mut self.divergence_resets,
@@ -50,13 +53,14 @@ impl OutcomeCounts {
     }
 
     /// Samples refused, by reason.
-    pub fn rejected(&self) -> [(&'static str, u32); 5] {
+    pub fn rejected(&self) -> [(&'static str, u32); 6] {
         [
             ("not_finite", self.not_finite),
             ("out_of_range", self.out_of_range),
             ("out_of_order", self.out_of_order),
             ("stuck", self.stuck),
             ("spike", self.spike),
+            ("no_attitude", self.no_attitude),
         ]
     }
 }
@@ -64,6 +68,7 @@ impl OutcomeCounts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::attitude::NoAttitude;
 
     #[test]
     fn every_sample_is_either_accepted_or_rejected() {
@@ -72,8 +77,9 @@ mod tests {
         counts.add(&Outcome::Updated);
         counts.add(&Outcome::Coasting(Coasting::Spike));
         counts.add(&Outcome::Coasting(Coasting::Rejected(Rejection::Stuck)));
+        counts.add(&Outcome::Coasting(Coasting::NoAttitude(NoAttitude::Missing)));
         counts.add(&Outcome::Reset(Reset::Gap));
         let rejected: u32 = counts.rejected().iter().map(|(_, n)| n).sum();
-        assert_eq!((counts.accepted, rejected, counts.gap_resets), (3, 2, 1));
+        assert_eq!((counts.accepted, rejected, counts.gap_resets), (3, 3, 1));
     }
 }

@@ -91,7 +91,8 @@ where
         };
         let torque_n_m = self.sensors.torque.torque_n_m();
 
-        let sample = Sample { time_us, rate_rad_s, wheel_speed_rad_s, torque_n_m };
+        let attitude = None; // The sensors have none, and the flying estimator needs none.
+        let sample = Sample { time_us, rate_rad_s, wheel_speed_rad_s, torque_n_m, attitude };
         let outcome = self.estimator.step(&sample);
         self.counters.outcomes.add(&outcome);
         Tick::Stepped(outcome)
@@ -201,6 +202,7 @@ mod tests {
             rate_rad_s: Vec3::new(0.1, -0.2, 0.3),
             wheel_speed_rad_s: [400.0, -500.0],
             torque_n_m: Vec3::new(1e-3, 2e-3, -3e-3),
+            attitude: None,
         };
         assert_eq!(flight.estimator().last, Some(sample));
         assert_eq!(flight.counters().outcomes.accepted, 1);

@@ -13,7 +13,7 @@ use fsw_core::estimator::{Innovation, Prior};
 use fsw_core::gate;
 use fsw_core::telemetry::OutcomeCounts;
 use fsw_core::{
-    ConfigError, Estimate, Estimator, Inertia, Outcome, Real, Sample, Vec3, WheelArray,
+    ConfigError, Estimate, Estimator, Inertia, Outcome, Quaternion, Real, Sample, Vec3, WheelArray,
 };
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -224,6 +224,7 @@ impl<T: Real, E: Estimator<T, W>, const W: usize> OnBoard for Adapter<T, E, W> {
             rate_rad_s: narrow(&row.rate_rad_s),
             wheel_speed_rad_s: std::array::from_fn(|i| T::lit(speed(i))),
             torque_n_m: narrow(&row.torque_n_m),
+            attitude: row.attitude.map(|q| Quaternion::new(q.map(T::lit))),
         })
     }
 

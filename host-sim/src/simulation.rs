@@ -1,5 +1,7 @@
 //! A simulated log: what the sensors recorded of a flight.
 
+use nalgebra::UnitQuaternion;
+
 use crate::input::log::LogRow;
 use crate::input::scenario::Scenario;
 use crate::sensor::gyro::Gyro;
@@ -18,6 +20,33 @@ pub fn log_of(scenario: &Scenario, flight: &Flight, seed: u64) -> Vec<LogRow> {
             rate_rad_s: gyro.read(instant.time_us, &instant.rate_rad_s),
             wheel_speed_rad_s: instant.wheel_speed_rad_s.clone(),
             torque_n_m: instant.torque_n_m,
+            attitude: Some(inertial_to_body(&instant.attitude)),
         })
         .collect()
+}
+
+/// The true attitude as a log tells it, scalar last.
+///
+/// The quaternion that turns a vector from body to inertial axes (as a rotation, `q v q*`) has the
+/// same four numbers as the one that turns components from inertial to body axes by \[Kim2010\]
+/// Eq. (6).
+fn inertial_to_body(body_to_inertial: &UnitQuaternion<f64>) -> [f64; 4] {
+    let q = body_to_inertial;
+    [q.i, q.j, q.k, q.w]
+}
+
+#[cfg(test)]
+mod tests {
+    use fsw_core::Quaternion;
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    #[test]
+    fn the_logs_attitude_turns_inertial_components_into_body_components() {
+        let attitude = UnitQuaternion::from_euler_angles(0.3, -0.5, 0.8);
+        let to_body = Quaternion::new(inertial_to_body(&attitude)).to_body().unwrap();
+        let inertial = Vector3::new(0.2, -1.0, 0.7);
+        assert!((to_body * inertial - attitude.inverse() * inertial).norm() < 1e-15);
+    }
 }

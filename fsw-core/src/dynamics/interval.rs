@@ -120,6 +120,7 @@ mod tests {
             rate_rad_s: Vec3::zeros(),
             wheel_speed_rad_s: [2.0],
             torque_n_m: Vec3::y(),
+            attitude: None,
         };
         let i = DriveHistory::default().advance(&wheels, &sample, 0.1);
         assert_eq!(i.start, i.end);

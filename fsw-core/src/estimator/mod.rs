@@ -7,6 +7,7 @@ pub mod rate_ekf;
 pub mod regression;
 pub mod savgol;
 
+use crate::attitude::NoAttitude;
 use crate::error::{ConfigError, Invalid, positive};
 use crate::gate::Rejection;
 use crate::math::{Mat, Vec3, scalar::Real};
@@ -86,6 +87,8 @@ pub enum Coasting {
     /// It went into the rate, but the window of the differentiator is still filling (after a
     /// start, or because this sample came unevenly spaced): the inertia waits.
     Refilling,
+    /// This estimator needs the attitude, and the sample's can't be used.
+    NoAttitude(NoAttitude),
 }
 
 /// Why part of the state was set anew.
@@ -114,6 +117,7 @@ impl Outcome {
             Self::Coasting(Coasting::Spike) => "spike",
             Self::Coasting(Coasting::Aligning) => "aligning",
             Self::Coasting(Coasting::Refilling) => "refilling",
+            Self::Coasting(Coasting::NoAttitude(why)) => why.name(),
             Self::Reset(Reset::FirstSample) => "reset_first_sample",
             Self::Reset(Reset::Aligned) => "reset_aligned",
             Self::Reset(Reset::Gap) => "reset_gap",
@@ -124,7 +128,10 @@ impl Outcome {
 
     /// Whether the sample was made use of.
     pub fn used_sample(&self) -> bool {
-        !matches!(self, Self::Coasting(Coasting::Rejected(_) | Coasting::Spike))
+        !matches!(
+            self,
+            Self::Coasting(Coasting::Rejected(_) | Coasting::Spike | Coasting::NoAttitude(_))
+        )
     }
 }
 

@@ -330,6 +330,7 @@ mod tests {
                 rate_rad_s: rate,
                 wheel_speed_rad_s: [wheel_speed(t)],
                 torque_n_m: torque(t),
+                attitude: None,
             };
             let interval = drive.advance(&wheel(), &exact, PERIOD_S / fine as f64);
             if k > 0 {
@@ -341,6 +342,7 @@ mod tests {
                     rate_rad_s: rate.map(|x| x as f32),
                     wheel_speed_rad_s: [wheel_speed(t) as f32],
                     torque_n_m: exact.torque_n_m.map(|x| x as f32),
+                    attitude: None,
                 });
             }
         }

@@ -327,7 +327,13 @@ mod tests {
         for k in 0..600_u64 {
             let torque_n_m = torque(k as f64 * 0.1);
             let time_us = k * PERIOD_US;
-            let exact = Sample { time_us, rate_rad_s: rate, wheel_speed_rad_s: [], torque_n_m };
+            let exact = Sample {
+                time_us,
+                rate_rad_s: rate,
+                wheel_speed_rad_s: [],
+                torque_n_m,
+                attitude: None,
+            };
             let interval = drive.advance(&wheels, &exact, 0.1);
             if k > 0 {
                 rate = runge_kutta_4(&body, &rate, &interval);
@@ -337,6 +343,7 @@ mod tests {
                 rate_rad_s: rate.map(|x| x as f32),
                 wheel_speed_rad_s: [],
                 torque_n_m: torque_n_m.map(|x| x as f32),
+                attitude: None,
             });
         }
         samples

@@ -6,6 +6,7 @@
 //! | `gyro_x_rad_s`, `gyro_y_rad_s`, `gyro_z_rad_s` | body rate, body axes, rad/s | required |
 //! | `wheel_1_rad_s`, `wheel_2_rad_s`, … | wheel speed relative to the body, rad/s | one per wheel |
 //! | `torque_x_n_m`, `torque_y_n_m`, `torque_z_n_m` | external torque, body axes, N m | all or none |
+//! | `attitude_q1` … `attitude_q4` | inertial to body axes, unit quaternion, scalar last | all or none |
 //!
 //! Other columns are ignored, and [`RecordedLog::notes`] says so.
 
@@ -43,4 +44,7 @@ pub struct LogRow {
     pub wheel_speed_rad_s: Vec<f64>,
     /// External torque, body axes, N m.
     pub torque_n_m: Vector3<f64>,
+    /// Attitude, if the log has it: inertial to body axes as in \[Kim2010\] Eq. (6), scalar last.
+    /// Of any norm: the estimators that use it judge it sample by sample.
+    pub attitude: Option<[f64; 4]>,
 }

@@ -13,6 +13,7 @@ use super::{LogRow, RecordedLog};
 const TIME: &str = "t_s";
 const GYRO: [&str; 3] = ["gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s"];
 const TORQUE: [&str; 3] = ["torque_x_n_m", "torque_y_n_m", "torque_z_n_m"];
+const ATTITUDE: [&str; 4] = ["attitude_q1", "attitude_q2", "attitude_q3", "attitude_q4"];
 
 impl RecordedLog {
     /// Reads and checks the log at `path` of a craft with `wheel_count` wheels.
@@ -33,16 +34,21 @@ impl RecordedLog {
             rows.push(LogRow {
                 line: row.line,
                 time_us: clock.read(row)?,
-                rate_rad_s: vector(source, row, &columns.gyro)?,
+                rate_rad_s: Vector3::from(numbers::<3>(source, row, &columns.gyro)?),
                 wheel_speed_rad_s: columns
                     .wheels
                     .iter()
                     .map(|column| source.number(row, column))
                     .collect::<Result<_, _>>()?,
                 torque_n_m: match &columns.torque {
-                    Some(torque) => vector(source, row, torque)?,
+                    Some(torque) => Vector3::from(numbers::<3>(source, row, torque)?),
                     None => Vector3::zeros(),
                 },
+                attitude: columns
+                    .attitude
+                    .as_ref()
+                    .map(|attitude| numbers(source, row, attitude))
+                    .transpose()?,
             });
         }
         let start_s = match source.rows().first() {
@@ -57,16 +63,17 @@ impl RecordedLog {
 /// Where in the file each quantity is.
 struct Columns {
     time: Column,
-    gyro: [Column; 3],
+    gyro: Vec<Column>,
     wheels: Vec<Column>,
-    torque: Option<[Column; 3]>,
+    torque: Option<Vec<Column>>,
+    attitude: Option<Vec<Column>>,
     notes: Vec<String>,
 }
 
 impl Columns {
     fn find(source: &CsvSource, wheel_count: usize) -> Result<Self, InputError> {
         let time = source.column(TIME, is_ours)?;
-        let gyro = three(source, GYRO)?;
+        let gyro = all(source, &GYRO)?;
 
         let wheel_columns = source.columns().iter().filter(|name| is_wheel(name)).count();
         if wheel_columns != wheel_count {
@@ -80,21 +87,24 @@ impl Columns {
             .map(|name| source.column(name, is_ours))
             .collect::<Result<Vec<_>, _>>()?;
 
-        // One torque column asks for all three: a torque with an axis left out is a mistake.
-        let has_torque = TORQUE.iter().any(|name| source.columns().iter().any(|c| c == name));
-        let torque = if has_torque { Some(three(source, TORQUE)?) } else { None };
+        let torque = all_or_none(source, &TORQUE)?;
+        let attitude = all_or_none(source, &ATTITUDE)?;
 
         let mut known = vec![TIME.to_owned()];
-        known.extend(GYRO.iter().chain(&TORQUE).map(|name| (*name).to_owned()));
+        known.extend(GYRO.iter().chain(&TORQUE).chain(&ATTITUDE).map(|name| (*name).to_owned()));
         known.extend(wheel_names);
         let notes = notes_on_ignored(source.columns(), &known);
-        Ok(Self { time, gyro, wheels, torque, notes })
+        Ok(Self { time, gyro, wheels, torque, attitude, notes })
     }
 }
 
 /// Whether a column has a meaning in a log.
 fn is_ours(name: &str) -> bool {
-    name == TIME || GYRO.contains(&name) || TORQUE.contains(&name) || is_wheel(name)
+    name == TIME
+        || GYRO.contains(&name)
+        || TORQUE.contains(&name)
+        || ATTITUDE.contains(&name)
+        || is_wheel(name)
 }
 
 /// Whether a column is called `wheel_1_rad_s` or the like, with any number.
@@ -104,17 +114,26 @@ fn is_wheel(name: &str) -> bool {
         .is_some_and(|number| number.parse::<u32>().is_ok())
 }
 
-fn three(source: &CsvSource, [x, y, z]: [&str; 3]) -> Result<[Column; 3], InputError> {
-    let column = |name| source.column(name, is_ours);
-    Ok([column(x)?, column(y)?, column(z)?])
+fn all(source: &CsvSource, names: &[&str]) -> Result<Vec<Column>, InputError> {
+    names.iter().map(|name| source.column(name, is_ours)).collect()
 }
 
-fn vector(
+/// One of these columns asks for all: a torque with an axis left out is a mistake.
+fn all_or_none(source: &CsvSource, names: &[&str]) -> Result<Option<Vec<Column>>, InputError> {
+    let is_there = |name: &&str| source.columns().iter().any(|column| column == name);
+    if names.iter().any(is_there) { all(source, names).map(Some) } else { Ok(None) }
+}
+
+fn numbers<const N: usize>(
     source: &CsvSource,
     row: &CsvRow,
-    [x, y, z]: &[Column; 3],
-) -> Result<Vector3<f64>, InputError> {
-    Ok(Vector3::new(source.number(row, x)?, source.number(row, y)?, source.number(row, z)?))
+    columns: &[Column],
+) -> Result<[f64; N], InputError> {
+    let mut numbers = [0.0; N];
+    for (number, column) in numbers.iter_mut().zip(columns) {
+        *number = source.number(row, column)?;
+    }
+    Ok(numbers)
 }
 
 fn notes_on_ignored(columns: &[String], known: &[String]) -> Vec<String> {
@@ -220,6 +239,7 @@ mod tests {
         assert_eq!((log.rows[1].line, log.rows[1].time_us), (3, 247));
         assert_eq!(log.rows[1].rate_rad_s, Vector3::new(4.0, 5.0, 6.0));
         assert_eq!(log.rows[1].torque_n_m, Vector3::zeros());
+        assert_eq!(log.rows[1].attitude, None);
     }
 
     #[test]
@@ -261,6 +281,19 @@ mod tests {
         let text = format!("{HEADER},torque_x_n_m,torque_z_n_m\n0,1,2,3,4,5\n");
         let message = read(&text, 0).unwrap_err().to_string();
         assert!(message.starts_with("log.csv:1: no column `torque_y_n_m`"), "{message}");
+    }
+
+    #[test]
+    fn attitude_is_read_scalar_last_and_all_or_none() {
+        let text = format!(
+            "{HEADER},attitude_q4,attitude_q1,attitude_q2,attitude_q3\n0,1,2,3,0.4,0.1,0.2,0.3\n"
+        );
+        assert_eq!(read(&text, 0).unwrap().rows[0].attitude, Some([0.1, 0.2, 0.3, 0.4]));
+        let message = read(&text.replace("attitude_q4", "attitude_w"), 0).unwrap_err().to_string();
+        assert!(
+            message.starts_with("log.csv:1: no column `attitude_q4` (is it `attitude_w`?"),
+            "{message}"
+        );
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::time::seconds_text;
 /// Writes `rows` as CSV with the columns that [`RecordedLog::load`](super::RecordedLog::load) reads.
 ///
 /// Numbers are as short as they can be while reading back as the same `f64`. The first row says how
-/// many wheels there are.
+/// many wheels there are, and whether the attitude is known.
 pub fn write_log<W: io::Write>(out: W, rows: &[LogRow]) -> io::Result<()> {
     let wheels = rows.first().map_or(0, |row| row.wheel_speed_rad_s.len());
     let mut header: Vec<String> = ["t_s", "gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s"]
@@ -17,6 +17,9 @@ pub fn write_log<W: io::Write>(out: W, rows: &[LogRow]) -> io::Result<()> {
         .collect();
     header.extend((1..=wheels).map(|wheel| format!("wheel_{wheel}_rad_s")));
     header.extend(["x", "y", "z"].iter().map(|axis| format!("torque_{axis}_n_m")));
+    if rows.first().is_some_and(|row| row.attitude.is_some()) {
+        header.extend((1..=4).map(|element| format!("attitude_q{element}")));
+    }
 
     let mut out = csv::Writer::from_writer(out);
     out.write_record(&header)?;
@@ -24,6 +27,7 @@ pub fn write_log<W: io::Write>(out: W, rows: &[LogRow]) -> io::Result<()> {
         let values = (row.rate_rad_s.iter())
             .chain(&row.wheel_speed_rad_s)
             .chain(row.torque_n_m.iter())
+            .chain(row.attitude.iter().flatten())
             .map(|value| format!("{value:?}")); // Debug: 1e-30, where Display writes out the zeros
         out.write_record(std::iter::once(seconds_text(row.time_us)).chain(values))?;
     }
@@ -45,6 +49,7 @@ mod tests {
             rate_rad_s: Vector3::new(0.1 + 0.2, -1e-30, 1.0 / 3.0),
             wheel_speed_rad_s: vec![700.0 / 3.0, -0.0],
             torque_n_m: Vector3::new(1e-3, 0.0, -2e-3 / 7.0),
+            attitude: Some([0.5, -0.5, 1.0 / 3.0, 0.6]),
         };
         let rows = vec![row(2, 0), row(3, 247), row(4, 100_000)];
         let mut bytes = Vec::new();
@@ -62,6 +67,7 @@ mod tests {
             rate_rad_s: Vector3::zeros(),
             wheel_speed_rad_s: Vec::new(),
             torque_n_m: Vector3::zeros(),
+            attitude: None,
         };
         let mut bytes = Vec::new();
         write_log(&mut bytes, &[row]).unwrap();
