@@ -9,6 +9,7 @@ use std::marker::PhantomData;
 use clap::ValueEnum;
 use fsw_core::estimator::chain::{self, Chain};
 use fsw_core::estimator::joint_ekf::{self, JointEkfPublished, JointEkfUd};
+use fsw_core::estimator::momentum::{self, Momentum};
 use fsw_core::estimator::{Innovation, Prior};
 use fsw_core::gate;
 use fsw_core::telemetry::OutcomeCounts;
@@ -32,6 +33,27 @@ pub enum EstimatorName {
     EkfSgfRls,
     /// Rate filter, even-window Savitzky-Golay, batch least squares for six elements: Kim et al. 2016.
     EkfSgfLls,
+    /// Conservation of momentum, least squares for all elements at once: Kim et al. 2010.
+    MomentumBatch,
+    /// The same by one axis at a time, as before Kim et al. 2010.
+    MomentumConventional,
+    /// The same with products that take earlier products into account: Kim et al. 2010, as a comparison.
+    MomentumPreEstimate,
+    /// The same with products that take the moments into account: what Kim et al. 2010 suggest.
+    MomentumSuggested,
+}
+
+impl EstimatorName {
+    /// Whether it can't work without the attitude.
+    pub fn needs_attitude(self) -> bool {
+        match self {
+            Self::JointEkf | Self::JointEkfPublished | Self::EkfSgfRls | Self::EkfSgfLls => false,
+            Self::MomentumBatch
+            | Self::MomentumConventional
+            | Self::MomentumPreEstimate
+            | Self::MomentumSuggested => true,
+        }
+    }
 }
 
 /// The arithmetic of the flight core.
@@ -50,6 +72,10 @@ impl fmt::Display for EstimatorName {
             Self::JointEkfPublished => "joint-ekf-published",
             Self::EkfSgfRls => "ekf-sgf-rls",
             Self::EkfSgfLls => "ekf-sgf-lls",
+            Self::MomentumBatch => "momentum-batch",
+            Self::MomentumConventional => "momentum-conventional",
+            Self::MomentumPreEstimate => "momentum-pre-estimate",
+            Self::MomentumSuggested => "momentum-suggested",
         })
     }
 }
@@ -75,6 +101,16 @@ pub enum SetUpError {
          jxy, jxz, jyz] and sigma_kg_m2 of each"
     )]
     NoNominalInertia {
+        /// Which.
+        estimator: EstimatorName,
+    },
+    /// An estimator that conserves momentum in inertial space, and a log that doesn't tell where
+    /// that is.
+    #[error(
+        "{estimator} needs the attitude: add the columns attitude_q1, attitude_q2, attitude_q3, \
+         attitude_q4 to the log (inertial to body axes, scalar last)"
+    )]
+    NoAttitude {
         /// Which.
         estimator: EstimatorName,
     },
@@ -158,6 +194,14 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
         }
         EstimatorName::EkfSgfRls => chain::<T, W>(chain::Config::kim_2013, setup, wheels)?,
         EstimatorName::EkfSgfLls => chain::<T, W>(chain::Config::kim_2016, setup, wheels)?,
+        EstimatorName::MomentumBatch => momentum(momentum::Method::Batch, setup, wheels)?,
+        EstimatorName::MomentumConventional => {
+            momentum(momentum::Method::Conventional, setup, wheels)?
+        }
+        EstimatorName::MomentumPreEstimate => {
+            momentum(momentum::Method::PreEstimate, setup, wheels)?
+        }
+        EstimatorName::MomentumSuggested => momentum(momentum::Method::Suggested, setup, wheels)?,
     })
 }
 
@@ -175,6 +219,18 @@ fn chain<T: Real, const W: usize>(
     }
     configure_gate(&mut config.gate, setup);
     Ok(Box::new(Adapter::<T, _, W>::new(Chain::<T, W>::new(config, wheels)?)))
+}
+
+/// Conservation of momentum, solved by one of the paper's formulas.
+fn momentum<T: Real, const W: usize>(
+    method: momentum::Method,
+    setup: &Setup<'_>,
+    wheels: WheelArray<T, W>,
+) -> Result<Box<dyn OnBoard>, SetUpError> {
+    let mut config = momentum::Config::kim_2010(method, T::lit(setup.gyro_noise_rad_s));
+    config.prior = prior(setup);
+    configure_gate(&mut config.gate, setup);
+    Ok(Box::new(Adapter::<T, _, W>::new(Momentum::new(config, wheels)?)))
 }
 
 /// What the craft's file says of the inertia.

@@ -2,6 +2,7 @@
 
 pub mod chain;
 pub mod joint_ekf;
+pub mod momentum;
 pub mod momentum_integral;
 pub mod rate_ekf;
 pub mod regression;
@@ -42,7 +43,29 @@ pub struct Prior<T: Real> {
     pub sigma_kg_m2: [T; 6],
 }
 
+/// Range of a product over that of a moment, where it has to be made up: no physical product
+/// exceeds half a moment.
+const PRODUCT_RANGE: f64 = 0.5;
+
+/// What is held as possible while nothing is known, kg m²: no spacecraft of this project's kind
+/// is larger.
+const UNKNOWN_RANGE_KG_M2: f64 = 1.0e4;
+
 impl<T: Real> Prior<T> {
+    /// Of a body of which only the size is known: moments of this much and no products, each
+    /// with a sigma as large as it can be.
+    pub fn of_size(moment_kg_m2: T) -> Self {
+        let (m, product) = (moment_kg_m2, moment_kg_m2 * T::lit(PRODUCT_RANGE));
+        let inertia_kg_m2 = Inertia::spherical(m).elements_kg_m2();
+        Self { inertia_kg_m2, sigma_kg_m2: [m, m, m, product, product, product] }
+    }
+
+    /// Of a body of which nothing is known.
+    pub fn unknown() -> Self {
+        let inertia_kg_m2 = Inertia::spherical(T::one()).elements_kg_m2();
+        Self { inertia_kg_m2, ..Self::of_size(T::lit(UNKNOWN_RANGE_KG_M2)) }
+    }
+
     /// Whether an element's sigma is above this share of the mean moment.
     pub fn is_vague(&self, share: T) -> bool {
         let moment = Inertia::new(self.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);

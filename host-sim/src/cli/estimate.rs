@@ -3,7 +3,7 @@
 use fsw_core::{Outcome, Status as CoreStatus};
 
 use super::{Failure, Method, Options};
-use crate::estimation::{Flown, OnBoard, Setup, fly, set_up};
+use crate::estimation::{Flown, OnBoard, SetUpError, Setup, fly, set_up};
 use crate::input::Craft;
 use crate::input::log::LogRow;
 use crate::report::HistoryRow;
@@ -25,9 +25,13 @@ pub fn estimate(
     rows: &[LogRow],
     file: &str,
 ) -> Result<Estimated, Failure> {
+    let estimator = options.method.estimator;
+    if estimator.needs_attitude() && rows.iter().all(|row| row.attitude.is_none()) {
+        return Err(SetUpError::NoAttitude { estimator }.into());
+    }
     note_ignored_unknowns(&options.method, craft);
     let mut setup = Setup {
-        estimator: options.method.estimator,
+        estimator,
         precision: options.method.precision,
         craft,
         gyro_noise_rad_s: 0.0,
