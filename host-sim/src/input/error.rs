@@ -177,6 +177,23 @@ pub enum Problem {
         principal_moments_kg_m2: [f64; 3],
     },
 
+    /// A controller whose wheels can't give every torque.
+    #[error(
+        "[control] turns the body with its wheels, but the axes of the {found} [[wheel]] tables \
+         don't span three dimensions; give three wheels or more whose axes do"
+    )]
+    WheelsDoNotSpan {
+        /// How many wheels there are.
+        found: usize,
+    },
+
+    /// A controller with gains from a natural frequency, and with gains of their own.
+    #[error(
+        "`control` has gains of both kinds; give either natural_frequency_rad_s and \
+         damping_ratio, or attitude_gain_n_m and rate_gain_n_m_s"
+    )]
+    TwoKindsOfGains,
+
     /// More wheels than the flight core is built for.
     #[error("{found} [[wheel]] tables, but at most {most} are supported; remove some")]
     TooManyWheels {

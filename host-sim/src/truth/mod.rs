@@ -3,6 +3,7 @@
 //! estimator.
 
 pub mod bound;
+pub mod controller;
 pub mod flight;
 pub mod integrate;
 pub mod spacecraft;

@@ -5,10 +5,13 @@
 //!
 //! `J_b ω̇ = τ − Σ uᵢ aᵢ − ω × (J_b ω + Σ hᵢ aᵢ)`.
 //!
+//! A motor's torque is its profile's and, where the loop is closed, the controller's.
+//!
 //! This is another form of the gyrostat equation than the flight core's, on purpose.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
+use super::controller::Controller;
 use super::integrate::Equations;
 use crate::input::scenario::{Scenario, SimulatedWheel};
 
@@ -20,6 +23,7 @@ const WHEELS: usize = 7;
 /// A scenario's spacecraft as physics.
 pub struct Spacecraft<'a> {
     scenario: &'a Scenario,
+    controller: Option<Controller<'a>>,
     /// `J`, wheels locked and included, kg m².
     inertia: Matrix3<f64>,
     /// `J_b⁻¹`, 1/(kg m²).
@@ -54,7 +58,15 @@ impl<'a> Spacecraft<'a> {
         });
         // Positive definite on loading; a NaN here would be told by the integrator.
         let body_inverse = body.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
-        Self { scenario, inertia, body_inverse, body, typical_kg_m2: inertia.trace() / 3.0 }
+        let control = scenario.control.as_ref();
+        Self {
+            controller: control.map(|control| Controller::new(control, &scenario.wheels)),
+            scenario,
+            inertia,
+            body_inverse,
+            body,
+            typical_kg_m2: inertia.trace() / 3.0,
+        }
     }
 
     /// `J`, kg m².
@@ -72,12 +84,14 @@ impl<'a> Spacecraft<'a> {
         WHEELS + self.scenario.wheels.len()
     }
 
-    /// The state at the start, body axes along inertial axes.
+    /// The state at the start.
     pub fn initial_state(&self) -> Vec<f64> {
         let mut state = vec![0.0; self.dimension()];
         let rate = self.scenario.spacecraft.rate_rad_s;
         state[RATE..RATE + 3].copy_from_slice(rate.as_slice());
-        state[ATTITUDE] = 1.0;
+        let attitude = &self.scenario.spacecraft.attitude;
+        state[ATTITUDE] = attitude.w;
+        state[ATTITUDE + 1..ATTITUDE + 4].copy_from_slice(attitude.imag().as_slice());
         for (i, SimulatedWheel { wheel, speed_rad_s, .. }) in
             self.scenario.wheels.iter().enumerate()
         {
@@ -90,12 +104,6 @@ impl<'a> Spacecraft<'a> {
     /// Rates, attitude and wheels of a state vector.
     pub fn motion(&self, state: &[f64]) -> Motion {
         let rate = rate(state);
-        let q = Quaternion::new(
-            state[ATTITUDE],
-            state[ATTITUDE + 1],
-            state[ATTITUDE + 2],
-            state[ATTITUDE + 3],
-        );
         let mut wheel_momentum = Vector3::zeros();
         let mut speeds = Vec::with_capacity(self.scenario.wheels.len());
         for (i, SimulatedWheel { wheel, .. }) in self.scenario.wheels.iter().enumerate() {
@@ -106,20 +114,39 @@ impl<'a> Spacecraft<'a> {
         }
         Motion {
             rate_rad_s: rate,
-            attitude: UnitQuaternion::new_normalize(q),
+            attitude: UnitQuaternion::new_normalize(attitude(state)),
             wheel_speed_rad_s: speeds,
             wheel_momentum_n_m_s: wheel_momentum,
         }
     }
 
-    /// Angular acceleration, rad/s², body axes.
-    pub fn acceleration_rad_s2(&self, time_s: f64, state: &[f64]) -> Vector3<f64> {
+    /// Torque of each motor on its wheel, N m: what is laid down, and what the controller wants.
+    pub fn motor_torque_n_m(&self, time_s: f64, state: &[f64]) -> Vec<f64> {
+        let mut torques: Vec<f64> =
+            self.scenario.wheels.iter().map(|motor| motor.torque.at(time_s)).collect();
+        if let Some(controller) = &self.controller {
+            let attitude = UnitQuaternion::new_normalize(attitude(state));
+            let wanted = controller.motor_torque_n_m(&attitude, &rate(state));
+            for (torque, wanted) in torques.iter_mut().zip(wanted.iter()) {
+                *torque += wanted;
+            }
+        }
+        torques
+    }
+
+    /// Angular acceleration, rad/s², body axes, with these torques of the motors, N m.
+    fn acceleration_rad_s2(
+        &self,
+        time_s: f64,
+        state: &[f64],
+        motor_torque_n_m: &[f64],
+    ) -> Vector3<f64> {
         let rate = rate(state);
         let mut momentum = self.body * rate;
         let mut torque = self.scenario.torque.at(time_s) + self.scenario.disturbance_torque_n_m;
         for (i, motor) in self.scenario.wheels.iter().enumerate() {
             momentum += motor.wheel.axis * (state[WHEELS + i] * self.typical_kg_m2);
-            torque -= motor.wheel.axis * motor.torque.at(time_s);
+            torque -= motor.wheel.axis * motor_torque_n_m[i];
         }
         self.body_inverse * (torque - rate.cross(&momentum))
     }
@@ -151,25 +178,24 @@ fn rate(state: &[f64]) -> Vector3<f64> {
     Vector3::new(state[RATE], state[RATE + 1], state[RATE + 2])
 }
 
+fn attitude(state: &[f64]) -> Quaternion<f64> {
+    Quaternion::new(state[ATTITUDE], state[ATTITUDE + 1], state[ATTITUDE + 2], state[ATTITUDE + 3])
+}
+
 impl Equations for Spacecraft<'_> {
     fn derivative(&self, time_s: f64, state: &[f64], derivative: &mut [f64]) {
         let w = rate(state);
-        let acceleration = self.acceleration_rad_s2(time_s, state);
+        let motor_torque_n_m = self.motor_torque_n_m(time_s, state);
+        let acceleration = self.acceleration_rad_s2(time_s, state, &motor_torque_n_m);
         derivative[RATE..RATE + 3].copy_from_slice(acceleration.as_slice());
         // q̇ = ½ q ⊗ (0, ω), q from body to inertial axes.
-        let q = Quaternion::new(
-            state[ATTITUDE],
-            state[ATTITUDE + 1],
-            state[ATTITUDE + 2],
-            state[ATTITUDE + 3],
-        );
-        let turn = q * Quaternion::from_imag(w) * 0.5;
+        let turn = attitude(state) * Quaternion::from_imag(w) * 0.5;
         derivative[ATTITUDE] = turn.w;
         derivative[ATTITUDE + 1] = turn.i;
         derivative[ATTITUDE + 2] = turn.j;
         derivative[ATTITUDE + 3] = turn.k;
-        for (i, motor) in self.scenario.wheels.iter().enumerate() {
-            derivative[WHEELS + i] = motor.torque.at(time_s) / self.typical_kg_m2;
+        for (i, torque) in motor_torque_n_m.iter().enumerate() {
+            derivative[WHEELS + i] = torque / self.typical_kg_m2;
         }
     }
 }

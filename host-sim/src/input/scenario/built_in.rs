@@ -3,9 +3,11 @@
 /// What `run` simulates if it is told nothing.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
-const BUILT_IN: [(&str, &str); 2] = [
+const BUILT_IN: [(&str, &str); 4] = [
     (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
     ("cubesat-pyramid", include_str!("../../../scenarios/cubesat-pyramid.toml")),
+    ("kim-2010-slew", include_str!("../../../scenarios/kim-2010-slew.toml")),
+    ("microsat-slew", include_str!("../../../scenarios/microsat-slew.toml")),
 ];
 
 /// The names of the built-in scenarios, the default first.

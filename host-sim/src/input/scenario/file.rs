@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -10,6 +10,7 @@ use super::super::check::{Check, principal_moments, tensor};
 use super::super::craft::{PriorFile, SolveFor, Wheel, check_wheel_count, wheel_key};
 use super::super::error::{InputError, Problem};
 use super::super::toml_source::TomlSource;
+use super::control::{ControlFile, attitude, control};
 use super::profile_file::{ExternalProfileFile, WheelProfileFile, external_profile, wheel_profile};
 use super::{
     ExternalTorque, MAX_RATE_HZ, MAX_SAMPLES, Scenario, SimulatedGyro, SimulatedWheel, Spacecraft,
@@ -35,12 +36,17 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
         None => ExternalTorque::ZERO,
     };
 
+    let control = (file.control.as_ref())
+        .map(|table| control(check, table, &spacecraft.inertia_kg_m2, &wheels))
+        .transpose()?;
+
     Ok(Scenario {
         name: file.name,
         duration_s,
         spacecraft,
         wheels,
         torque,
+        control,
         gyro,
         disturbance_torque_n_m: optional_vector(
             check,
@@ -103,6 +109,7 @@ struct ScenarioFile {
     #[serde(default)]
     wheel: Vec<Spanned<WheelFile>>,
     torque: Option<ExternalProfileFile>,
+    control: Option<Spanned<ControlFile>>,
     gyro: GyroFile,
     #[serde(default)]
     disturbance: DisturbanceFile,
@@ -114,11 +121,17 @@ struct ScenarioFile {
 struct SpacecraftFile {
     inertia_kg_m2: Spanned<Vec<f64>>,
     rate_rad_s: Option<Spanned<Vec<f64>>>,
+    attitude_deg: Option<Spanned<Vec<f64>>>,
 }
 
 impl SpacecraftFile {
     fn check(&self, check: &Check<'_>) -> Result<Spacecraft, InputError> {
+        let attitude = match &self.attitude_deg {
+            Some(angles) => attitude(check, "spacecraft.attitude_deg", angles)?,
+            None => UnitQuaternion::identity(),
+        };
         Ok(Spacecraft {
+            attitude,
             inertia_kg_m2: check.inertia("spacecraft.inertia_kg_m2", &self.inertia_kg_m2)?,
             rate_rad_s: optional_vector(check, "spacecraft.rate_rad_s", &self.rate_rad_s)?,
         })
@@ -234,6 +247,8 @@ noise_rad_s = 1e-4
     fn what_is_left_out_is_zero_or_none() {
         let scenario = parse(GOOD).unwrap();
         assert_eq!(scenario.spacecraft.rate_rad_s, Vector3::zeros());
+        assert_eq!(scenario.spacecraft.attitude, UnitQuaternion::identity());
+        assert_eq!(scenario.control, None);
         assert_eq!(scenario.torque, ExternalTorque::ZERO);
         assert!(scenario.wheels.is_empty() && scenario.prior.is_none());
         assert_eq!(scenario.solve_for, SolveFor::default());
@@ -341,7 +356,10 @@ noise_rad_s = 1e-4
     fn unknown_name_lists_the_built_in_scenarios() {
         let message = Scenario::load("stsat").unwrap_err().to_string();
         assert!(message.starts_with("stsat: neither a file nor a built-in scenario"), "{message}");
-        assert!(message.ends_with("stsat3-spin-up, cubesat-pyramid"), "{message}");
+        assert!(
+            message.ends_with("stsat3-spin-up, cubesat-pyramid, kim-2010-slew, microsat-slew"),
+            "{message}"
+        );
         let message = Scenario::load("gone.toml").unwrap_err().to_string();
         assert!(message.starts_with("gone.toml: cannot be read: "), "{message}");
     }

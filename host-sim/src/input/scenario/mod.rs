@@ -6,6 +6,7 @@
 //! [spacecraft]
 //! inertia_kg_m2 = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016]   # wheels locked and included
 //! rate_rad_s = [0.0, 0.0, 0.0]                                 # initial
+//! attitude_deg = [0.0, 0.0, 0.0]                               # initial roll, pitch, yaw (3-2-1)
 //! [[wheel]]                                                    # none is fine
 //! axis = [1.0, 0.0, 0.0]
 //! spin_inertia_kg_m2 = 4.113e-4
@@ -14,6 +15,9 @@
 //! [torque]                                                     # external, body axes; optional
 //! kind = "constant"
 //! value_n_m = [1e-3, 1e-3, -2e-3]
+//! [control]                                                    # optional: see `control`
+//! natural_frequency_rad_s = 0.043
+//! damping_ratio = 0.707
 //! [gyro]
 //! rate_hz = 10.0
 //! noise_rad_s = 1.8151e-4                                      # one sigma, white, per sample
@@ -31,19 +35,21 @@
 //! ```
 
 mod built_in;
+mod control;
 mod file;
 mod profile;
 mod profile_file;
 
 use std::path::Path;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::craft::{Craft, GyroData, Prior, SolveFor, Wheel};
 use super::error::{InputError, Place, Problem};
 use super::toml_source::TomlSource;
 
 pub use built_in::{DEFAULT_SCENARIO, built_in_names};
+pub use control::Control;
 pub use profile::{ExternalTorque, Sine, TorqueProfile};
 
 /// Most samples a simulation may have: twelve days at 10 Hz, a gigabyte or so of memory.
@@ -64,6 +70,8 @@ pub struct Scenario {
     pub wheels: Vec<SimulatedWheel>,
     /// External torque that is commanded, hence known to the estimator.
     pub torque: ExternalTorque,
+    /// What the wheels' motors do besides their own torque profiles, if the loop is closed.
+    pub control: Option<Control>,
     /// The gyro's properties.
     pub gyro: SimulatedGyro,
     /// True constant external torque the estimator is not told, body axes, N m.
@@ -81,6 +89,8 @@ pub struct Spacecraft {
     pub inertia_kg_m2: [f64; 6],
     /// Initial rate relative to inertial space, body axes, rad/s.
     pub rate_rad_s: Vector3<f64>,
+    /// Initial attitude: the rotation that takes body axes to inertial axes.
+    pub attitude: UnitQuaternion<f64>,
 }
 
 /// A wheel, its initial speed and its motor.
@@ -90,7 +100,8 @@ pub struct SimulatedWheel {
     pub wheel: Wheel,
     /// Initial speed relative to the body, rad/s.
     pub speed_rad_s: f64,
-    /// Torque of the motor on the wheel, about its axis, N m; the body feels the opposite.
+    /// Torque of the motor on the wheel, about its axis, N m; the body feels the opposite. A
+    /// controller's comes on top.
     pub torque: TorqueProfile,
 }
 
