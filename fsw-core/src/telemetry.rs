@@ -21,6 +21,8 @@ pub struct OutcomeCounts {
     pub spike: u32,
     /// Refused: an estimator that needs the attitude got none that it could use.
     pub no_attitude: u32,
+    /// Refused: an estimator that starts from rest found the body moving.
+    pub waiting_for_rest: u32,
     /// Resets after a gap in time.
     pub gap_resets: u32,
     /// Resets after many spikes in a row.
@@ -42,6 +44,7 @@ impl OutcomeCounts {
             Outcome::Coasting(Coasting::Rejected(Rejection::Stuck)) => &mut self.stuck,
             Outcome::Coasting(Coasting::Spike) => &mut self.spike,
             Outcome::Coasting(Coasting::NoAttitude(_)) => &mut self.no_attitude,
+            Outcome::Coasting(Coasting::WaitingForRest) => &mut self.waiting_for_rest,
             Outcome::Reset(Reset::Gap) => &mut self.gap_resets,
             Outcome::Reset(Reset::Lockout) => &mut self.lockout_resets,
             Outcome::Reset(Reset::Diverged) => &mut self.divergence_resets,
@@ -53,7 +56,7 @@ impl OutcomeCounts {
     }
 
     /// Samples refused, by reason.
-    pub fn rejected(&self) -> [(&'static str, u32); 6] {
+    pub fn rejected(&self) -> [(&'static str, u32); 7] {
         [
             ("not_finite", self.not_finite),
             ("out_of_range", self.out_of_range),
@@ -61,6 +64,7 @@ impl OutcomeCounts {
             ("stuck", self.stuck),
             ("spike", self.spike),
             ("no_attitude", self.no_attitude),
+            ("waiting_for_rest", self.waiting_for_rest),
         ]
     }
 }

@@ -112,6 +112,8 @@ pub enum Coasting {
     Refilling,
     /// This estimator needs the attitude, and the sample's can't be used.
     NoAttitude(NoAttitude),
+    /// This estimator starts from rest, and the body moves.
+    WaitingForRest,
 }
 
 /// Why part of the state was set anew.
@@ -141,6 +143,7 @@ impl Outcome {
             Self::Coasting(Coasting::Aligning) => "aligning",
             Self::Coasting(Coasting::Refilling) => "refilling",
             Self::Coasting(Coasting::NoAttitude(why)) => why.name(),
+            Self::Coasting(Coasting::WaitingForRest) => "waiting_for_rest",
             Self::Reset(Reset::FirstSample) => "reset_first_sample",
             Self::Reset(Reset::Aligned) => "reset_aligned",
             Self::Reset(Reset::Gap) => "reset_gap",
@@ -151,10 +154,16 @@ impl Outcome {
 
     /// Whether the sample was made use of.
     pub fn used_sample(&self) -> bool {
-        !matches!(
-            self,
-            Self::Coasting(Coasting::Rejected(_) | Coasting::Spike | Coasting::NoAttitude(_))
-        )
+        match self {
+            Self::Updated | Self::Reset(_) => true,
+            Self::Coasting(Coasting::Aligning | Coasting::Refilling) => true,
+            Self::Coasting(
+                Coasting::Rejected(_)
+                | Coasting::Spike
+                | Coasting::NoAttitude(_)
+                | Coasting::WaitingForRest,
+            ) => false,
+        }
     }
 }
 

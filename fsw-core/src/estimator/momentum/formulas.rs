@@ -1,4 +1,4 @@
-//! The paper's four formulas, each a linear function of `B = Σ m Qᵀ` for given `M = Σ m mᵀ`.
+//! The paper's four formulas, each a linear function of `B = Σ ω Qᵀ` for given `M = Σ ω ωᵀ`.
 //!
 //! That they are linear is what makes their covariance simple: what any error of B does to the
 //! elements is the same formula applied to that error.
@@ -143,5 +143,115 @@ impl<T: Real> Formulas<T> {
             (entries[row], entries[first], entries[second]) = (moment, one, other);
             entries
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The sums of a stored history, in f64 and by nothing but their definition.
+    struct Dense {
+        m: Mat<f64, 3, 3>,
+        b: Mat<f64, 3, 3>,
+    }
+
+    impl Dense {
+        /// `(HᵀH)⁻¹ Hᵀ z` with H of Eq. (4): nine unknowns, not three times three.
+        fn batch(history: &[(Vec3<f64>, Vec3<f64>)]) -> Option<Mat<f64, 9, 1>> {
+            let (mut normal, mut right) = (Mat::<f64, 9, 9>::zeros(), Mat::<f64, 9, 1>::zeros());
+            for (m, q) in history {
+                let mut h = Mat::<f64, 3, 9>::zeros();
+                for row in 0..3 {
+                    for column in 0..3 {
+                        h[(row, 3 * row + column)] = m[column];
+                    }
+                }
+                normal += h.transpose() * h;
+                right += h.transpose() * q;
+            }
+            normal.try_inverse().map(|inverse| inverse * right)
+        }
+
+        /// Eq. (14).
+        fn moment(&self, i: usize) -> f64 {
+            self.b[(i, i)] / self.m[(i, i)]
+        }
+
+        /// Eq. (15), with another product of the row taken off too.
+        fn product(&self, i: usize, k: usize, other: (usize, f64)) -> f64 {
+            let taken_off = self.moment(i) * self.m[(k, i)] + other.1 * self.m[(k, other.0)];
+            (self.b[(k, i)] - taken_off) / self.m[(k, k)]
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn agrees_with_the_equations_on_a_stored_history(
+            rows in prop::collection::vec(prop::array::uniform6(-1.0..1.0f64), 12),
+        ) {
+            let history: std::vec::Vec<_> = (rows.iter())
+                .map(|r| (Vec3::new(r[0], r[1], r[2]), Vec3::new(r[3], r[4], r[5])))
+                .collect();
+            let (mut sums, mut d) =
+                (Sums::default(), Dense { m: Mat::zeros(), b: Mat::zeros() });
+            for (m, q) in &history {
+                prop_assert!(sums.add(m, q));
+                d.m += m * m.transpose();
+                d.b += m * q.transpose();
+            }
+            prop_assume!(d.m.symmetric_eigenvalues().min() > 0.1);
+
+            let formulas = Formulas::new(&sums, 1e-9);
+            let b = RightHandSide { factored: sums.right_hand_side(), direct: Mat::zeros() };
+            // The same B, but all of it as it is.
+            let direct = RightHandSide { factored: Mat::zeros(), direct: d.b };
+            let check = |method, expected: [f64; 6]| {
+                for b in [&b, &direct] {
+                    let found = formulas.elements(method, b).map(Option::unwrap);
+                    for i in 0..6 {
+                        assert!((found[i] - expected[i]).abs() < 1e-11, "{method:?}");
+                    }
+                }
+            };
+            let mean = |a: f64, b: f64| 0.5 * (a + b);
+            let moments = [0, 1, 2].map(|i| d.moment(i));
+            let [xx, yy, zz] = moments;
+
+            let x = Dense::batch(&history).unwrap();
+            let batch = [x[0], x[4], x[8], mean(x[1], x[3]), mean(x[2], x[6]), mean(x[5], x[7])];
+            check(Method::Batch, batch);
+
+            let ratio = |i: usize, k: usize| d.b[(k, i)] / d.m[(k, k)];
+            let pair = |i, k| mean(ratio(i, k), ratio(k, i));
+            check(Method::Conventional, [xx, yy, zz, pair(0, 1), pair(0, 2), pair(1, 2)]);
+
+            let alone = |i: usize, k: usize| d.product(i, k, (0, 0.0));
+            let pair = |i, k| mean(alone(i, k), alone(k, i));
+            check(Method::Suggested, [xx, yy, zz, pair(0, 1), pair(0, 2), pair(1, 2)]);
+
+            let (xy, yx, zx) = (alone(0, 1), alone(1, 0), alone(2, 0));
+            let xz = d.product(0, 2, (1, xy));
+            let yz = d.product(1, 2, (0, yx));
+            let zy = d.product(2, 1, (0, zx));
+            check(Method::PreEstimate, [xx, yy, zz, mean(xy, yx), mean(xz, zx), mean(yz, zy)]);
+        }
+    }
+
+    #[test]
+    fn an_axis_that_never_turned_divides_by_nothing() {
+        let mut sums = Sums::<f32>::default();
+        for k in 0..20 {
+            let x = 0.01 * k as f32;
+            sums.add(&Vec3::new(x, 0.0, 0.0), &Vec3::new(1.5 * x, 0.1 * x, -0.2 * x));
+        }
+        let formulas = Formulas::new(&sums, 1e-6);
+        let b = RightHandSide { factored: sums.right_hand_side(), direct: Mat::zeros() };
+        assert_eq!(formulas.elements(Method::Batch, &b), [None; 6]);
+        let [xx, yy, zz, xy, xz, yz] = formulas.elements(Method::Conventional, &b);
+        assert!((xx.unwrap() - 1.5).abs() < 1e-6);
+        assert!((xy.unwrap() - 0.1).abs() < 1e-6 && (xz.unwrap() + 0.2).abs() < 1e-6);
+        assert_eq!((yy, zz, yz), (None, None, None));
     }
 }

@@ -1,13 +1,13 @@
-//! The sums that all four methods read: `M = Σ m mᵀ`, `B = Σ m Qᵀ` and what is left over.
+//! The sums that all four methods read: `M = Σ ω ωᵀ`, `B = Σ ω Qᵀ` and what is left over.
 //!
-//! Kept as the triangular factor of the rows `[mᵀ Qᵀ]`, six numbers a sample: its first three
+//! Kept as the triangular factor of the rows `[ωᵀ Qᵀ]`, six numbers a sample: its first three
 //! columns hold M, the next three B and the residual. Single precision then keeps what a matrix
 //! of sums would lose where one axis turns far faster than another.
 
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real};
 
-/// Beyond, no m (rad/s) or Q (N m s) is of this world, and its square would overflow in single
+/// Beyond, no ω (rad/s) or Q (N m s) is of this world, and its square would overflow in single
 /// precision.
 const LARGEST: f64 = 1.0e15;
 
@@ -23,21 +23,20 @@ const LEAST_OF_NOISE: f64 = 0.25;
 pub(super) struct Sums<T: Real> {
     rows: SquareRootInformation<T, 6>,
     samples: u32,
-    /// Rows whose m holds the noise of a measured start besides its own.
-    from_measured_start: u32,
 }
 
 impl<T: Real> Default for Sums<T> {
     fn default() -> Self {
-        Self { rows: SquareRootInformation::default(), samples: 0, from_measured_start: 0 }
+        Self { rows: SquareRootInformation::default(), samples: 0 }
     }
 }
 
 impl<T: Real> Sums<T> {
-    /// Takes in `J m = q`; `false` where a number isn't finite, or so large that it would ruin
+    /// Takes in `J ω = Q`; `false` where a number isn't finite, or so large that it would ruin
     /// the sums.
-    pub(super) fn add(&mut self, m: &Vec3<T>, q: &Vec3<T>) -> bool {
-        let row = [m.x, m.y, m.z, q.x, q.y, q.z];
+    pub(super) fn add(&mut self, rate_rad_s: &Vec3<T>, momentum_n_m_s: &Vec3<T>) -> bool {
+        let (w, q) = (rate_rad_s, momentum_n_m_s);
+        let row = [w.x, w.y, w.z, q.x, q.y, q.z];
         if !row.iter().all(|x| x.abs() < T::lit(LARGEST)) {
             return false;
         }
@@ -47,31 +46,14 @@ impl<T: Real> Sums<T> {
         true
     }
 
-    /// The same where m is a difference of two gyro readings, the second one the same in every row.
-    pub(super) fn add_from_measured_start(&mut self, m: &Vec3<T>, q: &Vec3<T>) -> bool {
-        let is_taken = self.add(m, q);
-        if is_taken {
-            self.from_measured_start = self.from_measured_start.saturating_add(1);
-        }
-        is_taken
-    }
-
     /// Rows so far.
     pub(super) fn samples(&self) -> u32 {
         self.samples
     }
 
-    /// By how much the noise of a measured start may multiply the variance of a result, at most.
-    ///
-    /// It is the same in n rows and doesn't average out: by Cauchy's inequality its effect on any
-    /// weighted sum of rows is at most that of n times the variance, independent in each.
-    pub(super) fn start_noise_factor(&self) -> T {
-        T::one() + T::count(self.from_measured_start)
-    }
-
-    /// Noise readings in the rows: `E[Σ v vᵀ] = n σ²` on the diagonal of M.
-    pub(super) fn noise_readings(&self) -> T {
-        T::count(self.samples) + T::count(self.from_measured_start)
+    /// `n σ²`, rad²/s²: what noise of `noise_rad_s` adds to each diagonal element of M.
+    pub(super) fn noise_square(&self, noise_rad_s: T) -> T {
+        noise_rad_s * noise_rad_s * T::count(self.samples)
     }
 
     /// R of `RᵀR = M`, 3×3.
@@ -89,20 +71,20 @@ impl<T: Real> Sums<T> {
         Mat::from_fn(|i, k| equations[row + i].0[column + k])
     }
 
-    /// Whether a sum of squares of m, for gyro noise of `noise_rad_s`, is more than rounding.
+    /// Whether a sum of squares of rates, rad²/s², for gyro noise of `noise_rad_s`, is more than rounding.
     pub(super) fn is_excited(&self, square: T, noise_rad_s: T) -> bool {
-        let least = noise_rad_s * noise_rad_s * self.noise_readings() * T::lit(LEAST_OF_NOISE);
+        let least = self.noise_square(noise_rad_s) * T::lit(LEAST_OF_NOISE);
         let factor = self.factor();
         let rounding = T::EPSILON * T::lit(8.0);
         square > least && square > factor.dot(&factor) * (rounding * rounding)
     }
 
-    /// `√(Σ Qᵀ Q / Σ mᵀ m)`, kg m²: the size of the tensor along the motion, with the noise's
-    /// share of m taken out; `None` while that is no more than a third of all.
+    /// `√(Σ Qᵀ Q / Σ ωᵀ ω)`, kg m²: the size of the tensor along the motion, with the noise's
+    /// share of the rates taken out; `None` while that is no more than a third of all.
     pub(super) fn size_kg_m2(&self, noise_rad_s: T) -> Option<T> {
         let (m, z, left) = (self.factor(), self.right_hand_side(), self.block(3, 3));
         let all = m.dot(&m);
-        let motion = all - noise_rad_s * noise_rad_s * self.noise_readings() * T::lit(3.0);
+        let motion = all - self.noise_square(noise_rad_s) * T::lit(3.0);
         let stands_out = motion > all * T::lit(1.0 / 3.0);
         if !stands_out {
             return None;
@@ -112,11 +94,11 @@ impl<T: Real> Sums<T> {
     }
 
     /// The gyro noise, rad/s, one sigma, that explains what no tensor of nine elements can:
-    /// the residual of `J (m − v) = Q` is `−J v`.
+    /// the residual of `J (ω − v) = Q` is `−J v`.
     pub(super) fn residual_rms_rad_s(&self) -> T {
         let left = self.block(3, 3);
         let tensor = self.basic_solution();
-        let square = tensor.dot(&tensor) * self.noise_readings();
+        let square = tensor.dot(&tensor) * T::count(self.samples);
         let rms = (left.dot(&left) / square).sqrt();
         if rms.is_finite() { rms } else { T::zero() }
     }

@@ -1,13 +1,13 @@
 //! What the elements are worth: noise, what noise in the regressor does, what a method neglects.
 //!
-//! With `Q = J (m − v)` for gyro noise v, a method that is linear in B (see
-//! [`formulas`](super::formulas)) and given `M = Σ m mᵀ` finds, of a true tensor J,
+//! With `Q = J (ω − v)` for gyro noise v, a method that is linear in B (see
+//! [`formulas`](super::formulas)) and given `M = Σ ω ωᵀ` finds, of a true tensor J,
 //!
-//! `ĵ = f(M J − Σ m vᵀ J)`, `E[Σ m vᵀ] = n σ² 1`.
+//! `ĵ = f(M J − Σ ω vᵀ J)`, `E[Σ ω vᵀ] = n σ² 1`.
 //!
 //! So `f((M − n σ² 1) J) − j` is its systematic error: the pull of noise towards zero and all that
 //! it neglects, for whatever M the motion made. It is linear in the unknown j, and its second
-//! moment follows from what is believed of j beforehand, `j₀ ± S`. The rest of `Σ m vᵀ J` has rows
+//! moment follows from what is believed of j beforehand, `j₀ ± S`. The rest of `Σ ω vᵀ J` has rows
 //! of covariance `σ² |J|² M` and goes through the same formula.
 
 use super::formulas::{Formulas, Method, RightHandSide};
@@ -27,7 +27,7 @@ pub(super) struct Worth<T: Real> {
     believed: Prior<T>,
     /// `n σ²`, rad²/s².
     noise_square: T,
-    /// One sigma of a row of `J m = Q`, N m s.
+    /// One sigma of a row of `J ω = Q`, N m s.
     row_sigma_n_m_s: T,
 }
 
@@ -46,8 +46,8 @@ impl<T: Real> Worth<T> {
             sums: *sums,
             formulas: Formulas::new(sums, noise_rad_s),
             believed,
-            noise_square: noise_rad_s * noise_rad_s * sums.noise_readings(),
-            row_sigma_n_m_s: moment * noise * sums.start_noise_factor().sqrt(),
+            noise_square: sums.noise_square(noise_rad_s),
+            row_sigma_n_m_s: moment * noise,
         }
     }
 
@@ -99,15 +99,15 @@ impl<T: Real> Worth<T> {
     /// Covariance, kg² m⁴, of least squares for the six elements, with what is believed: what the
     /// data could show, whichever method is asked for.
     ///
-    /// `Σ Gᵀ(m) G(m)` is a sum over `M = Σ m mᵀ`, and so over the rows of its factor. As for
-    /// [`regression`](crate::estimator::regression), noise in m pulls the solution by
+    /// `Σ Gᵀ(ω) G(ω)` is a sum over `M = Σ ω ωᵀ`, and so over the rows of its factor. As for
+    /// [`regression`](crate::estimator::regression), noise in ω pulls the solution by
     /// `A = (HᵀH)⁻¹ N`, N its expected share, and adds `A (S² + j₀ j₀ᵀ) Aᵀ`: a direction whose
     /// excitation doesn't stand out of the noise is as uncertain as it was.
     pub(super) fn covariance_of_the_best(&self) -> Mat<T, 6, 6> {
         let Prior { inertia_kg_m2: value, sigma_kg_m2: sigma } = &self.believed;
         let mut information = SquareRootInformation::<T, 6>::default();
-        for m in self.sums.factor().row_iter() {
-            let h = regressor(&m.transpose());
+        for rate in self.sums.factor().row_iter() {
+            let h = regressor(&rate.transpose());
             for row in h.row_iter() {
                 information.add(core::array::from_fn(|c| row[c]), T::zero());
             }
