@@ -222,6 +222,37 @@ fn a_simulated_log_replays_to_the_same_bits() {
 }
 
 #[test]
+fn a_log_with_attitude_replays_to_the_same_bits() {
+    let folder = TempDir::new().unwrap();
+    let out = text(folder.path());
+    let estimator = ["--estimator", "momentum-suggested"];
+    let ran = json(&[&["run", "kim-2010-slew", "--json", "--out", out], &estimator[..]].concat());
+    let craft = folder.path().join("craft.toml");
+    let log = folder.path().join("log.csv");
+    let replay = ["replay", "--json", "--craft", text(&craft), text(&log)];
+    let replayed = json(&[&replay[..], &estimator].concat());
+    assert_eq!(ran["inertia_kg_m2"], replayed["inertia_kg_m2"]);
+    assert_eq!(ran["covariance_kg2_m4"], replayed["covariance_kg2_m4"]);
+    assert_eq!(
+        (&replayed["status"], &replayed["observed_directions"]),
+        (&"partial".into(), &3.into())
+    );
+}
+
+#[test]
+fn estimators_by_momentum_ask_for_the_attitude() {
+    let bench = Bench::new();
+    let craft = bench.file("craft.toml", CRAFT);
+    let log = bench.file("log.csv", &[HEADER, ROWS].concat());
+    for method in ["batch", "conventional", "pre-estimate", "suggested"] {
+        let name = format!("momentum-{method}");
+        let output =
+            host_sim(&["replay", "--craft", text(&craft), text(&log), "--estimator", &name]);
+        refused(&output, &[&name, "needs the attitude", "attitude_q1", "scalar last"]);
+    }
+}
+
+#[test]
 fn without_a_stated_noise_the_residuals_give_it() {
     let folder = TempDir::new().unwrap();
     json(&["run", "cubesat-pyramid", "--json", "--out", text(folder.path())]);

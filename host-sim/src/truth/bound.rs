@@ -3,7 +3,8 @@
 //! For given motion, noise and unknowns no unbiased estimator beats
 //! `C = (Σₖ Sₖᵀ R⁻¹ Sₖ)⁻¹`, `Sₖ = ∂z(tₖ)/∂(unknowns)`. The unknowns are the initial rate and the
 //! inertia, and the disturbance torque and gyro bias where they are estimated too. The wheels'
-//! speeds are measured and so known functions of time; then
+//! speeds are measured and so known functions of time, in a closed loop too: what the controller
+//! would have done with another inertia doesn't matter, since what the wheels did is known. Then
 //!
 //! `J Ṡ = ([J ω + h_w]^× − ω^× J) S − [G(ω̇) + ω^× G(ω)] E_j + E_τ`.
 
@@ -223,8 +224,9 @@ pub struct Bound {
 
 #[cfg(test)]
 mod tests {
-    use crate::input::scenario::Scenario;
+    use super::*;
     use crate::truth::Flight;
+    use crate::truth::integrate::advance;
 
     /// The spin-up of STSAT-3, one sigma in per cent of each element, derived independently.
     const STSAT_3_PERCENT: [f64; 6] = [0.0194, 0.0144, 0.0157, 1.294, 1.196, 0.142];
@@ -238,6 +240,79 @@ mod tests {
             let percent =
                 100.0 * bound.sigma_kg_m2[i].unwrap() / scenario.spacecraft.inertia_kg_m2[i];
             assert!((percent / STSAT_3_PERCENT[i] - 1.0).abs() < 0.02, "element {i}: {percent} %");
+        }
+    }
+
+    /// A body of another inertia beside the true one, with the wheel momentum of the true flight,
+    /// `J' ω̇' = −ḣ_w − ω' × (J' ω' + h_w)`: what the wheels do is measured, not computed again.
+    struct Neighbour<'a> {
+        craft: &'a Spacecraft<'a>,
+        scenario: &'a Scenario,
+        inertia: Matrix3<f64>,
+    }
+
+    impl Equations for Neighbour<'_> {
+        fn derivative(&self, time_s: f64, state: &[f64], derivative: &mut [f64]) {
+            let end = self.craft.dimension();
+            self.craft.derivative(time_s, &state[..end], &mut derivative[..end]);
+            let acceleration = Vector3::new(derivative[0], derivative[1], derivative[2]);
+            let motors = self.craft.motor_torque_n_m(time_s, &state[..end]);
+            let mut torque = Vector3::zeros();
+            for (motor, driven) in motors.iter().zip(&self.scenario.wheels) {
+                // ḣ_w of a wheel: its axial momentum less the part that turns with the body.
+                let wheel = &driven.wheel;
+                let with_body = wheel.spin_inertia_kg_m2 * wheel.axis.dot(&acceleration);
+                torque -= wheel.axis * (motor - with_body);
+            }
+            let h_w = self.craft.motion(&state[..end]).wheel_momentum_n_m_s;
+            let w = Vector3::new(state[end], state[end + 1], state[end + 2]);
+            let slope =
+                self.inertia.try_inverse().unwrap() * (torque - w.cross(&(self.inertia * w + h_w)));
+            derivative[end..].copy_from_slice(slope.as_slice());
+        }
+    }
+
+    #[test]
+    fn sensitivities_of_a_closed_loop_are_differences_between_flights_of_the_same_wheels() {
+        let scenario = Scenario::load("microsat-slew").unwrap();
+        let craft = Spacecraft::new(&scenario);
+        let equations = Sensitivities::new(&craft, Unknowns::of(&scenario));
+        let end_s = 60.0;
+        let state = advance(&equations, 0.0, end_s, equations.initial_state()).unwrap();
+        let expected = equations.of_rate(&state);
+        let end_rate = |unknowns: [f64; 9]| {
+            let [_, _, _, xx, yy, zz, xy, xz, yz] = unknowns.map(|u| u * craft.typical_kg_m2());
+            let change = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+            let inertia = craft.inertia_kg_m2() + change;
+            let neighbour = Neighbour { craft: &craft, scenario: &scenario, inertia };
+            let mut state = craft.initial_state();
+            let rate: Vec<f64> = (0..3).map(|i| state[i] + unknowns[i]).collect();
+            state.extend(rate);
+            let end = advance(&neighbour, 0.0, end_s, state).unwrap();
+            Vector3::from_column_slice(&end[craft.dimension()..])
+        };
+        let step = 1e-5;
+        for column in 0..9 {
+            let at = |sign: f64| {
+                end_rate(std::array::from_fn(|i| if i == column { sign * step } else { 0.0 }))
+            };
+            let slope = (at(1.0) - at(-1.0)) / (2.0 * step);
+            let error = (slope - expected.column(column)).norm();
+            // Third derivatives times the step squared, and rounding over the step.
+            assert!(error < 1e-7 * expected.column(column).norm().max(1e-2), "{column}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_slew_about_one_axis_shows_three_directions_and_one_that_wanders_shows_six() {
+        let bound = |name| Flight::simulate(&Scenario::load(name).unwrap()).unwrap().bound;
+        assert_eq!(bound("kim-2010-slew").observed_directions, 3);
+        let microsat = bound("microsat-slew");
+        assert_eq!(microsat.observed_directions, 6);
+        let scenario = Scenario::load("microsat-slew").unwrap();
+        for i in 0..6 {
+            let share = microsat.sigma_kg_m2[i].unwrap() / scenario.spacecraft.inertia_kg_m2[i];
+            assert!(share.abs() < 0.05, "element {i}: {share}");
         }
     }
 }

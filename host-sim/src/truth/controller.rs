@@ -48,3 +48,61 @@ impl<'a> Controller<'a> {
         -(&self.allocation * self.torque_n_m(attitude, rate_rad_s))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::input::scenario::Scenario;
+
+    const PYRAMID: &str = r#"
+        name = "pyramid"
+        duration_s = 10.0
+        spacecraft = { inertia_kg_m2 = [3, 4, 5, 0.1, -0.2, 0.3] }
+        gyro = { rate_hz = 1.0, noise_rad_s = 1e-4 }
+        wheel = [
+            { axis = [1, 1, 1], spin_inertia_kg_m2 = 1e-3 },
+            { axis = [-1, 1, 1], spin_inertia_kg_m2 = 2e-3 },
+            { axis = [-1, -1, 1], spin_inertia_kg_m2 = 1e-3 },
+            { axis = [1, -1, 1], spin_inertia_kg_m2 = 1e-3 },
+        ]
+        [control]
+        target_attitude_deg = [10, 20, 30]
+        attitude_gain_n_m = [1, 2, 3]
+        rate_gain_n_m_s = [4, 5, 6]
+        "#;
+
+    fn with_controller(test: impl Fn(&Controller<'_>, &[SimulatedWheel])) {
+        let scenario = Scenario::from_toml("s.toml", PYRAMID, Path::new("")).unwrap();
+        let control = scenario.control.as_ref().unwrap();
+        test(&Controller::new(control, &scenario.wheels), &scenario.wheels);
+    }
+
+    #[test]
+    fn four_wheels_give_the_torque_that_the_law_asks_for() {
+        with_controller(|controller, wheels| {
+            let attitude = UnitQuaternion::from_euler_angles(0.4, -0.2, 0.9);
+            let rate = Vector3::new(0.01, -0.02, 0.03);
+            let motors = controller.motor_torque_n_m(&attitude, &rate);
+            let on_body: Vector3<f64> =
+                wheels.iter().zip(motors.iter()).map(|(w, m)| -w.wheel.axis * *m).sum();
+            assert!((on_body - controller.torque_n_m(&attitude, &rate)).norm() < 1e-14);
+        });
+    }
+
+    #[test]
+    fn the_body_is_pushed_back_to_its_target_by_the_shorter_way() {
+        with_controller(|controller, _| {
+            let target = controller.control.target;
+            assert!(controller.torque_n_m(&target, &Vector3::zeros()).norm() < 1e-15);
+            for angle in [0.1f64, 3.0, -0.1, 3.5] {
+                let turned = target * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+                let push = controller.torque_n_m(&turned, &Vector3::zeros()).z;
+                assert_eq!(push < 0.0, angle.sin() > 0.0, "{angle}: {push}");
+            }
+            let braked = controller.torque_n_m(&target, &Vector3::new(1.0, 1.0, 1.0));
+            assert!((braked - Vector3::new(-4.0, -5.0, -6.0)).norm() < 1e-14);
+        });
+    }
+}

@@ -251,6 +251,25 @@ mod tests {
     }
 
     #[test]
+    fn the_slew_of_kim_2010_is_about_one_axis_and_ends_at_its_target() {
+        let scenario = Scenario::load("kim-2010-slew").unwrap();
+        let craft = Spacecraft::new(&scenario);
+        let mut state = craft.initial_state();
+        let axis = -craft.motion(&state).attitude.imag().normalize();
+        let angle = |state: &[f64]| craft.motion(state).attitude.angle();
+        let before = angle(&state);
+        for second in 0..200 {
+            let t = f64::from(second);
+            state = advance(&craft, t, t + 1.0, state).unwrap();
+            assert!(craft.inertial_momentum_n_m_s(&state).norm() < 1e-12, "t = {t}");
+            // Gains are proportional to J, and the motors turn J less the wheels: 3e-5 apart.
+            let rate = craft.motion(&state).rate_rad_s;
+            assert!(rate.cross(&axis).norm() < 1e-4 * 4e-3, "t = {t}: {rate}");
+        }
+        assert!(angle(&state) < 2e-3 * before);
+    }
+
+    #[test]
     fn attitude_stays_a_rotation() {
         let scenario = Scenario::load("stsat3-spin-up").unwrap();
         let craft = Spacecraft::new(&scenario);
