@@ -11,6 +11,7 @@
 //!       │          joint_ekf: predict, innovation, correct     ◄── math: UD, square root
 //!       │          momentum_integral: a first estimate
 //!       │          chain: rate_ekf ─► savgol ─► regression
+//!       │          momentum: conserved in inertial space
 //!  4 monitor     do the innovations fit? which directions has the data shown?
 //!       │
 //!  5 telemetry   estimate(): tensor, covariance, observed, status; counts of outcomes
