@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 
 use clap::ValueEnum;
 use fsw_core::estimator::chain::{self, Chain};
-use fsw_core::estimator::joint_ekf::{self, JointEkfPublished, JointEkfUd};
+use fsw_core::estimator::joint_ekf::{self, InitialRate, JointEkfPublished, JointEkfUd};
 use fsw_core::estimator::momentum::{self, Momentum};
 use fsw_core::estimator::{Innovation, Prior};
 use fsw_core::gate;
@@ -29,6 +29,8 @@ pub enum EstimatorName {
     JointEkf,
     /// The same filter as Bellar and Si Mohammed (2019) print it.
     JointEkfPublished,
+    /// The UD form started as the printed one is, at once on its prior: only the numerics differ.
+    JointEkfUnaligned,
     /// Rate filter, causal Savitzky-Golay, recursive least squares for three moments: Kim et al. 2013.
     EkfSgfRls,
     /// Rate filter, even-window Savitzky-Golay, batch least squares for six elements: Kim et al. 2016.
@@ -70,6 +72,7 @@ impl fmt::Display for EstimatorName {
         f.write_str(match self {
             Self::JointEkf => "joint-ekf",
             Self::JointEkfPublished => "joint-ekf-published",
+            Self::JointEkfUnaligned => "joint-ekf-unaligned",
             Self::EkfSgfRls => "ekf-sgf-rls",
             Self::EkfSgfLls => "ekf-sgf-lls",
             Self::MomentumBatch => "momentum-batch",
@@ -188,9 +191,11 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
             Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(config, wheels)?))
         }
         EstimatorName::JointEkfPublished => {
-            let config = joint_ekf::Config::bellar_2019(T::lit(setup.gyro_noise_rad_s));
-            let filter = JointEkfPublished::new(configure(config, setup), wheels)?;
+            let filter = JointEkfPublished::new(bellar_2019(setup), wheels)?;
             Box::new(Adapter::<T, _, W>::new(filter))
+        }
+        EstimatorName::JointEkfUnaligned => {
+            Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(bellar_2019(setup), wheels)?))
         }
         EstimatorName::EkfSgfRls => chain::<T, W>(chain::Config::kim_2013, setup, wheels)?,
         EstimatorName::EkfSgfLls => chain::<T, W>(chain::Config::kim_2016, setup, wheels)?,
@@ -203,6 +208,22 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
         }
         EstimatorName::MomentumSuggested => momentum(momentum::Method::Suggested, setup, wheels)?,
     })
+}
+
+/// The nine-state filter as its paper starts it, from whatever initial estimate is drawn.
+fn bellar_2019<T: Real>(setup: &Setup<'_>) -> joint_ekf::Config<T> {
+    let published = joint_ekf::Config::bellar_2019(T::lit(setup.gyro_noise_rad_s));
+    let mut config = configure(published, setup);
+    if let (Some(start), Some(prior)) = (&setup.craft.initial_estimate, published.prior) {
+        config.initial_rate = Some(InitialRate {
+            rate_rad_s: narrow(&start.rate_rad_s),
+            sigma_rad_s: T::lit(start.rate_sigma_rad_s),
+        });
+        config.initial_inertia_kg_m2 = Some(start.inertia_kg_m2.map(T::lit));
+        let sigma_kg_m2 = start.sigma_kg_m2.map(T::lit);
+        config.prior = Some(Prior { sigma_kg_m2, ..prior });
+    }
+    config
 }
 
 /// Filter, differentiator and regression, with the prior's inertia as the nominal one.

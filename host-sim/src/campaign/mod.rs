@@ -1,10 +1,11 @@
-//! Monte Carlo: one flight, many draws of the gyro's noise.
+//! Monte Carlo: many draws of the gyro's noise, and of what the scenario disperses.
 //!
-//! The truth and the bound don't depend on the noise and are simulated once; run `i` has the seed
-//! `first_seed + i`. Runs are spread over rayon's threads and put back in order, and each draws from
+//! Run `i` has the seed `first_seed + i`, and all that differs from run to run follows from that.
+//! Truth and bound don't depend on the noise: the few that a scenario has are simulated once. Runs are spread over rayon's threads and put back in order, and each draws from
 //! a generator of its own, so the numbers are the same however many threads there are.
 
 pub mod statistics;
+pub mod truths;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -12,18 +13,18 @@ use std::time::{Duration, Instant};
 use rayon::iter::{ParallelBridge, ParallelIterator};
 
 use crate::estimation::{EstimatorName, Precision, SetUpError, Setup, fly, set_up};
-use crate::input::{Craft, Scenario};
+use crate::input::Scenario;
 use crate::simulation::log_of;
-use crate::truth::Flight;
-use statistics::{Score, Yardstick};
+use statistics::Score;
+pub use truths::Truths;
 
 /// What to fly, with what, how often.
 #[derive(Clone, Copy, Debug)]
 pub struct Campaign<'a> {
     /// The scenario.
     pub scenario: &'a Scenario,
-    /// Its truth and bound.
-    pub flight: &'a Flight,
+    /// Its truths and bounds.
+    pub truths: &'a Truths,
     /// The estimator under test.
     pub estimator: EstimatorName,
     /// Its arithmetic.
@@ -39,10 +40,13 @@ pub struct Campaign<'a> {
 pub struct Run {
     /// Its number, from zero.
     pub index: u64,
-    /// Seed of its noise: `run --seed` flies it again.
+    /// Seed of its noise and of its dispersion: `run --seed` flies it again.
     pub seed: u64,
     /// What came of it.
     pub score: Score,
+    /// How often the estimator gave up and started anew: its state was no longer finite, its inertia
+    /// had no inverse, or too many spikes came in a row.
+    pub restarts: u32,
     /// Samples that the estimator was given.
     pub steps: u64,
     /// Time that it took over them; sensors and set-up don't count.
@@ -50,23 +54,13 @@ pub struct Run {
 }
 
 impl Campaign<'_> {
-    /// Truth and bound of every run.
-    pub fn yardstick(&self) -> Yardstick {
-        Yardstick {
-            truth_kg_m2: self.scenario.spacecraft.inertia_kg_m2,
-            bound_kg_m2: self.flight.bound.sigma_kg_m2,
-        }
-    }
-
     /// Flies the runs on all of rayon's threads, and calls `done` after each.
     ///
     /// Once `stop` is set no further run is begun. Runs are begun in order and those begun are
     /// completed, so what comes back is what a campaign of fewer runs would have given.
     pub fn fly(&self, stop: &AtomicBool, done: impl Fn() + Sync) -> Result<Vec<Run>, SetUpError> {
-        let craft = self.scenario.craft();
-        let yardstick = self.yardstick();
         let fly_one = |index| {
-            let run = self.run(index, &craft, &yardstick);
+            let run = self.run(index);
             done();
             run
         };
@@ -79,24 +73,26 @@ impl Campaign<'_> {
         Ok(runs)
     }
 
-    fn run(&self, index: u64, craft: &Craft, yardstick: &Yardstick) -> Result<Run, SetUpError> {
+    fn run(&self, index: u64) -> Result<Run, SetUpError> {
         // Seeds go round at the end of the numbers rather than run out.
         let seed = self.first_seed.wrapping_add(index);
-        let gyro = &self.scenario.gyro;
-        let log = log_of(self.scenario, self.flight, seed);
+        let scenario = self.scenario.of_seed(seed);
+        let (yardstick, flight) = self.truths.get(scenario.dispersion.truth_of(seed));
+        let log = log_of(&scenario, flight, seed);
         let on_board = set_up(&Setup {
             estimator: self.estimator,
             precision: self.precision,
-            craft,
-            gyro_noise_rad_s: gyro.noise_rad_s,
-            sample_period_s: 1.0 / gyro.rate_hz,
+            craft: &scenario.craft(),
+            gyro_noise_rad_s: scenario.gyro.noise_rad_s,
+            sample_period_s: 1.0 / scenario.gyro.rate_hz,
             refuse_spikes: true,
         })?;
         let begun = Instant::now();
         let flown = fly(&log, on_board, |_, _, _| ());
         let estimator_time = begun.elapsed();
         let score = yardstick.score(&flown.estimate);
-        Ok(Run { index, seed, score, steps: log.len() as u64, estimator_time })
+        let restarts = flown.counts.divergence_resets + flown.counts.lockout_resets;
+        Ok(Run { index, seed, score, restarts, steps: log.len() as u64, estimator_time })
     }
 }
 
@@ -104,16 +100,34 @@ impl Campaign<'_> {
 mod tests {
     use std::sync::atomic::AtomicU64;
 
+    use crate::input::scenario::dispersion::{Dispersion, InitialSpread};
+
+    use super::statistics::Verdict;
     use super::*;
 
-    /// Flies the CubeSat, and stops after so many runs.
-    fn scores(runs: u64, stop_after: u64) -> Vec<(u64, u64, Score)> {
-        let scenario = Scenario::load("cubesat-pyramid").unwrap();
-        let flight = Flight::simulate(&scenario).unwrap();
+    /// The CubeSat, and copies of it a tenth and two tenths lighter, flown from anywhere.
+    fn scenario() -> Scenario {
+        let mut scenario = Scenario::load("cubesat-pyramid").unwrap();
+        scenario.dispersion = Dispersion {
+            inertia_factors: vec![1.0, 0.9, 0.8],
+            initial_estimate: Some(InitialSpread {
+                rate_rad_s: 1e-3,
+                moments_kg_m2: 0.2,
+                products_kg_m2: 0.01,
+                rate_sigma_rad_s: 1e-3,
+                sigma_kg_m2: [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
+            }),
+        };
+        scenario
+    }
+
+    /// Flies it, and stops after so many runs.
+    fn scores(estimator: EstimatorName, runs: u64, stop_after: u64) -> Vec<(u64, u64, Score)> {
+        let scenario = scenario();
         let campaign = Campaign {
             scenario: &scenario,
-            flight: &flight,
-            estimator: EstimatorName::JointEkf,
+            truths: &Truths::simulate(&scenario).unwrap(),
+            estimator,
             precision: Precision::F32,
             first_seed: 40,
             runs,
@@ -130,7 +144,7 @@ mod tests {
 
     fn on_threads(threads: usize, runs: u64) -> Vec<(u64, u64, Score)> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| scores(runs, u64::MAX))
+        pool.install(|| scores(EstimatorName::JointEkf, runs, u64::MAX))
     }
 
     #[test]
@@ -139,14 +153,36 @@ mod tests {
         assert_eq!(one, on_threads(3, 12));
         for (i, (index, seed, score)) in one.iter().enumerate() {
             assert_eq!((*index, *seed), (i as u64, 40 + i as u64));
-            assert!(!score.diverged);
+            assert_eq!(score.verdict, Verdict::Converged);
         }
-        assert_ne!(one[0].2, one[1].2);
+        assert_ne!(one[0].2, one[3].2);
+    }
+
+    #[test]
+    fn each_run_is_measured_with_its_own_truth() {
+        let truth = scenario().spacecraft.inertia_kg_m2;
+        for (_, seed, score) in on_threads(2, 6) {
+            let factor = [1.0, 0.9, 0.8][seed as usize % 3];
+            for i in 0..6 {
+                let true_kg_m2 = score.inertia_kg_m2[i] - score.error_kg_m2[i];
+                assert!((true_kg_m2 - factor * truth[i]).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_start_that_no_body_has_is_survived() {
+        for estimator in [EstimatorName::JointEkfPublished, EstimatorName::JointEkfUnaligned] {
+            let scores = scores(estimator, 40, u64::MAX);
+            assert_eq!(scores.len(), 40);
+            let verdicts: Vec<Verdict> = scores.iter().map(|(_, _, score)| score.verdict).collect();
+            assert!(verdicts.iter().any(|verdict| *verdict != Verdict::Converged), "{verdicts:?}");
+        }
     }
 
     #[test]
     fn a_stopped_campaign_is_a_shorter_one() {
-        let stopped = scores(1_000_000, 5);
+        let stopped = scores(EstimatorName::JointEkf, 1_000_000, 5);
         assert!((5..1000).contains(&stopped.len()), "{}", stopped.len());
         assert_eq!(stopped, on_threads(2, stopped.len() as u64));
     }

@@ -11,9 +11,10 @@ use fsw_core::{Estimate, Real, Status};
 use nalgebra::{Matrix6, Vector6};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// An error of more bounds than this on any element is a failure, whatever the estimator says of
-/// it: no honest estimate comes near.
-pub const DIVERGED_BOUNDS: f64 = 20.0;
+/// An error of more bounds than this on any element has not converged on the truth, whatever the
+/// estimator says of it: no estimate that makes good use of the data comes near. One of more than
+/// this many of the estimator's own sigmas as well is diverged: far off, and sure of it.
+pub const FAR: f64 = 20.0;
 
 /// Degrees of freedom of one run's error: the six elements.
 const DEGREES: f64 = 6.0;
@@ -43,9 +44,20 @@ pub struct Score {
     /// Normalised estimation error squared, six degrees of freedom; none where the covariance
     /// isn't positive definite.
     pub nees: Option<f64>,
-    /// Whether the estimator gave up, or should have: status diverged, an error that isn't finite,
-    /// or one of more than [`DIVERGED_BOUNDS`].
-    pub diverged: bool,
+    /// What the run came to.
+    pub verdict: Verdict,
+}
+
+/// What a run came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It says so, and every error is within [`FAR`] bounds, where there is one.
+    Converged,
+    /// Neither: it says that it hasn't seen all, or is far off with a sigma to match.
+    NotConverged,
+    /// It says so; or an error isn't finite, or is beyond both [`FAR`] bounds and [`FAR`] of its own
+    /// sigmas.
+    Diverged,
 }
 
 impl Yardstick {
@@ -55,16 +67,30 @@ impl Yardstick {
         let error: [f64; 6] = std::array::from_fn(|i| inertia_kg_m2[i] - self.truth_kg_m2[i]);
         let error_over_bound: [Option<f64>; 6] =
             std::array::from_fn(|i| self.bound_kg_m2[i].map(|bound| error[i] / bound));
-        let finite = error.iter().all(|e| e.is_finite());
-        let far = error_over_bound.iter().flatten().any(|ratio| ratio.abs() > DIVERGED_BOUNDS);
+        let sigma_kg_m2 = estimate.sigma_kg_m2().map(T::to_f64);
         Score {
             status: estimate.status,
             inertia_kg_m2,
-            sigma_kg_m2: estimate.sigma_kg_m2().map(T::to_f64),
+            sigma_kg_m2,
             error_kg_m2: error,
             error_over_bound,
             nees: nees(&error, &estimate.covariance_kg2_m4.map(T::to_f64)),
-            diverged: estimate.status == Status::Diverged || !finite || far,
+            verdict: self.verdict(estimate.status, &error, &sigma_kg_m2),
+        }
+    }
+
+    fn verdict(&self, status: Status, error: &[f64; 6], sigma: &[f64; 6]) -> Verdict {
+        // Written so that NaN is far.
+        let is_far = |i: usize, yardstick: f64| !(error[i].abs() <= FAR * yardstick);
+        let beyond_bound = |i: usize| self.bound_kg_m2[i].is_some_and(|bound| is_far(i, bound));
+        let is_sure = |i: usize| is_far(i, sigma[i].max(self.bound_kg_m2[i].unwrap_or(0.0)));
+        let is_finite = error.iter().chain(sigma).all(|x| x.is_finite());
+        if status == Status::Diverged || !is_finite || (0..6).any(is_sure) {
+            Verdict::Diverged
+        } else if status == Status::Converged && !(0..6).any(beyond_bound) {
+            Verdict::Converged
+        } else {
+            Verdict::NotConverged
         }
     }
 }
@@ -86,9 +112,9 @@ pub struct Statistics {
     pub runs: usize,
     /// How many did not diverge.
     pub used: usize,
-    /// How many diverged: see [`Score::diverged`].
+    /// How many diverged: see [`Verdict`].
     pub diverged: usize,
-    /// How many of those used have another status than converged.
+    /// How many of those used have not converged.
     pub not_converged: usize,
     /// RMS error of each element, kg m².
     pub rmse_kg_m2: [Option<f64>; 6],
@@ -116,10 +142,11 @@ pub fn reduce<'a>(scores: impl IntoIterator<Item = &'a Score>) -> Statistics {
     let mut nees = Moments::default();
     for score in scores {
         runs += 1;
-        if score.diverged {
-            continue;
+        match score.verdict {
+            Verdict::Converged => {}
+            Verdict::NotConverged => not_converged += 1,
+            Verdict::Diverged => continue,
         }
-        not_converged += usize::from(score.status != Status::Converged);
         for i in 0..6 {
             error[i].add(score.error_kg_m2[i]);
             if let Some(ratio) = score.error_over_bound[i] {
@@ -217,7 +244,7 @@ mod tests {
     #[test]
     fn a_score_is_error_over_bound_and_over_sigma() {
         let score = score([0.2, 0.0, -0.1, 0.02, 0.0, 0.5], 0.1);
-        assert!(!score.diverged);
+        assert_eq!(score.verdict, Verdict::Converged);
         near(score.error_over_bound[0], 2.0);
         near(score.error_over_bound[2], -1.0);
         near(score.error_over_bound[3], 2.0);
@@ -249,9 +276,9 @@ mod tests {
     fn figures_are_of_the_runs_that_did_not_diverge() {
         let partial = estimate([-0.3, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, Status::Partial);
         let scores = [
-            score([0.1, 0.0, 0.0, 0.02, 0.0, 7.0], 0.1),
+            score([0.1, 0.0, 0.0, 0.02, 0.0, 1.5], 0.1),
             YARDSTICK.score(&partial),
-            // Beyond 20 bounds, whatever it says of itself; and diverged by its own word.
+            // Beyond 20 bounds and sigmas, whatever it says of itself; and diverged by its own word.
             score([0.0, 2.1, 0.0, 0.0, 0.0, 0.0], 0.1),
             YARDSTICK.score(&estimate([0.0; 6], 0.1, Status::Diverged)),
             score([f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1),
@@ -266,11 +293,25 @@ mod tests {
         near(statistics.rmse_over_bound[0], 5.0f64.sqrt());
         near(statistics.bias_over_bound[0], -1.0);
         near(statistics.rmse_over_bound[3], 2.0f64.sqrt());
-        near(statistics.rmse_kg_m2[5], 24.5f64.sqrt());
+        near(statistics.rmse_kg_m2[5], 1.125f64.sqrt());
         assert_eq!(statistics.rmse_over_bound[5], None);
-        // (1 + 0.04 + 4900 and 9) / 2 / 6.
-        near(statistics.nees_per_dof, 4910.04 / 12.0);
+        // (1 + 0.04 + 225 and 9) / 2 / 6.
+        near(statistics.nees_per_dof, 235.04 / 12.0);
         assert_eq!(statistics.nees_runs, 2);
+    }
+
+    #[test]
+    fn far_off_and_owning_up_to_it_is_not_diverged() {
+        // Jxy is 25 bounds off.
+        let error = [0.0, 0.0, 0.0, 0.25, 0.0, 0.0];
+        assert_eq!(score(error, 0.2).verdict, Verdict::NotConverged);
+        assert_eq!(score(error, 0.012).verdict, Verdict::Diverged);
+        // Without a bound only the sigma tells.
+        let error = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        assert_eq!(score(error, 0.06).verdict, Verdict::Converged);
+        assert_eq!(score(error, 0.04).verdict, Verdict::Diverged);
+        // A covariance that isn't one is no excuse.
+        assert_eq!(score([2.1; 6], f64::NAN).verdict, Verdict::Diverged);
     }
 
     #[test]

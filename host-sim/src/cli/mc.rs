@@ -1,4 +1,4 @@
-//! `mc`: Monte Carlo over the gyro's noise, beside the bound.
+//! `mc`: Monte Carlo over the gyro's noise and what the scenario disperses, beside the bound.
 
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
@@ -12,12 +12,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::estimate::{note_ignored_unknowns, status};
 use super::{Failure, Method, print};
+use crate::campaign::statistics::Verdict;
 use crate::campaign::statistics::{Statistics, reduce};
-use crate::campaign::{Campaign, Run};
+use crate::campaign::{Campaign, Run, Truths};
 use crate::input::Scenario;
 use crate::report::runs::{RunRow, RunsFile};
 use crate::report::{McReport, table};
-use crate::truth::Flight;
 
 /// Exit code of a program that is interrupted and doesn't end by itself: 128 + SIGINT.
 const INTERRUPTED: i32 = 130;
@@ -29,7 +29,7 @@ pub struct Arguments {
     /// How many runs.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
-    /// Seed of the first run's gyro noise; run i has this plus i.
+    /// Seed of the first run's gyro noise and dispersion; run i has this plus i.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
@@ -46,10 +46,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, runs: asked, seed, method, out, json } = arguments;
     let scenario = Scenario::load(scenario)?;
     note_ignored_unknowns(method, &scenario.craft());
-    let flight = Flight::simulate(&scenario)?;
+    let truths = Truths::simulate(&scenario)?;
     let campaign = Campaign {
         scenario: &scenario,
-        flight: &flight,
+        truths: &truths,
         estimator: method.estimator,
         precision: method.precision,
         first_seed: *seed,
@@ -92,7 +92,7 @@ fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
         nees_95,
         ..
     } = reduce(runs.iter().map(|run| &run.score));
-    let yardstick = campaign.yardstick();
+    let yardstick = campaign.truths.typical();
     let steps = runs.iter().map(|run| run.steps).sum();
     let estimator_s = runs.iter().map(|run| run.estimator_time.as_secs_f64()).sum::<f64>();
     McReport {
@@ -129,7 +129,9 @@ fn row(run: &Run) -> RunRow {
         sigma_kg_m2: score.sigma_kg_m2,
         error_kg_m2: score.error_kg_m2,
         nees: score.nees,
-        diverged: score.diverged,
+        converged: score.verdict == Verdict::Converged,
+        diverged: score.verdict == Verdict::Diverged,
+        restarts: run.restarts,
     }
 }
 

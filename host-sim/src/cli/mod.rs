@@ -34,7 +34,13 @@ pub struct Cli {
 enum Verb {
     /// Simulate one flight, estimate, and set the estimate beside the truth and the bound.
     Run(run::Arguments),
-    /// Many flights that differ in gyro noise: RMS error and bias beside the bound, and NEES.
+    /// Many flights that differ in gyro noise, and in what the scenario disperses: RMS error and bias
+    /// beside the bound, and NEES.
+    ///
+    /// A run has converged if it says so and each error is within 20 bounds. It has diverged, and is
+    /// left out of the figures, if it says so, or if an error isn't finite or is beyond both 20 bounds
+    /// and 20 of the estimator's own sigmas. Where runs have different truths, the table shows their
+    /// mean and the RMS of their bounds, and each run is measured with its own.
     ///
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
     /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.

@@ -15,7 +15,7 @@ pub struct Arguments {
     /// A SCENARIO.toml, or the name of a built-in one.
     #[arg(default_value = DEFAULT_SCENARIO)]
     scenario: String,
-    /// Seed of the gyro's noise.
+    /// Seed of the gyro's noise, and of what the scenario disperses.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
@@ -24,7 +24,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, seed, options } = arguments;
-    let scenario = Scenario::load(scenario)?;
+    let scenario = Scenario::load(scenario)?.of_seed(*seed);
     let flight = Flight::simulate(&scenario)?;
     let log = log_of(&scenario, &flight, *seed);
     let craft = scenario.craft();

@@ -41,6 +41,9 @@ pub struct Craft {
     pub prior: Option<Prior>,
     /// What is to be estimated besides the inertia.
     pub solve_for: SolveFor,
+    /// Where a filter that starts from a guess, whatever it be, starts: drawn by a campaign, never in
+    /// a file.
+    pub initial_estimate: Option<InitialEstimate>,
 }
 
 /// A reaction wheel: balanced, symmetric about its axis.
@@ -71,6 +74,19 @@ pub struct Prior {
     /// `jxx jyy jzz jxy jxz jyz`, wheels included and locked, kg m².
     pub inertia_kg_m2: [f64; 6],
     /// Standard deviation of each, in the same order, kg m².
+    pub sigma_kg_m2: [f64; 6],
+}
+
+/// An initial state of a filter, which may be no body's.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InitialEstimate {
+    /// Body rate, rad/s.
+    pub rate_rad_s: Vector3<f64>,
+    /// One sigma of each axis, rad/s.
+    pub rate_sigma_rad_s: f64,
+    /// `jxx jyy jzz jxy jxz jyz`, kg m²: any finite numbers.
+    pub inertia_kg_m2: [f64; 6],
+    /// One sigma of each, kg m².
     pub sigma_kg_m2: [f64; 6],
 }
 
@@ -160,6 +176,7 @@ impl Craft {
                 torque: file.disturbance.torque,
                 gyro_bias: file.disturbance.gyro_bias,
             },
+            initial_estimate: None,
         })
     }
 }
@@ -263,6 +280,7 @@ mod tests {
                 sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
             }),
             solve_for: SolveFor { torque: true, gyro_bias: false },
+            initial_estimate: None,
         };
         let again = Craft::from_toml("craft.toml", &craft.to_toml()).unwrap();
         assert!((again.wheels[0].axis - craft.wheels[0].axis).norm() < 1e-15);

@@ -99,21 +99,22 @@ pub struct McReport {
     pub runs: u64,
     /// Runs that the figures are of: those that did not diverge.
     pub used: u64,
-    /// Runs that diverged.
+    /// Runs that diverged: by their own word, or far from the truth and sure of it.
     pub diverged: u64,
-    /// Runs that did not diverge, and have another status than converged.
+    /// Runs that did not diverge, and say that they haven't converged or are far from the truth.
     pub not_converged: u64,
-    /// The true elements, kg m².
+    /// The true elements, kg m²; their mean where runs have different ones.
     pub truth_kg_m2: [f64; 6],
     /// RMS of estimated minus true, kg m²; null if all runs diverged.
     pub rmse_kg_m2: [Option<f64>; 6],
     /// Mean of estimated minus true, kg m²; null if all runs diverged.
     pub bias_kg_m2: [Option<f64>; 6],
-    /// Cramér-Rao bound of each element, one sigma, kg m²; null where it is not observed.
+    /// Cramér-Rao bound of each element, one sigma, kg m²; null where it is not observed. The RMS of
+    /// the bounds where runs have different ones.
     pub bound_kg_m2: [Option<f64>; 6],
-    /// RMS error over the bound; null where there is no bound.
+    /// RMS of each run's error over its own bound; null where there is no bound.
     pub rmse_over_bound: [Option<f64>; 6],
-    /// Bias over the bound; null where there is no bound.
+    /// Mean of each run's error over its own bound; null where there is no bound.
     pub bias_over_bound: [Option<f64>; 6],
     /// Mean normalised estimation error squared over its six degrees of freedom: 1 for an honest
     /// covariance, above for an overconfident one; null where no run has one.
@@ -124,7 +125,7 @@ pub struct McReport {
     pub nees_95: Option<[f64; 2]>,
     /// Samples given to the estimator, all runs together.
     pub steps: u64,
-    /// Time that the runs took, s; the truth and the bound, simulated once, don't count.
+    /// Time that the runs took, s; truth and bound, simulated before, don't count.
     pub wall_s: f64,
     /// Samples over the time spent in the estimator, summed over threads, 1/s.
     pub steps_per_s_per_core: Option<f64>,

@@ -25,8 +25,12 @@ pub struct RunRow {
     pub error_kg_m2: [f64; 6],
     /// Normalised estimation error squared, six degrees of freedom, if there is one.
     pub nees: Option<f64>,
+    /// Whether it counts as converged.
+    pub converged: bool,
     /// Whether it counts as diverged, whatever its status.
     pub diverged: bool,
+    /// How often the estimator gave up and started anew.
+    pub restarts: u32,
 }
 
 /// A file of runs, opened before the first is flown: a campaign is too long to lose to a wrong path.
@@ -58,7 +62,8 @@ fn write_runs<W: io::Write>(out: W, rows: impl IntoIterator<Item = RunRow>) -> i
         let mut cells = vec![row.run.to_string(), row.seed.to_string(), row.status.to_string()];
         cells.extend(numbers.iter().map(|x| format!("{x:?}")));
         cells.push(row.nees.map_or(String::new(), |x| format!("{x:?}")));
-        cells.push(row.diverged.to_string());
+        cells.extend([row.converged.to_string(), row.diverged.to_string()]);
+        cells.push(row.restarts.to_string());
         out.write_record(&cells)?;
     }
     out.flush()
@@ -69,7 +74,7 @@ fn header() -> Vec<String> {
     for quantity in ["", "sigma_", "error_"] {
         names.extend(ELEMENT_NAMES.map(|element| format!("{quantity}{element}_kg_m2")));
     }
-    names.extend(["nees", "diverged"].map(str::to_owned));
+    names.extend(["nees", "converged", "diverged", "restarts"].map(str::to_owned));
     names
 }
 
@@ -87,7 +92,9 @@ mod tests {
             sigma_kg_m2: [0.5; 6],
             error_kg_m2: [-1e-9; 6],
             nees: Some(5.5),
+            converged: true,
             diverged: false,
+            restarts: 0,
         };
         let bad = RunRow {
             run: 1,
@@ -95,6 +102,7 @@ mod tests {
             status: Status::Diverged,
             error_kg_m2: [f64::NAN; 6],
             nees: None,
+            converged: false,
             diverged: true,
             ..good.clone()
         };
@@ -103,12 +111,16 @@ mod tests {
         let text = String::from_utf8(bytes).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("run,seed,status,jxx_kg_m2,"), "{}", lines[0]);
-        assert!(lines[0].ends_with(",error_jyz_kg_m2,nees,diverged"), "{}", lines[0]);
+        assert!(
+            lines[0].ends_with(",error_jyz_kg_m2,nees,converged,diverged,restarts"),
+            "{}",
+            lines[0]
+        );
         assert!(lines[1].starts_with("0,7,converged,1.0,2.0,"), "{}", lines[1]);
-        assert!(lines[1].ends_with(",-1e-9,5.5,false"), "{}", lines[1]);
-        assert!(lines[2].ends_with(",NaN,,true"), "{}", lines[2]);
+        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0"), "{}", lines[1]);
+        assert!(lines[2].ends_with(",NaN,,false,true,0"), "{}", lines[2]);
         for line in &lines {
-            assert_eq!(line.split(',').count(), 23, "{line}");
+            assert_eq!(line.split(',').count(), 25, "{line}");
         }
     }
 

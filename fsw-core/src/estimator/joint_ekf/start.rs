@@ -44,7 +44,8 @@ pub(super) enum NoStart {
 }
 
 impl<T: Real> Start<T> {
-    /// From what is believed beforehand, at the first sample's rate unless another is configured.
+    /// From what is believed beforehand, at the first sample's rate; or from the rate and the
+    /// inertia that are configured instead.
     pub fn from_prior(
         prior: Option<Prior<T>>,
         config: &Config<T>,
@@ -66,7 +67,7 @@ impl<T: Real> Start<T> {
         for k in 0..6 {
             covariance_factor[(3 + k, 3 + k)] = sigma_kg_m2[k];
         }
-        let inertia = Inertia::new(inertia_kg_m2);
+        let inertia = Inertia::new(config.initial_inertia_kg_m2.unwrap_or(inertia_kg_m2));
         Self {
             state: State { rate_rad_s: rate.rate_rad_s, inertia },
             covariance_factor,

@@ -23,7 +23,7 @@ use crate::tensor::Inertia;
 
 /// A correction that would make the inertia indefinite is halved, at most this often, and then
 /// left out.
-const HALVINGS: u32 = 4;
+const HALVINGS: u32 = 3;
 
 /// The covariance's UD factors, rate first.
 #[derive(Clone, Copy, Debug)]
@@ -142,16 +142,22 @@ impl<T: Real> Form<T> for StructuredUd<T> {
 }
 
 /// `inertia + change`, the change shortened where the sum would not be positive definite: the
-/// next prediction needs an inverse, and noise on a wide prior can overshoot.
+/// next prediction needs an inverse, and noise on a wide prior can overshoot. An inertia that isn't
+/// positive definite itself (see [`Config::initial_inertia_kg_m2`]) takes any change.
 fn corrected<T: Real>(inertia: &Inertia<T>, change: [T; 6]) -> Inertia<T> {
     let elements = inertia.elements_kg_m2();
+    let moved = |share: T| Inertia::new(core::array::from_fn(|k| elements[k] + share * change[k]));
+    let whole = moved(T::one());
+    if whole.is_positive_definite() || !inertia.is_positive_definite() {
+        return whole;
+    }
     let mut share = T::one();
     for _ in 0..HALVINGS {
-        let sum = Inertia::new(core::array::from_fn(|k| elements[k] + share * change[k]));
+        share *= T::lit(0.5);
+        let sum = moved(share);
         if sum.is_positive_definite() {
             return sum;
         }
-        share *= T::lit(0.5);
     }
     *inertia
 }
@@ -204,5 +210,12 @@ mod tests {
         assert_eq!(halved.elements_kg_m2()[0], 0.25);
         assert_eq!(corrected(&inertia, [-100.0; 6]), inertia);
         assert_eq!(corrected(&inertia, [f32::NAN; 6]), inertia);
+    }
+
+    #[test]
+    fn an_inertia_that_is_indefinite_already_takes_any_correction() {
+        let inertia = Inertia::new([-3.0f32, 1.0, 1.0, 0.0, 0.0, 0.0]);
+        let moved = corrected(&inertia, [1.0, 0.0, 0.0, 0.5, 0.0, 0.0]);
+        assert_eq!(moved.elements_kg_m2(), [-2.0, 1.0, 1.0, 0.5, 0.0, 0.0]);
     }
 }

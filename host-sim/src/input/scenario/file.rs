@@ -11,6 +11,7 @@ use super::super::craft::{PriorFile, SolveFor, Wheel, check_wheel_count, wheel_k
 use super::super::error::{InputError, Problem};
 use super::super::toml_source::TomlSource;
 use super::control::{ControlFile, attitude, control};
+use super::dispersion::DispersionFile;
 use super::profile_file::{ExternalProfileFile, WheelProfileFile, external_profile, wheel_profile};
 use super::{
     ExternalTorque, MAX_RATE_HZ, MAX_SAMPLES, Scenario, SimulatedGyro, SimulatedWheel, Spacecraft,
@@ -31,6 +32,9 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
         .map(|(index, wheel)| wheel.get_ref().check(check, &wheel_key(index), folder))
         .collect::<Result<Vec<_>, _>>()?;
     check_wheels_fit(check, &file.spacecraft.inertia_kg_m2, &spacecraft, &wheels)?;
+    let carries_wheels =
+        |factor| without_wheels(&spacecraft.inertia_kg_m2.map(|j| j * factor), &wheels)[0] > 0.0;
+    let dispersion = file.dispersion.check(check, carries_wheels)?;
     let torque = match &file.torque {
         Some(profile) => external_profile(check, profile, folder)?,
         None => ExternalTorque::ZERO,
@@ -58,6 +62,8 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
             gyro_bias: file.disturbance.gyro_bias,
         },
         prior: file.prior.map(|prior| prior.check(check)).transpose()?,
+        dispersion,
+        initial_estimate: None,
     })
 }
 
@@ -80,16 +86,21 @@ fn check_wheels_fit(
     spacecraft: &Spacecraft,
     wheels: &[SimulatedWheel],
 ) -> Result<(), InputError> {
-    let mut rest = tensor(&spacecraft.inertia_kg_m2);
-    for SimulatedWheel { wheel, .. } in wheels {
-        rest -= wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2;
-    }
-    let principal_moments_kg_m2 = principal_moments(&rest);
+    let principal_moments_kg_m2 = without_wheels(&spacecraft.inertia_kg_m2, wheels);
     if principal_moments_kg_m2[0] > 0.0 {
         return Ok(());
     }
     let key = "spacecraft.inertia_kg_m2".to_owned();
     Err(check.error(inertia, Problem::WheelsOutweighBody { key, principal_moments_kg_m2 }))
+}
+
+/// Principal moments of `J − Σ Iₛ a aᵀ`, ascending, kg m².
+fn without_wheels(inertia_kg_m2: &[f64; 6], wheels: &[SimulatedWheel]) -> [f64; 3] {
+    let mut rest = tensor(inertia_kg_m2);
+    for SimulatedWheel { wheel, .. } in wheels {
+        rest -= wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2;
+    }
+    principal_moments(&rest)
 }
 
 fn optional_vector(
@@ -114,6 +125,8 @@ struct ScenarioFile {
     #[serde(default)]
     disturbance: DisturbanceFile,
     prior: Option<PriorFile>,
+    #[serde(default)]
+    dispersion: DispersionFile,
 }
 
 #[derive(Deserialize)]

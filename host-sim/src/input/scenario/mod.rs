@@ -33,23 +33,28 @@
 //! inertia_kg_m2 = [25, 25, 25, 2, 2, 2]
 //! sigma_kg_m2 = [30, 30, 30, 10, 10, 10]
 //! ```
+//!
+//! What differs from run to run of a campaign: see [`dispersion`].
 
 mod built_in;
 mod control;
+pub mod dispersion;
 mod file;
 mod profile;
 mod profile_file;
 
 use std::path::Path;
 
+use fsw_core::Inertia;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::craft::{Craft, GyroData, Prior, SolveFor, Wheel};
+use super::craft::{Craft, GyroData, InitialEstimate, Prior, SolveFor, Wheel};
 use super::error::{InputError, Place, Problem};
 use super::toml_source::TomlSource;
 
 pub use built_in::{DEFAULT_SCENARIO, built_in_names};
 pub use control::Control;
+pub use dispersion::Dispersion;
 pub use profile::{ExternalTorque, Sine, TorqueProfile};
 
 /// Most samples a simulation may have: twelve days at 10 Hz, a gigabyte or so of memory.
@@ -80,6 +85,10 @@ pub struct Scenario {
     pub solve_for: SolveFor,
     /// Inertia the estimator is told beforehand, if any.
     pub prior: Option<Prior>,
+    /// What differs from run to run of a campaign.
+    pub dispersion: Dispersion,
+    /// Where the estimator of this run starts, once drawn: see [`Scenario::of_seed`].
+    pub initial_estimate: Option<InitialEstimate>,
 }
 
 /// The true body.
@@ -149,7 +158,14 @@ impl Scenario {
     }
 
     /// What the estimator is told of this spacecraft: all but inertia, bias and disturbance.
+    ///
+    /// An initial estimate that a body can have takes the place of the prior.
     pub fn craft(&self) -> Craft {
+        let drawn = self.initial_estimate.as_ref().map(|start| Prior {
+            inertia_kg_m2: start.inertia_kg_m2,
+            sigma_kg_m2: start.sigma_kg_m2,
+        });
+        let physical = drawn.filter(|start| Inertia::new(start.inertia_kg_m2).check().is_ok());
         Craft {
             wheels: self.wheels.iter().map(|simulated| simulated.wheel.clone()).collect(),
             gyro: GyroData {
@@ -157,8 +173,9 @@ impl Scenario {
                 range_rad_s: self.gyro.range_rad_s,
                 quantum_rad_s: self.gyro.quantum_rad_s,
             },
-            prior: self.prior.clone(),
+            prior: physical.or_else(|| self.prior.clone()),
             solve_for: self.solve_for,
+            initial_estimate: self.initial_estimate.clone(),
         }
     }
 }
