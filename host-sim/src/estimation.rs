@@ -235,6 +235,11 @@ fn chain<T: Real, const W: usize>(
     let missing = SetUpError::NoNominalInertia { estimator: setup.estimator };
     let nominal = prior(setup).ok_or(missing)?;
     let mut config = published(T::lit(setup.gyro_noise_rad_s), nominal);
+    if let Some(walk) = setup.craft.rate_walk_rad_s_sqrt_s {
+        // Told the whole process noise, as the papers' filters are.
+        config.rate_ekf.rate_walk_rad_s_sqrt_s = T::lit(walk);
+        config.rate_ekf.acceleration_doubt = T::zero();
+    }
     if !setup.refuse_spikes {
         config.spike_sigma = T::MAX;
     }
@@ -265,6 +270,9 @@ fn prior<T: Real>(setup: &Setup<'_>) -> Option<Prior<T>> {
 /// Puts what is known of the craft into an estimator's defaults.
 fn configure<T: Real>(mut config: joint_ekf::Config<T>, setup: &Setup<'_>) -> joint_ekf::Config<T> {
     config.prior = prior(setup).or(config.prior);
+    if let Some(walk) = setup.craft.rate_walk_rad_s_sqrt_s {
+        config.rate_walk_rad_s_sqrt_s = T::lit(walk);
+    }
     if !setup.refuse_spikes {
         config.spike_sigma = T::MAX;
     }

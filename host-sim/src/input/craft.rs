@@ -12,6 +12,8 @@
 //! [prior]                            # optional
 //! inertia_kg_m2 = [25, 25, 25, 2, 2, 2]
 //! sigma_kg_m2 = [30, 30, 30, 10, 10, 10]
+//! [filter]                           # optional
+//! rate_walk_rad_s_sqrt_s = 1.0e-6    # process noise of the rate, where an estimator has one
 //! [disturbance]                      # optional: what else to estimate
 //! torque = true
 //! gyro_bias = false
@@ -39,6 +41,8 @@ pub struct Craft {
     pub gyro: GyroData,
     /// Inertia expected before any measurement, if anything is known.
     pub prior: Option<Prior>,
+    /// Process noise of the rate that filters are told, (rad/s)/√s; each has its own if none.
+    pub rate_walk_rad_s_sqrt_s: Option<f64>,
     /// What is to be estimated besides the inertia.
     pub solve_for: SolveFor,
     /// Where a filter that starts from a guess, whatever it be, starts: drawn by a campaign, never in
@@ -138,6 +142,9 @@ impl Craft {
             text += &format!("[prior]\ninertia_kg_m2 = {inertia_kg_m2:?}\n");
             text += &format!("sigma_kg_m2 = {sigma_kg_m2:?}\n");
         }
+        if let Some(walk) = self.rate_walk_rad_s_sqrt_s {
+            text += &format!("[filter]\nrate_walk_rad_s_sqrt_s = {walk:?}\n");
+        }
         if self.solve_for != SolveFor::default() {
             let SolveFor { torque, gyro_bias } = self.solve_for;
             text += &format!("[disturbance]\ntorque = {torque}\ngyro_bias = {gyro_bias}\n");
@@ -172,6 +179,7 @@ impl Craft {
                 quantum_rad_s: positive("gyro.quantum_rad_s", &file.gyro.quantum_rad_s)?,
             },
             prior: file.prior.map(|prior| prior.check(&check)).transpose()?,
+            rate_walk_rad_s_sqrt_s: file.filter.check(&check)?,
             solve_for: SolveFor {
                 torque: file.disturbance.torque,
                 gyro_bias: file.disturbance.gyro_bias,
@@ -208,6 +216,8 @@ struct CraftFile {
     #[serde(default)]
     gyro: GyroFile,
     prior: Option<PriorFile>,
+    #[serde(default)]
+    filter: FilterFile,
     #[serde(default)]
     disturbance: DisturbanceFile,
 }
@@ -254,6 +264,20 @@ struct DisturbanceFile {
     gyro_bias: bool,
 }
 
+/// What filters are told of the motion, as a file has it.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FilterFile {
+    rate_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
+}
+
+impl FilterFile {
+    pub(super) fn check(&self, check: &Check<'_>) -> Result<Option<f64>, InputError> {
+        let walk = self.rate_walk_rad_s_sqrt_s.as_ref();
+        walk.map(|walk| check.not_negative("filter.rate_walk_rad_s_sqrt_s", walk)).transpose()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -279,6 +303,7 @@ mod tests {
                 inertia_kg_m2: [25.0, 25.0, 25.0, 2.0, 2.0, 2.0],
                 sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
             }),
+            rate_walk_rad_s_sqrt_s: Some(1e-6),
             solve_for: SolveFor { torque: true, gyro_bias: false },
             initial_estimate: None,
         };
@@ -286,8 +311,8 @@ mod tests {
         assert!((again.wheels[0].axis - craft.wheels[0].axis).norm() < 1e-15);
         assert_eq!(again.wheels[0].name, craft.wheels[0].name);
         assert_eq!(
-            (again.gyro, again.prior, again.solve_for),
-            (craft.gyro, craft.prior, craft.solve_for)
+            (again.gyro, again.prior, again.rate_walk_rad_s_sqrt_s, again.solve_for),
+            (craft.gyro, craft.prior, craft.rate_walk_rad_s_sqrt_s, craft.solve_for)
         );
         let bare = Craft::default();
         assert_eq!(Craft::from_toml("craft.toml", &bare.to_toml()).unwrap(), bare);

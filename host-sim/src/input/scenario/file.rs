@@ -7,7 +7,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::super::check::{Check, principal_moments, tensor};
-use super::super::craft::{PriorFile, SolveFor, Wheel, check_wheel_count, wheel_key};
+use super::super::craft::{FilterFile, PriorFile, SolveFor, Wheel, check_wheel_count, wheel_key};
 use super::super::error::{InputError, Problem};
 use super::super::toml_source::TomlSource;
 use super::control::{ControlFile, attitude, control};
@@ -62,6 +62,7 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
             gyro_bias: file.disturbance.gyro_bias,
         },
         prior: file.prior.map(|prior| prior.check(check)).transpose()?,
+        rate_walk_rad_s_sqrt_s: file.filter.check(check)?,
         dispersion,
         initial_estimate: None,
     })
@@ -125,6 +126,8 @@ struct ScenarioFile {
     #[serde(default)]
     disturbance: DisturbanceFile,
     prior: Option<PriorFile>,
+    #[serde(default)]
+    filter: FilterFile,
     #[serde(default)]
     dispersion: DispersionFile,
 }
@@ -320,6 +323,7 @@ noise_rad_s = 1e-4
             ("bias_walk_rad_s_sqrt_s = -1", "`gyro.bias_walk_rad_s_sqrt_s` is -1; it must be"),
             ("range_rad_s = 0", "`gyro.range_rad_s` is 0; it must be positive"),
             ("[disturbance]\ntorque_n_m = [1]", "`disturbance.torque_n_m` has 1 entries"),
+            ("[filter]\nrate_walk_rad_s_sqrt_s = -1", "`filter.rate_walk_rad_s_sqrt_s` is -1; it"),
             ("[disturbance]\nbias = true", "unknown key `bias` (did you mean `gyro_bias`?)"),
         ] {
             let message = message(&format!("{GOOD}{extra}\n"));

@@ -29,6 +29,8 @@
 //! torque = false                                               # solve for it
 //! gyro_bias = false                                            # solve for it
 //! torque_n_m = [0.0, 0.0, 0.0]                                 # the truth, untold to the estimator
+//! [filter]                                                     # optional
+//! rate_walk_rad_s_sqrt_s = 1.0e-6                              # process noise, where there is one
 //! [prior]                                                      # optional
 //! inertia_kg_m2 = [25, 25, 25, 2, 2, 2]
 //! sigma_kg_m2 = [30, 30, 30, 10, 10, 10]
@@ -85,6 +87,8 @@ pub struct Scenario {
     pub solve_for: SolveFor,
     /// Inertia the estimator is told beforehand, if any.
     pub prior: Option<Prior>,
+    /// Process noise of the rate that filters are told, (rad/s)/√s; each has its own if none.
+    pub rate_walk_rad_s_sqrt_s: Option<f64>,
     /// What differs from run to run of a campaign.
     pub dispersion: Dispersion,
     /// Where the estimator of this run starts, once drawn: see [`Scenario::of_seed`].
@@ -174,6 +178,7 @@ impl Scenario {
                 quantum_rad_s: self.gyro.quantum_rad_s,
             },
             prior: physical.or_else(|| self.prior.clone()),
+            rate_walk_rad_s_sqrt_s: self.rate_walk_rad_s_sqrt_s,
             solve_for: self.solve_for,
             initial_estimate: self.initial_estimate.clone(),
         }
