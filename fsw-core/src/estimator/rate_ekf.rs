@@ -29,11 +29,10 @@ pub struct Config<T: Real> {
     /// per √s: slow disturbances only.
     pub rate_walk_rad_s_sqrt_s: T,
     /// Share of the model's own change of rate that is in doubt, because the nominal inertia is
-    /// nominal: adds `(share · |Δω|)²` to the variance of each axis at each step. Ours. Keeps
-    /// the lag behind the true rate to about `(relative error of J₀ / share)` sigma of the gyro,
-    /// whatever the manoeuvre. More of it means less lag and noisier accelerations: on the
-    /// STSAT-3 spin-up from moments of 25 kg m², the six-element regression misses the moments by
-    /// 1 to 2 % and jyz by 34 % with 0.2, and the moments by 12 % and more from 0.5 on. Default
+    /// nominal: adds `(share · |Δω|)²` to the variance of each axis at each step. Ours: the papers
+    /// have a constant Q, which is this at 0. It keeps the lag behind the true rate to about
+    /// `(relative error of J₀ / share)` sigma of the gyro, whatever the manoeuvre, where a
+    /// constant Q fits one manoeuvre. More of it means less lag and noisier accelerations. Default
     /// 0.2: an inertia half wrong then lags by 2.5 sigma, which is no spike.
     pub acceleration_doubt: T,
 }
