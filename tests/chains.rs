@@ -141,6 +141,7 @@ fn acceleration_errors_deg_s2(order: usize) -> [f64; 2] {
             rate_rad_s: row.rate_rad_s,
             wheel_speed_rad_s: [],
             torque_n_m: row.torque_n_m,
+            attitude: None,
         });
         let rate: Vec3<f64> = chain.rate_rad_s();
         // From 10 s on: the filter has settled, as in the formula.

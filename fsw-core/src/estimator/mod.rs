@@ -7,12 +7,14 @@ pub mod momentum_integral;
 pub mod rate_ekf;
 pub mod regression;
 pub mod savgol;
+#[cfg(test)]
+mod test_flight;
 
 use crate::attitude::NoAttitude;
 use crate::error::{ConfigError, Invalid, positive};
 use crate::gate::Rejection;
 use crate::math::{Mat, Vec3, scalar::Real};
-use crate::monitor::observability::Observed;
+use crate::monitor::observability::{Observed, observed};
 use crate::sample::Sample;
 use crate::tensor::Inertia;
 
@@ -210,6 +212,17 @@ pub enum Status {
     Diverged,
 }
 
+impl Status {
+    /// What so many directions seen come to, where the model explains the data.
+    fn of(observed: &Observed) -> Self {
+        match observed.directions {
+            6.. => Self::Converged,
+            1..6 => Self::Partial,
+            0 => Self::Unobservable,
+        }
+    }
+}
+
 /// The estimate, with what it is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate<T: Real> {
@@ -230,6 +243,26 @@ pub struct Estimate<T: Real> {
 }
 
 impl<T: Real> Estimate<T> {
+    /// Where the inertia is all that is estimated: what has been seen is judged against the range
+    /// of each element before the data, kg m², and no more than that is the status.
+    fn of_inertia(
+        inertia: Inertia<T>,
+        covariance_kg2_m4: Mat<T, 6, 6>,
+        range_kg_m2: &[T; 6],
+        residual_rms_rad_s: T,
+    ) -> Self {
+        let observed = observed(&covariance_kg2_m4, range_kg_m2);
+        Self {
+            inertia,
+            covariance_kg2_m4,
+            observed,
+            status: Status::of(&observed),
+            disturbance_torque_n_m: None,
+            gyro_bias_rad_s: None,
+            residual_rms_rad_s,
+        }
+    }
+
     /// One sigma of each element, kg m².
     pub fn sigma_kg_m2(&self) -> [T; 6] {
         core::array::from_fn(|i| self.covariance_kg2_m4[(i, i)].max(T::zero()).sqrt())

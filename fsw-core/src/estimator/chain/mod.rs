@@ -36,7 +36,6 @@ use crate::error::ConfigError;
 use crate::gate::{Gate, Verdict};
 use crate::math::{Vec3, scalar::Real};
 use crate::monitor::innovation::InnovationMonitor;
-use crate::monitor::observability::{Observed, observed};
 use crate::sample::Sample;
 use crate::tensor::Inertia;
 
@@ -222,15 +221,6 @@ impl<T: Real, const W: usize, const C: usize> Chain<T, W, C> {
             self.sums = Regression::new(&self.config.nominal);
         }
     }
-
-    fn status(&self, observed: &Observed) -> Status {
-        match observed.directions {
-            _ if !self.monitor.is_consistent() => Status::Diverged,
-            0 => Status::Unobservable,
-            1..6 => Status::Partial,
-            _ => Status::Converged,
-        }
-    }
 }
 
 impl<T: Real, const W: usize, const C: usize> Estimator<T, W> for Chain<T, W, C> {
@@ -260,16 +250,16 @@ impl<T: Real, const W: usize, const C: usize> Estimator<T, W> for Chain<T, W, C>
             Readout::EveryInterval { .. } => &self.last_interval,
         };
         let solution = sums.solve(self.config.elements, &self.config.nominal);
-        let covariance_kg2_m4 = solution.covariance_kg2_m4;
-        let observed = observed(&covariance_kg2_m4, &self.config.nominal.sigma_kg_m2);
-        Estimate {
-            inertia: solution.inertia,
-            covariance_kg2_m4,
-            observed,
-            status: self.status(&observed),
-            disturbance_torque_n_m: None,
-            gyro_bias_rad_s: None,
-            residual_rms_rad_s: self.monitor.residual_rms_rad_s(),
+        let estimate = Estimate::of_inertia(
+            solution.inertia,
+            solution.covariance_kg2_m4,
+            &self.config.nominal.sigma_kg_m2,
+            self.monitor.residual_rms_rad_s(),
+        );
+        if self.monitor.is_consistent() {
+            estimate
+        } else {
+            Estimate { status: Status::Diverged, ..estimate }
         }
     }
 
@@ -285,11 +275,10 @@ impl<T: Real, const W: usize, const C: usize> Estimator<T, W> for Chain<T, W, C>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::gyrostat::Gyrostat;
-    use crate::dynamics::step::runge_kutta_4;
     use crate::estimator::Prior;
     use crate::estimator::regression::Elements;
     use crate::estimator::savgol::Fit;
+    use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
     use crate::gate::Rejection;
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -315,45 +304,16 @@ mod tests {
         WheelArray::new([axis], [T::lit(1e-3)]).unwrap()
     }
 
-    /// 100 s of known torques and one wheel that speeds up and down, without noise: 20 Hz, the
-    /// body a hundred times finer.
-    fn flight(torque: impl Fn(f64) -> Vec3<f64>, start: Vec3<f64>) -> Vec<Sample<f32, 1>> {
-        let body = Gyrostat::new(&Inertia::new(INERTIA)).unwrap();
-        let fine = 20;
-        let mut drive = DriveHistory::default();
-        let (mut rate, mut samples) = (start, Vec::new());
-        for k in 0..2000 * fine {
-            let step_us = PERIOD_US / fine;
-            let t = (k * step_us) as f64 * 1e-6;
-            let exact = Sample {
-                time_us: k * step_us,
-                rate_rad_s: rate,
-                wheel_speed_rad_s: [wheel_speed(t)],
-                torque_n_m: torque(t),
-                attitude: None,
-            };
-            let interval = drive.advance(&wheel(), &exact, PERIOD_S / fine as f64);
-            if k > 0 {
-                rate = runge_kutta_4(&body, &rate, &interval);
-            }
-            if k % fine == 0 {
-                samples.push(Sample {
-                    time_us: exact.time_us,
-                    rate_rad_s: rate.map(|x| x as f32),
-                    wheel_speed_rad_s: [wheel_speed(t) as f32],
-                    torque_n_m: exact.torque_n_m.map(|x| x as f32),
-                    attitude: None,
-                });
-            }
-        }
-        samples
-    }
-
+    /// 100 s of known torques and one wheel that speeds up and down, without noise: 20 Hz.
     fn tumble() -> Vec<Sample<f32, 1>> {
-        let torque = |t: f64| {
-            Vec3::new(0.02 * (0.9 * t).sin(), 0.03 * (0.6 * t).cos(), 0.02 * (0.4 * t + 1.0).sin())
+        let flight = TestFlight {
+            inertia_kg_m2: INERTIA,
+            initial_rate_rad_s: Vec3::new(0.01, -0.02, 0.03),
+            wheels: wheel(),
+            period_us: PERIOD_US,
+            samples: 2000,
         };
-        flight(torque, Vec3::new(0.01, -0.02, 0.03))
+        flight.fly(|t| [wheel_speed(t)], tumbling_torque_n_m)
     }
 
     fn lls() -> Chain<f32, 1> {
@@ -442,26 +402,22 @@ mod tests {
 
     #[test]
     fn a_spin_about_one_axis_shows_three_elements() {
-        let spin = flight(|_| Vec3::new(0.0, 0.0, 0.002), Vec3::zeros());
-        let still = |samples: Vec<Sample<f32, 1>>| -> Vec<Sample<f32, 1>> {
-            samples
-                .into_iter()
-                .enumerate()
-                .map(|(k, mut s)| {
-                    // Made up: a body on a bearing about z, the bearing's torque known.
-                    let w = 0.1 * (k as f64 * PERIOD_S * 0.2).sin();
-                    let a = 0.02 * (k as f64 * PERIOD_S * 0.2).cos();
-                    let (w, a) = (Vec3::new(0.0, 0.0, w), Vec3::new(0.0, 0.0, a));
-                    let j = Inertia::new(INERTIA).matrix_kg_m2();
-                    s.wheel_speed_rad_s = [0.0];
-                    s.rate_rad_s = w.map(|x| x as f32);
-                    s.torque_n_m = (j * a + w.cross(&(j * w))).map(|x| x as f32);
-                    s
-                })
-                .collect()
+        // Made up: a body on a bearing about z, the bearing's torque known.
+        let j = Inertia::new(INERTIA).matrix_kg_m2();
+        let spin = |k: u64| {
+            let t = k as f64 * PERIOD_S * 0.2;
+            let (w, a) = (Vec3::z() * (0.1 * t.sin()), Vec3::z() * (0.02 * t.cos()));
+            let torque = j * a + w.cross(&(j * w));
+            Sample {
+                time_us: k * PERIOD_US,
+                rate_rad_s: w.map(|x: f64| x as f32),
+                wheel_speed_rad_s: [0.0],
+                torque_n_m: torque.map(|x| x as f32),
+                attitude: None,
+            }
         };
         let mut chain = lls();
-        fly(&mut chain, &still(spin));
+        fly(&mut chain, &(0..2000).map(spin).collect::<Vec<_>>());
         let estimate = chain.estimate();
         assert_eq!(estimate.observed.element, [false, false, true, false, true, true]);
         assert_ne!(estimate.status, Status::Converged);

@@ -28,7 +28,6 @@ use crate::error::ConfigError;
 use crate::gate::{Gate, Verdict};
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::innovation::InnovationMonitor;
-use crate::monitor::observability::{Observed, observed};
 use crate::sample::Sample;
 use crate::tensor::Inertia;
 
@@ -246,12 +245,12 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.form.is_valid() && self.state().iter().all(|x| x.is_finite())
     }
 
-    fn status(&self, observed: &Observed) -> Status {
-        match (self.phase, observed.directions) {
-            _ if self.contradicted || !self.monitor.is_consistent() => Status::Diverged,
-            (Phase::Tracking, 6) => Status::Converged,
-            (Phase::Tracking, 1..6) => Status::Partial,
-            _ => Status::Unobservable,
+    /// The status, where it isn't for the directions seen to say.
+    fn status(&self) -> Option<Status> {
+        match self.phase {
+            _ if self.contradicted || !self.monitor.is_consistent() => Some(Status::Diverged),
+            Phase::Waiting | Phase::Aligning(_) => Some(Status::Unobservable),
+            Phase::Tracking => None,
         }
     }
 }
@@ -279,17 +278,11 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
 
     fn estimate(&self) -> Estimate<T> {
         let p = self.form.covariance();
-        let covariance_kg2_m4: Mat<T, 6, 6> = Mat::from_fn(|i, k| p[(3 + i, 3 + k)]);
-        let observed = observed(&covariance_kg2_m4, &self.range_kg_m2);
-        Estimate {
-            inertia: self.state.inertia,
-            covariance_kg2_m4,
-            observed,
-            status: self.status(&observed),
-            disturbance_torque_n_m: None,
-            gyro_bias_rad_s: None,
-            residual_rms_rad_s: self.monitor.residual_rms_rad_s(),
-        }
+        let covariance = Mat::from_fn(|i, k| p[(3 + i, 3 + k)]);
+        let residual = self.monitor.residual_rms_rad_s();
+        let estimate =
+            Estimate::of_inertia(self.state.inertia, covariance, &self.range_kg_m2, residual);
+        Estimate { status: self.status().unwrap_or(estimate.status), ..estimate }
     }
 
     fn rate_rad_s(&self) -> Vec3<T> {
@@ -304,9 +297,9 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::gyrostat::Gyrostat;
-    use crate::dynamics::step::runge_kutta_4;
+    use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
     use crate::gate::Rejection;
+    use crate::monitor::observability::Observed;
     use proptest::prelude::*;
     use std::vec::Vec;
 
@@ -316,37 +309,14 @@ mod tests {
 
     /// A minute of motion under known torques, without noise: 10 Hz, no wheels.
     fn flight(inertia: [f64; 6]) -> Vec<Sample<f32, 0>> {
-        let torque = |t: f64| {
-            Vec3::new(0.02 * (0.9 * t).sin(), 0.03 * (0.6 * t).cos(), 0.02 * (0.4 * t + 1.0).sin())
+        let flight = TestFlight {
+            inertia_kg_m2: inertia,
+            initial_rate_rad_s: Vec3::new(0.01, -0.02, 0.03),
+            wheels: WheelArray::<f64, 0>::new([], []).unwrap(),
+            period_us: PERIOD_US,
+            samples: 600,
         };
-        let body = Gyrostat::new(&Inertia::new(inertia)).unwrap();
-        let wheels = WheelArray::<f64, 0>::new([], []).unwrap();
-        let mut drive = DriveHistory::default();
-        let mut rate = Vec3::new(0.01, -0.02, 0.03);
-        let mut samples = Vec::new();
-        for k in 0..600_u64 {
-            let torque_n_m = torque(k as f64 * 0.1);
-            let time_us = k * PERIOD_US;
-            let exact = Sample {
-                time_us,
-                rate_rad_s: rate,
-                wheel_speed_rad_s: [],
-                torque_n_m,
-                attitude: None,
-            };
-            let interval = drive.advance(&wheels, &exact, 0.1);
-            if k > 0 {
-                rate = runge_kutta_4(&body, &rate, &interval);
-            }
-            samples.push(Sample {
-                time_us,
-                rate_rad_s: rate.map(|x| x as f32),
-                wheel_speed_rad_s: [],
-                torque_n_m: torque_n_m.map(|x| x as f32),
-                attitude: None,
-            });
-        }
-        samples
+        flight.fly(|_| [], tumbling_torque_n_m)
     }
 
     fn filter() -> JointEkfUd<f32, 0> {
