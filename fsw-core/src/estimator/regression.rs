@@ -126,15 +126,18 @@ impl<T: Real> Regression<T> {
 
     /// The elements, with what they are worth.
     ///
-    /// The covariance has three parts. Noise of the accelerations in the equation's balance:
-    /// `s² (HᵀH)⁻¹`, `s²` the mean squared residual, or what the noise of the accelerations
-    /// means if that is more. And the same noise in the regressor, which pulls the solution
-    /// towards zero by `A = (HᵀH)⁻¹ N`, N the noise's expected share of `HᵀH`: since `j` is
-    /// about nominal, `A (S² + j₀ j₀ᵀ) Aᵀ`, S the prior's sigma. And
-    /// the square of what the known imbalance (lag of the rate) does to the solution. With three
-    /// moments, also what the products' own sigma does to them. A direction that comes out hardly better than the prior
-    /// holds the prior: so a spin about one axis shows the three elements of `J a`, whatever the noise does to
-    /// the rank of `HᵀH`.
+    /// The covariance is the sum of
+    ///
+    /// * `s² (HᵀH)⁻¹` for the noise in the equation's balance, `s²` the mean squared residual, or
+    ///   what the noise of the accelerations means if that is more;
+    /// * `A (S² + j₀ j₀ᵀ) Aᵀ` for the same noise in the regressor, which pulls the solution towards
+    ///   zero by `A = (HᵀH)⁻¹ N`, N the noise's expected share of `HᵀH`; j is about nominal, S the
+    ///   prior's sigma;
+    /// * the square of what the known imbalance, the lag of the rate, does to the solution;
+    /// * with three moments, what the products' own sigma does to them.
+    ///
+    /// A direction that comes out hardly better than the prior holds the prior. So a spin about one
+    /// axis shows the three elements of `J a`, whatever the noise does to the rank of `HᵀH`.
     ///
     /// Left out: correlation between instants that share a window (the telescoping sum makes
     /// slow motions better than this, motions as fast as the window worse, up to twice); noise

@@ -12,9 +12,12 @@ use nalgebra::{Matrix6, Vector6};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// An error of more bounds than this on any element has not converged on the truth, whatever the
-/// estimator says of it: no estimate that makes good use of the data comes near. One of more than
-/// this many of the estimator's own sigmas as well is diverged: far off, and sure of it.
+/// estimator says of it: no estimate that makes good use of the data comes near.
 pub const FAR: f64 = 20.0;
+
+/// An error that is as far as that, and of more than this many of the estimator's own sigmas, is
+/// diverged: far off, and sure of it. Honest sigmas are exceeded so far once in 2 million.
+pub const SURE: f64 = 5.0;
 
 /// Degrees of freedom of one run's error: the six elements.
 const DEGREES: f64 = 6.0;
@@ -55,8 +58,8 @@ pub enum Verdict {
     Converged,
     /// Neither: it says that it hasn't seen all, or is far off with a sigma to match.
     NotConverged,
-    /// It says so; or an error isn't finite, or is beyond both [`FAR`] bounds and [`FAR`] of its own
-    /// sigmas.
+    /// It says so; or an error isn't finite, or is beyond both [`FAR`] bounds and [`SURE`] of its own
+    /// sigmas, if its covariance is one at all.
     Diverged,
 }
 
@@ -68,26 +71,31 @@ impl Yardstick {
         let error_over_bound: [Option<f64>; 6] =
             std::array::from_fn(|i| self.bound_kg_m2[i].map(|bound| error[i] / bound));
         let sigma_kg_m2 = estimate.sigma_kg_m2().map(T::to_f64);
+        let nees = nees(&error, &estimate.covariance_kg2_m4.map(T::to_f64));
+        let trusted = nees.map(|_| sigma_kg_m2);
         Score {
             status: estimate.status,
             inertia_kg_m2,
             sigma_kg_m2,
             error_kg_m2: error,
             error_over_bound,
-            nees: nees(&error, &estimate.covariance_kg2_m4.map(T::to_f64)),
-            verdict: self.verdict(estimate.status, &error, &sigma_kg_m2),
+            nees,
+            verdict: self.verdict(estimate.status, &error, trusted.as_ref()),
         }
     }
 
-    fn verdict(&self, status: Status, error: &[f64; 6], sigma: &[f64; 6]) -> Verdict {
-        // Written so that NaN is far.
-        let is_far = |i: usize, yardstick: f64| !(error[i].abs() <= FAR * yardstick);
-        let beyond_bound = |i: usize| self.bound_kg_m2[i].is_some_and(|bound| is_far(i, bound));
-        let is_sure = |i: usize| is_far(i, sigma[i].max(self.bound_kg_m2[i].unwrap_or(0.0)));
-        let is_finite = error.iter().chain(sigma).all(|x| x.is_finite());
-        if status == Status::Diverged || !is_finite || (0..6).any(is_sure) {
+    /// `sigma` is none where the covariance isn't positive definite, and so excuses nothing. An
+    /// element without a bound is far by its sigma alone.
+    fn verdict(&self, status: Status, error: &[f64; 6], sigma: Option<&[f64; 6]>) -> Verdict {
+        let is_far =
+            |i: usize| self.bound_kg_m2[i].is_none_or(|bound| error[i].abs() > FAR * bound);
+        let is_sure = |i: usize| sigma.is_none_or(|sigma| error[i].abs() > SURE * sigma[i]);
+        let is_finite = error.iter().all(|x| x.is_finite());
+        if status == Status::Diverged || !is_finite || (0..6).any(|i| is_far(i) && is_sure(i)) {
             Verdict::Diverged
-        } else if status == Status::Converged && !(0..6).any(beyond_bound) {
+        } else if status == Status::Converged
+            && !(0..6).any(|i| self.bound_kg_m2[i].is_some() && is_far(i))
+        {
             Verdict::Converged
         } else {
             Verdict::NotConverged
@@ -276,7 +284,7 @@ mod tests {
     fn figures_are_of_the_runs_that_did_not_diverge() {
         let partial = estimate([-0.3, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, Status::Partial);
         let scores = [
-            score([0.1, 0.0, 0.0, 0.02, 0.0, 1.5], 0.1),
+            score([0.1, 0.0, 0.0, 0.02, 0.0, 0.4], 0.1),
             YARDSTICK.score(&partial),
             // Beyond 20 bounds and sigmas, whatever it says of itself; and diverged by its own word.
             score([0.0, 2.1, 0.0, 0.0, 0.0, 0.0], 0.1),
@@ -293,10 +301,10 @@ mod tests {
         near(statistics.rmse_over_bound[0], 5.0f64.sqrt());
         near(statistics.bias_over_bound[0], -1.0);
         near(statistics.rmse_over_bound[3], 2.0f64.sqrt());
-        near(statistics.rmse_kg_m2[5], 1.125f64.sqrt());
+        near(statistics.rmse_kg_m2[5], 0.08f64.sqrt());
         assert_eq!(statistics.rmse_over_bound[5], None);
-        // (1 + 0.04 + 225 and 9) / 2 / 6.
-        near(statistics.nees_per_dof, 235.04 / 12.0);
+        // (1 + 0.04 + 16 and 9) / 2 / 6.
+        near(statistics.nees_per_dof, 26.04 / 12.0);
         assert_eq!(statistics.nees_runs, 2);
     }
 
@@ -304,12 +312,12 @@ mod tests {
     fn far_off_and_owning_up_to_it_is_not_diverged() {
         // Jxy is 25 bounds off.
         let error = [0.0, 0.0, 0.0, 0.25, 0.0, 0.0];
-        assert_eq!(score(error, 0.2).verdict, Verdict::NotConverged);
-        assert_eq!(score(error, 0.012).verdict, Verdict::Diverged);
+        assert_eq!(score(error, 0.06).verdict, Verdict::NotConverged);
+        assert_eq!(score(error, 0.04).verdict, Verdict::Diverged);
         // Without a bound only the sigma tells.
         let error = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-        assert_eq!(score(error, 0.06).verdict, Verdict::Converged);
-        assert_eq!(score(error, 0.04).verdict, Verdict::Diverged);
+        assert_eq!(score(error, 0.3).verdict, Verdict::Converged);
+        assert_eq!(score(error, 0.1).verdict, Verdict::Diverged);
         // A covariance that isn't one is no excuse.
         assert_eq!(score([2.1; 6], f64::NAN).verdict, Verdict::Diverged);
     }

@@ -38,9 +38,9 @@ enum Verb {
     /// beside the bound, and NEES.
     ///
     /// A run has converged if it says so and each error is within 20 bounds. It has diverged, and is
-    /// left out of the figures, if it says so, or if an error isn't finite or is beyond both 20 bounds
-    /// and 20 of the estimator's own sigmas. Where runs have different truths, the table shows their
-    /// mean and the RMS of their bounds, and each run is measured with its own.
+    /// left out of the figures, if it says so, or if an error isn't finite, or is beyond 20 bounds and
+    /// five of the estimator's own sigmas: far off, and sure of it. Where runs have different truths,
+    /// the table shows their mean and the RMS of their bounds, and each run is measured with its own.
     ///
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
     /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.
