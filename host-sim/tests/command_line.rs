@@ -112,14 +112,20 @@ fn without_times(stdout: &[u8]) -> Value {
 
 #[test]
 fn mc_flies_what_run_flies() {
+    for scenario in ["cubesat-pyramid", "bellar-2019-campaign"] {
+        mc_flies_what_run_flies_of(scenario);
+    }
+}
+
+fn mc_flies_what_run_flies_of(scenario: &str) {
     let folder = TempDir::new().unwrap();
     let file = folder.path().join("runs.csv");
-    json(&["mc", "cubesat-pyramid", "--runs", "3", "--seed", "5", "--json", "--out", text(&file)]);
+    json(&["mc", scenario, "--runs", "3", "--seed", "5", "--json", "--out", text(&file)]);
     let rows = fs::read_to_string(&file).unwrap();
     assert_eq!(rows.lines().count(), 4);
     let last: Vec<&str> = rows.lines().last().unwrap().split(',').collect();
     assert_eq!(&last[..3], ["2", "7", "converged"]);
-    let run = json(&["run", "cubesat-pyramid", "--seed", "7", "--json"]);
+    let run = json(&["run", scenario, "--seed", "7", "--json"]);
     let inertia = &run["inertia_kg_m2"];
     for (i, (row, column)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].iter().enumerate() {
         // The JSON reader may be off in the last digit, which the text says exactly.
@@ -129,6 +135,22 @@ fn mc_flies_what_run_flies() {
         };
         assert!(same(&inertia[row][column], 3 + i), "element {i}");
         assert!(same(&run["sigma_kg_m2"][i], 9 + i), "element {i}");
+    }
+}
+
+#[test]
+fn a_campaign_from_any_start_is_for_a_filter_that_needs_none() {
+    let fly = |estimator: &str| {
+        let arguments = ["mc", "bellar-2019-campaign", "--runs", "50", "--json", "--estimator"];
+        json(&[&arguments[..], &[estimator]].concat())
+    };
+    let flying = fly("joint-ekf");
+    assert_eq!((&flying["diverged"], &flying["not_converged"]), (&0.into(), &0.into()));
+    // The mean of 0.9 to 0.5 of the moment.
+    assert!((flying["truth_kg_m2"][0].as_f64().unwrap() - 0.7 * 14.2).abs() < 1e-9);
+    for estimator in ["joint-ekf-published", "joint-ekf-unaligned"] {
+        let lost = fly(estimator)["diverged"].as_u64().unwrap();
+        assert!(lost > 40, "{estimator}: {lost} of 50");
     }
 }
 
