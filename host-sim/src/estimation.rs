@@ -49,7 +49,11 @@ impl EstimatorName {
     /// Whether it can't work without the attitude.
     pub fn needs_attitude(self) -> bool {
         match self {
-            Self::JointEkf | Self::JointEkfPublished | Self::EkfSgfRls | Self::EkfSgfLls => false,
+            Self::JointEkf
+            | Self::JointEkfPublished
+            | Self::JointEkfUnaligned
+            | Self::EkfSgfRls
+            | Self::EkfSgfLls => false,
             Self::MomentumBatch
             | Self::MomentumConventional
             | Self::MomentumPreEstimate

@@ -6,10 +6,9 @@
 use std::sync::atomic::AtomicBool;
 
 use fsw_core::Status;
-use host_sim::campaign::{Campaign, Run};
+use host_sim::campaign::{Campaign, Run, Truths};
 use host_sim::estimation::{EstimatorName, Precision};
 use host_sim::input::Scenario;
-use host_sim::truth::Flight;
 
 /// The columns of Table 2, kg m², in the order `jxx jyy jzz jxy jxz jyz`.
 const CONVENTIONAL: [f64; 6] = [14.1181, 17.5350, 20.6816, 16.3578, 17.4000, 19.1201];
@@ -18,10 +17,10 @@ const BATCH: [f64; 6] = [4.2859, 7.1157, 6.1224, 4.8224, 6.2786, 6.1667];
 
 fn runs(estimator: EstimatorName) -> Vec<Run> {
     let scenario = Scenario::load("kim-2010-slew").unwrap();
-    let flight = Flight::simulate(&scenario).unwrap();
+    let truths = Truths::simulate(&scenario).unwrap();
     let campaign = Campaign {
         scenario: &scenario,
-        flight: &flight,
+        truths: &truths,
         estimator,
         precision: Precision::F32,
         first_seed: 0,
