@@ -62,6 +62,7 @@ pub struct Chain<T: Real, const W: usize, const C: usize = 8> {
     monitor: InnovationMonitor<T>,
     innovation: Option<Innovation<T>>,
     last_instant: Option<Instant<T>>,
+    last_delay_s: T,
     /// Running mean of the innovations, rad/s: not zero where the nominal inertia makes the
     /// filter lag.
     mean_innovation_rad_s: Vec3<T>,
@@ -92,6 +93,7 @@ impl<T: Real, const W: usize, const C: usize> Chain<T, W, C> {
             monitor: InnovationMonitor::default(),
             innovation: None,
             last_instant: None,
+            last_delay_s: T::zero(),
             mean_innovation_rad_s: Vec3::zeros(),
             spikes_in_a_row: 0,
             config,
@@ -103,6 +105,11 @@ impl<T: Real, const W: usize, const C: usize> Chain<T, W, C> {
     /// evaluation point, if the window was full.
     pub fn last_instant(&self) -> Option<&Instant<T>> {
         self.last_instant.as_ref()
+    }
+
+    /// How long before the last sample that instant was, s.
+    pub fn last_delay_s(&self) -> T {
+        self.last_delay_s
     }
 
     /// Begins, or begins again, with the nominal inertia and this sample.
@@ -167,7 +174,10 @@ impl<T: Real, const W: usize, const C: usize> Chain<T, W, C> {
         let (w, h, t) = (self.rate.rate_rad_s(), drive.wheel_momentum_n_m_s, drive.torque_n_m);
         let channels = [w.x, w.y, w.z, h.x, h.y, h.z, t.x, t.y, t.z];
         self.last_instant = match self.differentiator.push(time_us, channels) {
-            Pushed::Fitted(fitted) => Some(self.instant(&fitted)),
+            Pushed::Fitted(fitted) => {
+                self.last_delay_s = fitted.delay_s;
+                Some(self.instant(&fitted))
+            }
             Pushed::Filling | Pushed::Restarted => None,
         };
         let Some(instant) = &self.last_instant else { return false };
