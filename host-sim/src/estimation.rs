@@ -139,6 +139,21 @@ pub trait OnBoard {
     fn rate_rad_s(&self) -> Vector3<f64>;
     /// Innovation of the last sample, if it had one.
     fn innovation(&self) -> Option<Innovation<f64>>;
+    /// One sigma of the filtered rate by the filter's own covariance, rad/s, if the last sample
+    /// had an innovation. With the identity as measurement matrix, and axis by axis, the variance
+    /// after the sample is `(S − R) R / S`, S the innovation's variance and R the gyro's.
+    fn rate_sigma_rad_s(&self) -> Option<Vector3<f64>>;
+    /// Angular acceleration that the last sample completed, if the estimator makes one.
+    fn acceleration(&self) -> Option<Acceleration>;
+}
+
+/// Angular acceleration at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Acceleration {
+    /// Derivative of the filtered rate, body axes, rad/s².
+    pub rad_s2: Vector3<f64>,
+    /// How long before the last sample that instant was, s.
+    pub delay_s: f64,
 }
 
 /// What an estimator needs to be told of the craft.
@@ -192,14 +207,14 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
     Ok(match setup.estimator {
         EstimatorName::JointEkf => {
             let config = configure(joint_ekf::Config::new(T::lit(setup.gyro_noise_rad_s)), setup);
-            Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(config, wheels)?))
+            Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(config, wheels)?, setup))
         }
         EstimatorName::JointEkfPublished => {
             let filter = JointEkfPublished::new(bellar_2019(setup), wheels)?;
-            Box::new(Adapter::<T, _, W>::new(filter))
+            Box::new(Adapter::<T, _, W>::new(filter, setup))
         }
         EstimatorName::JointEkfUnaligned => {
-            Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(bellar_2019(setup), wheels)?))
+            Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(bellar_2019(setup), wheels)?, setup))
         }
         EstimatorName::EkfSgfRls => chain::<T, W>(chain::Config::kim_2013, setup, wheels)?,
         EstimatorName::EkfSgfLls => chain::<T, W>(chain::Config::kim_2016, setup, wheels)?,
@@ -248,7 +263,15 @@ fn chain<T: Real, const W: usize>(
         config.spike_sigma = T::MAX;
     }
     configure_gate(&mut config.gate, setup);
-    Ok(Box::new(Adapter::<T, _, W>::new(Chain::<T, W>::new(config, wheels)?)))
+    let adapter = Adapter::<T, _, W>::new(Chain::<T, W>::new(config, wheels)?, setup);
+    Ok(Box::new(Adapter { acceleration: acceleration_of_chain, ..adapter }))
+}
+
+fn acceleration_of_chain<T: Real, const W: usize>(chain: &Chain<T, W>) -> Option<Acceleration> {
+    chain.last_instant().map(|instant| Acceleration {
+        rad_s2: widen(&instant.acceleration_rad_s2),
+        delay_s: chain.last_delay_s().to_f64(),
+    })
 }
 
 /// Conservation of momentum, solved by one of the paper's formulas.
@@ -260,7 +283,7 @@ fn momentum<T: Real, const W: usize>(
     let mut config = momentum::Config::kim_2010(method, T::lit(setup.gyro_noise_rad_s));
     config.prior = prior(setup);
     configure_gate(&mut config.gate, setup);
-    Ok(Box::new(Adapter::<T, _, W>::new(Momentum::new(config, wheels)?)))
+    Ok(Box::new(Adapter::<T, _, W>::new(Momentum::new(config, wheels)?, setup)))
 }
 
 /// What the craft's file says of the inertia.
@@ -295,12 +318,15 @@ fn configure_gate<T: Real>(gate: &mut gate::Config<T>, setup: &Setup<'_>) {
 /// An estimator of the core, its precision and its number of wheels hidden.
 struct Adapter<T, E, const W: usize> {
     estimator: E,
+    gyro_variance_rad2_s2: f64,
+    acceleration: fn(&E) -> Option<Acceleration>,
     precision: PhantomData<T>,
 }
 
 impl<T: Real, E: Estimator<T, W>, const W: usize> Adapter<T, E, W> {
-    fn new(estimator: E) -> Self {
-        Self { estimator, precision: PhantomData }
+    fn new(estimator: E, setup: &Setup<'_>) -> Self {
+        let gyro_variance_rad2_s2 = setup.gyro_noise_rad_s * setup.gyro_noise_rad_s;
+        Self { estimator, gyro_variance_rad2_s2, acceleration: |_| None, precision: PhantomData }
     }
 }
 
@@ -339,6 +365,17 @@ impl<T: Real, E: Estimator<T, W>, const W: usize> OnBoard for Adapter<T, E, W> {
             rate_rad_s: widen(&i.rate_rad_s),
             variance_rad2_s2: widen(&i.variance_rad2_s2),
         })
+    }
+
+    fn rate_sigma_rad_s(&self) -> Option<Vector3<f64>> {
+        let gyro = self.gyro_variance_rad2_s2;
+        self.innovation().map(|innovation| {
+            innovation.variance_rad2_s2.map(|s| ((s - gyro).max(0.0) * gyro / s).sqrt())
+        })
+    }
+
+    fn acceleration(&self) -> Option<Acceleration> {
+        (self.acceleration)(&self.estimator)
     }
 }
 

@@ -15,6 +15,7 @@ pub mod campaign;
 pub mod cli;
 pub mod estimation;
 pub mod input;
+pub mod recording;
 pub mod report;
 pub mod sensor;
 pub mod simulation;

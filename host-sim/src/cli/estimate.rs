@@ -1,11 +1,12 @@
 //! What `run` and `replay` share: a log goes through an estimator, and becomes a report.
 
-use fsw_core::{Outcome, Status as CoreStatus};
+use fsw_core::Status as CoreStatus;
 
 use super::{Failure, Method, Options};
-use crate::estimation::{Flown, OnBoard, SetUpError, Setup, fly, set_up};
+use crate::estimation::{Flown, SetUpError, Setup, fly, set_up};
 use crate::input::Craft;
 use crate::input::log::LogRow;
+use crate::recording::history_row;
 use crate::report::HistoryRow;
 use crate::report::json::{ReplayReport, Status, matrix};
 use crate::sensor::noise;
@@ -130,21 +131,5 @@ pub(super) fn status(status: CoreStatus) -> Status {
         CoreStatus::Partial => Status::Partial,
         CoreStatus::Unobservable => Status::Unobservable,
         CoreStatus::Diverged => Status::Diverged,
-    }
-}
-
-fn history_row(row: &LogRow, outcome: &Outcome, on_board: &dyn OnBoard) -> HistoryRow {
-    let innovation = on_board.innovation();
-    let estimate = on_board.estimate();
-    HistoryRow {
-        time_s: row.time_us as f64 * 1e-6,
-        measured_rate_rad_s: row.rate_rad_s.into(),
-        estimated_rate_rad_s: on_board.rate_rad_s().into(),
-        innovation_rad_s: innovation.map(|i| i.rate_rad_s.into()),
-        innovation_sigma_rad_s: innovation.map(|i| i.variance_rad2_s2.map(f64::sqrt).into()),
-        nis: innovation.map(|i| i.nis()),
-        inertia_kg_m2: estimate.inertia.elements_kg_m2(),
-        sigma_kg_m2: estimate.sigma_kg_m2(),
-        outcome: outcome.name(),
     }
 }

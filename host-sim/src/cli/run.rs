@@ -6,7 +6,7 @@ use super::estimate::estimate;
 use super::{Failure, Options, command_line, print};
 use crate::input::Scenario;
 use crate::input::scenario::DEFAULT_SCENARIO;
-use crate::report::{ReportFolder, RunReport, table};
+use crate::report::{ReportFolder, RunReport, Simulated, table};
 use crate::simulation::log_of;
 use crate::truth::Flight;
 
@@ -34,14 +34,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let report = RunReport::new(&scenario.name, *seed, estimated.report, truth_kg_m2, bound_kg_m2);
     let table = table::run(&report);
     if let Some(folder) = &options.out {
+        let title = format!("{}, {}", scenario.name, options.method.estimator);
         ReportFolder {
-            title: &scenario.name,
+            title: &title,
             command: &command_line(),
             table: &table,
             result: &report,
             history: &estimated.history,
             truth_kg_m2: Some(truth_kg_m2),
-            simulated: Some((&log, &craft)),
+            simulated: Some(Simulated { log: &log, craft: &craft, flight: &flight }),
         }
         .write(folder)?;
     }

@@ -13,6 +13,10 @@ pub struct HistoryRow {
     pub measured_rate_rad_s: [f64; 3],
     /// Estimated body rate, rad/s.
     pub estimated_rate_rad_s: [f64; 3],
+    /// One sigma of that by the estimator's covariance, rad/s; none if the sample was not predicted.
+    pub rate_sigma_rad_s: Option<[f64; 3]>,
+    /// Angular acceleration that this sample completed, if the estimator makes one.
+    pub acceleration: Option<AccelerationRow>,
     /// Measured minus predicted rate, rad/s; none if the sample was not predicted.
     pub innovation_rad_s: Option<[f64; 3]>,
     /// One sigma that the estimator expects of it, rad/s.
@@ -27,6 +31,15 @@ pub struct HistoryRow {
     pub outcome: &'static str,
 }
 
+/// Angular acceleration at an instant a little before the row's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AccelerationRow {
+    /// Body axes, rad/s².
+    pub rad_s2: [f64; 3],
+    /// How long before the row's time that instant was, s.
+    pub delay_s: f64,
+}
+
 /// Writes the history as CSV. What there is none of is an empty cell; numbers are as short as they
 /// can be while reading back as the same `f64`.
 pub fn write_history<W: io::Write>(out: W, rows: &[HistoryRow]) -> io::Result<()> {
@@ -35,6 +48,9 @@ pub fn write_history<W: io::Write>(out: W, rows: &[HistoryRow]) -> io::Result<()
     for row in rows {
         let numbers = (row.measured_rate_rad_s.map(Some).into_iter())
             .chain(row.estimated_rate_rad_s.map(Some))
+            .chain(three(row.rate_sigma_rad_s))
+            .chain(three(row.acceleration.map(|acceleration| acceleration.rad_s2)))
+            .chain([row.acceleration.map(|acceleration| acceleration.delay_s)])
             .chain(three(row.innovation_rad_s))
             .chain(three(row.innovation_sigma_rad_s))
             .chain([row.nis])
@@ -53,6 +69,9 @@ fn header() -> Vec<String> {
     let mut names = vec!["t_s".to_owned()];
     names.extend(axes("gyro"));
     names.extend(axes("rate"));
+    names.extend(axes("rate_sigma"));
+    names.extend(["x", "y", "z"].map(|axis| format!("acceleration_{axis}_rad_s2")));
+    names.push("acceleration_delay_s".to_owned());
     names.extend(axes("innovation"));
     names.extend(axes("innovation_sigma"));
     names.push("nis".to_owned());
@@ -76,6 +95,8 @@ mod tests {
             time_s: 0.1,
             measured_rate_rad_s: [1.0, 2.0, 3.0],
             estimated_rate_rad_s: [1.5, 2.5, 3.5],
+            rate_sigma_rad_s: Some([2e-5; 3]),
+            acceleration: Some(AccelerationRow { rad_s2: [7e-5; 3], delay_s: 0.25 }),
             innovation_rad_s: Some([1e-5, 0.0, -1e-5]),
             innovation_sigma_rad_s: Some([1e-4; 3]),
             nis: Some(2.5),
@@ -85,6 +106,8 @@ mod tests {
         };
         let first = HistoryRow {
             time_s: 0.0,
+            rate_sigma_rad_s: None,
+            acceleration: None,
             innovation_rad_s: None,
             innovation_sigma_rad_s: None,
             nis: None,
@@ -97,10 +120,15 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("t_s,gyro_x_rad_s,"));
         assert!(lines[0].ends_with(",sigma_jyz_kg_m2,outcome"));
-        assert!(lines[1].starts_with("0,1.0,2.0,3.0,1.5,2.5,3.5,,,,,,,,1.0,"), "{}", lines[1]);
-        assert!(lines[2].starts_with("0.1,1.0,2.0,3.0,1.5,2.5,3.5,1e-5,0.0,-1e-5,0.0001,"));
+        assert!(
+            lines[1].starts_with("0,1.0,2.0,3.0,1.5,2.5,3.5,,,,,,,,,,,,,,,1.0,"),
+            "{}",
+            lines[1]
+        );
+        assert!(lines[2].starts_with("0.1,1.0,2.0,3.0,1.5,2.5,3.5,2e-5,2e-5,2e-5,7e-5,"));
+        assert!(lines[2].contains(",0.25,1e-5,0.0,-1e-5,0.0001,"), "{}", lines[2]);
         for line in &lines {
-            assert_eq!(line.split(',').count(), 27, "{line}");
+            assert_eq!(line.split(',').count(), 34, "{line}");
         }
     }
 }

@@ -21,6 +21,6 @@ pub mod plots;
 pub mod runs;
 pub mod table;
 
-pub use history::HistoryRow;
+pub use history::{AccelerationRow, HistoryRow};
 pub use json::{CrlbReport, McReport, ReplayReport, RunReport, Status};
-pub use out_dir::{OutputError, ReportFolder};
+pub use out_dir::{OutputError, ReportFolder, Simulated};

@@ -7,6 +7,8 @@
 //! | `history.csv` | the estimate over time |
 //! | `log.csv`, `craft.toml` | the simulated log and its craft, ready for `replay`; not for a recorded one |
 //! | `rates.svg`, `innovations.svg`, `inertia.svg` | plots |
+//! | `accelerations.svg` | where the estimator differentiates the rate |
+//! | `rate-errors.svg`, `wheel-speeds.svg`, `control-torque.svg`, `attitude.svg` | not for a recorded log, whose truth nobody knows |
 
 use std::fs;
 use std::io;
@@ -16,9 +18,10 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::history::{HistoryRow, write_history};
-use super::plots::{self, PlotError};
+use super::plots::{PlotError, flight};
 use crate::input::Craft;
 use crate::input::log::{LogRow, write_log};
+use crate::truth::Flight;
 
 /// A report could not be written.
 #[derive(Debug, Error)]
@@ -55,8 +58,26 @@ pub struct ReportFolder<'a, R> {
     pub history: &'a [HistoryRow],
     /// The true elements of the inertia tensor, kg m², if they are known.
     pub truth_kg_m2: Option<[f64; 6]>,
-    /// The log and its craft, if they were simulated: `replay` reads them.
-    pub simulated: Option<(&'a [LogRow], &'a Craft)>,
+    /// Where the log comes from, if it was simulated.
+    pub simulated: Option<Simulated<'a>>,
+}
+
+/// A simulated log: `replay` reads it, with its craft.
+#[derive(Clone, Copy)]
+pub struct Simulated<'a> {
+    /// The log.
+    pub log: &'a [LogRow],
+    /// Its craft.
+    pub craft: &'a Craft,
+    /// What really happened, sample by sample.
+    pub flight: &'a Flight,
+}
+
+/// A plot in the folder.
+struct Plot {
+    file: &'static str,
+    what: &'static str,
+    svg: String,
 }
 
 impl<R: Serialize> ReportFolder<'_, R> {
@@ -71,18 +92,58 @@ impl<R: Serialize> ReportFolder<'_, R> {
 
         let json = serde_json::to_string_pretty(self.result).map_err(OutputError::Json)?;
         write("result.json", &(json + "\n"))?;
-        write("rates.svg", &plots::rates(self.history)?)?;
-        write("innovations.svg", &plots::innovations(self.history)?)?;
-        write("inertia.svg", &plots::inertia(self.history, self.truth_kg_m2.as_ref())?)?;
+        let plots = self.plots()?;
+        for plot in &plots {
+            write(plot.file, &plot.svg)?;
+        }
         stream(folder.join("history.csv"), |out| write_history(out, self.history))?;
-        if let Some((log, craft)) = self.simulated {
+        if let Some(Simulated { log, craft, .. }) = self.simulated {
             stream(folder.join("log.csv"), |out| write_log(out, log))?;
             write("craft.toml", &craft.to_toml())?;
         }
-        write("report.md", &self.markdown())
+        write("report.md", &self.markdown(&plots))
     }
 
-    fn markdown(&self) -> String {
+    /// All that can be drawn of this flight.
+    fn plots(&self) -> Result<Vec<Plot>, PlotError> {
+        let history = self.history;
+        let titled = |what: &str| format!("{what}: {}", self.title);
+        let settled = titled("Inertia (the scale fits the last three quarters of the time)");
+        let mut plots = Vec::new();
+        let mut add = |file, what, svg: String| plots.push(Plot { file, what, svg });
+
+        let inertia =
+            flight::inertia(&settled, history, self.truth_kg_m2.as_ref(), &flight::ALL_ELEMENTS)?;
+        add("inertia.svg", "Inertia over time", inertia);
+        add("rates.svg", "Body rate over time", flight::rates(&titled("Body rate"), history)?);
+        let innovations = flight::innovations(&titled("Rate innovation"), history)?;
+        add("innovations.svg", "Rate innovation over time", innovations);
+        let truth = self.simulated.map(|simulated| simulated.flight.instants.as_slice());
+        if history.iter().any(|row| row.acceleration.is_some()) {
+            let svg = flight::accelerations(&titled("Angular acceleration"), history, truth)?;
+            add("accelerations.svg", "Angular acceleration over time", svg);
+        }
+        if let Some(Simulated { craft, .. }) = self.simulated
+            && let Some(truth) = truth
+        {
+            let errors = flight::rate_errors(&titled("Rate error"), history, truth)?;
+            add("rate-errors.svg", "Rate error over time", errors);
+            if let Some(speeds) = flight::wheel_speeds(&titled("Wheel speeds"), truth) {
+                add("wheel-speeds.svg", "Wheel speeds over time", speeds?);
+            }
+            let title = titled("Torque of the wheels on the body");
+            if let Some(torque) = flight::control_torque(&title, truth, &craft.wheels) {
+                add("control-torque.svg", "Torque of the wheels over time", torque?);
+            }
+            let attitude = flight::euler_angles(&titled("Attitude"), truth)?;
+            add("attitude.svg", "Attitude over time", attitude);
+        }
+        Ok(plots)
+    }
+
+    fn markdown(&self, plots: &[Plot]) -> String {
+        let pictures: String =
+            plots.iter().map(|plot| format!("![{}]({})\n\n", plot.what, plot.file)).collect();
         let Self { title, command, table, .. } = self;
         let log = if self.simulated.is_some() {
             ", the simulated log in [log.csv](log.csv) with its [craft.toml](craft.toml)"
@@ -94,9 +155,7 @@ impl<R: Serialize> ReportFolder<'_, R> {
              ```text\n{}\n```\n\n\
              The same as numbers is in [result.json](result.json), the estimate over time in \
              [history.csv](history.csv){log}.\n\n\
-             ![Inertia over time](inertia.svg)\n\n\
-             ![Body rate over time](rates.svg)\n\n\
-             ![Rate innovation over time](innovations.svg)\n\n\
+             {pictures}\
              Made by host-sim {}:\n\n\
              ```sh\n{command}\n```\n",
             table.trim_end(),
@@ -124,7 +183,7 @@ mod tests {
     use super::super::json::examples;
     use super::super::table;
     use super::*;
-    use crate::input::RecordedLog;
+    use crate::input::{RecordedLog, Scenario};
 
     fn write(folder: &Path) -> Result<(), OutputError> {
         let result = examples::run();
@@ -133,6 +192,7 @@ mod tests {
             b"t_s,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s\n0,1,2,3\n",
             0,
         );
+        let scenario = Scenario::load("cubesat-pyramid").unwrap();
         let report = ReportFolder {
             title: "stsat3-spin-up",
             command: "host-sim run stsat3-spin-up --seed 7 --out report",
@@ -140,7 +200,11 @@ mod tests {
             result: &result,
             history: &[],
             truth_kg_m2: Some(examples::TRUTH),
-            simulated: Some((&log.unwrap().rows, &Craft::default())),
+            simulated: Some(Simulated {
+                log: &log.unwrap().rows,
+                craft: &scenario.craft(),
+                flight: &Flight::simulate(&scenario).unwrap(),
+            }),
         };
         report.write(folder)
     }
@@ -154,9 +218,18 @@ mod tests {
         let markdown = fs::read_to_string(folder.join("report.md")).unwrap();
         assert!(markdown.contains("host-sim run stsat3-spin-up --seed 7"));
         assert!(markdown.contains("error/bound"));
-        for name in
-            ["result.json", "history.csv", "log.csv", "rates.svg", "innovations.svg", "inertia.svg"]
-        {
+        for name in [
+            "result.json",
+            "history.csv",
+            "log.csv",
+            "rates.svg",
+            "innovations.svg",
+            "inertia.svg",
+            "rate-errors.svg",
+            "wheel-speeds.svg",
+            "control-torque.svg",
+            "attitude.svg",
+        ] {
             assert!(markdown.contains(&format!("({name})")), "{name}");
             assert!(fs::metadata(folder.join(name)).unwrap().len() > 0, "{name}");
         }

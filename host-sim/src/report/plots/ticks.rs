@@ -1,19 +1,33 @@
-//! The numbers along a vertical axis.
+//! The numbers along an axis.
 
 use std::ops::Range;
 
 use plotters::coord::ranged1d::Ranged;
 use plotters::coord::types::RangedCoordf64;
 
+use crate::report::number::significant;
+
 /// Most ticks of a vertical axis.
 pub(super) const Y_TICKS: usize = 6;
+/// Most ticks of a horizontal axis.
+pub(super) const X_TICKS: usize = 7;
+
+/// How to write the value at a tick of a logarithmic axis.
+pub(super) fn power_of_ten(power: f64) -> String {
+    let value = 10f64.powf(power);
+    match (power - power.round()).abs() < 1e-6 {
+        true if (-3.0..=4.5).contains(&power) => significant(value, 1),
+        true => format!("1e{}", power.round()),
+        false => significant(value, 2),
+    }
+}
 
 /// How to write the values at the ticks of an axis: with just the digits that tell them apart, and
 /// an exponent where these would be many.
-pub(super) fn tick_format(range: &Range<f64>) -> impl Fn(&f64) -> String {
+pub(super) fn tick_format(range: &Range<f64>, most: usize) -> impl Fn(&f64) -> String {
     const MOST_DECIMALS: usize = 4;
     const MOST_DIGITS: usize = 12;
-    let ticks = RangedCoordf64::from(range.clone()).key_points(Y_TICKS);
+    let ticks = RangedCoordf64::from(range.clone()).key_points(most);
     let step = ticks.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     let step = if step.is_finite() { step } else { range.end - range.start };
 
@@ -47,10 +61,17 @@ mod tests {
 
     #[test]
     fn ticks_have_the_decimals_that_tell_them_apart() {
-        assert_eq!(tick_format(&(14.19..14.21))(&14.2), "14.200");
-        assert_eq!(tick_format(&(0.0..0.04))(&0.03), "0.03");
-        assert_eq!(tick_format(&(-5e-4..5e-4))(&2e-4), "0.0002");
-        assert_eq!(tick_format(&(-5e-6..5e-6))(&-2e-6), "-2e-6");
-        assert_eq!(tick_format(&(0.0..600.0))(&1e-17), "0");
+        assert_eq!(tick_format(&(14.19..14.21), Y_TICKS)(&14.2), "14.200");
+        assert_eq!(tick_format(&(0.0..0.04), Y_TICKS)(&0.03), "0.03");
+        assert_eq!(tick_format(&(-5e-4..5e-4), Y_TICKS)(&2e-4), "0.0002");
+        assert_eq!(tick_format(&(-5e-6..5e-6), Y_TICKS)(&-2e-6), "-2e-6");
+        assert_eq!(tick_format(&(0.0..600.0), Y_TICKS)(&1e-17), "0");
+    }
+
+    #[test]
+    fn logarithmic_ticks_are_values() {
+        for (power, text) in [(2.0, "100"), (-3.0, "0.001"), (-6.0, "1e-6"), (0.5, "3.2")] {
+            assert_eq!(power_of_ten(power), text);
+        }
     }
 }

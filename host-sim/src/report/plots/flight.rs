@@ -1,0 +1,313 @@
+//! The plots of one flight: what was measured, how well it was predicted, what it says of the
+//! inertia.
+
+use nalgebra::Vector3;
+
+use super::decimate::Point;
+use super::figure::{Figure, PlotError};
+use super::panel::Panel;
+use super::series::Series;
+use super::style::{Colour, Mark};
+use crate::input::ELEMENT_NAMES;
+use crate::input::craft::Wheel;
+use crate::report::history::HistoryRow;
+use crate::truth::flight::Instant;
+
+/// The part of the time, from the start, whose errors need not fit a panel.
+///
+/// At first nothing is known: on a scale that shows that, the rest would be a straight line.
+const SETTLING: f64 = 0.25;
+/// The same for what settles within seconds.
+const BRIEF_SETTLING: f64 = 0.03;
+/// Sigmas of a band: 99.7 % of a normal distribution.
+const BAND_SIGMAS: f64 = 3.0;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+const TIME: &str = "time, s";
+
+/// Panels for x, y and z, one above the other.
+fn by_axis(title: &str, panel: impl Fn(usize, &str) -> Panel) -> Result<String, PlotError> {
+    let panels = (0..3).map(|axis| panel(axis, AXES[axis])).collect();
+    Figure::stacked(title, TIME, panels).draw()
+}
+
+/// A value over time, where there is one.
+fn over_time<'a>(
+    history: &'a [HistoryRow],
+    value: impl Fn(&HistoryRow) -> Option<f64> + 'a,
+) -> impl Iterator<Item = Point> + 'a {
+    history.iter().filter_map(move |row| Some((row.time_s, value(row)?)))
+}
+
+/// ±3 sigma about a value over time, where there is one.
+fn band_over_time<'a>(
+    history: &'a [HistoryRow],
+    middle_and_sigma: impl Fn(&HistoryRow) -> Option<(f64, f64)> + 'a,
+) -> impl Iterator<Item = (f64, f64, f64)> + 'a {
+    history.iter().filter_map(move |row| {
+        let (middle, sigma) = middle_and_sigma(row)?;
+        let reach = BAND_SIGMAS * sigma;
+        Some((row.time_s, middle - reach, middle + reach))
+    })
+}
+
+/// Body rates, measured and estimated, with ±3 sigma of the estimate; a panel per axis.
+pub fn rates(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
+    by_axis(title, |axis, name| {
+        let band = band_over_time(history, move |row| {
+            Some((row.estimated_rate_rad_s[axis], row.rate_sigma_rad_s?[axis]))
+        });
+        let measured = over_time(history, move |row| Some(row.measured_rate_rad_s[axis]));
+        let estimated = over_time(history, move |row| Some(row.estimated_rate_rad_s[axis]));
+        Panel::new(format!("rate {name}, rad/s"))
+            .with(Series::curve("measured", Mark::Wide, Colour::Light, measured))
+            .with(Series::band("±3 sigma of the estimate", Colour::Main, band))
+            .with(Series::curve("estimated", Mark::Thin, Colour::Main, estimated))
+    })
+}
+
+/// Estimated minus true rate with ±3 sigma of the estimate, in deg/s as the papers have it.
+pub fn rate_errors(
+    title: &str,
+    history: &[HistoryRow],
+    truth: &[Instant],
+) -> Result<String, PlotError> {
+    by_axis(title, |axis, name| {
+        let error = history.iter().zip(truth).map(|(row, instant)| {
+            let error = row.estimated_rate_rad_s[axis] - instant.rate_rad_s[axis];
+            (row.time_s, error.to_degrees())
+        });
+        let band = band_over_time(history, move |row| {
+            Some((0.0, row.rate_sigma_rad_s?[axis].to_degrees()))
+        });
+        Panel::new(format!("rate error {name}, deg/s"))
+            .with(Series::band("±3 sigma of the estimate", Colour::Main, band))
+            .with(Series::curve("estimated minus true", Mark::Thin, Colour::Main, error))
+            .fit_after(BRIEF_SETTLING)
+    })
+}
+
+/// Variance of the estimated rate by the filter's own covariance.
+pub fn rate_variances(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
+    by_axis(title, |axis, name| {
+        let variance =
+            over_time(history, move |row| Some(row.rate_sigma_rad_s?[axis].to_degrees().powi(2)));
+        Panel::new(format!("variance {name}, (deg/s)²"))
+            .with(Series::curve("by the filter's covariance", Mark::Line, Colour::Main, variance))
+            .logarithmic()
+    })
+}
+
+/// Measured minus predicted rate with the ±3 sigma that the estimator expects.
+pub fn innovations(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
+    by_axis(title, |axis, name| {
+        let band =
+            band_over_time(history, move |row| Some((0.0, row.innovation_sigma_rad_s?[axis])));
+        let innovation = over_time(history, move |row| Some(row.innovation_rad_s?[axis]));
+        Panel::new(format!("innovation {name}, rad/s"))
+            .with(Series::band("±3 sigma expected", Colour::Main, band))
+            .with(Series::curve("measured minus predicted", Mark::Thin, Colour::Main, innovation))
+    })
+}
+
+/// These elements of the inertia, each with its ±3 sigma and, if it is known, the truth.
+pub fn inertia(
+    title: &str,
+    history: &[HistoryRow],
+    truth_kg_m2: Option<&[f64; 6]>,
+    elements: &[usize],
+) -> Result<String, PlotError> {
+    let panel = |&i: &usize| {
+        let band =
+            band_over_time(history, move |row| Some((row.inertia_kg_m2[i], row.sigma_kg_m2[i])));
+        let estimate = over_time(history, move |row| Some(row.inertia_kg_m2[i]));
+        let mut panel = Panel::new(format!("{}, kg m²", ELEMENT_NAMES[i]))
+            .with(Series::band("±3 sigma", Colour::Main, band))
+            .with(Series::curve("estimated", Mark::Line, Colour::Main, estimate))
+            .fit_after(SETTLING);
+        if let Some(truth) = truth_kg_m2 {
+            let truth = over_time(history, move |_| Some(truth[i]));
+            panel = panel.with(Series::curve("true", Mark::Dashes, Colour::Truth, truth));
+        }
+        panel
+    };
+    Figure::grid(title, TIME, 3, elements.iter().map(panel).collect()).draw()
+}
+
+/// Error of each element over time, per cent of the true one.
+pub fn inertia_errors(
+    title: &str,
+    history: &[HistoryRow],
+    truth_kg_m2: &[f64; 6],
+    elements: &[usize],
+) -> Result<String, PlotError> {
+    let panel = |&i: &usize| {
+        let truth = truth_kg_m2[i];
+        let percent = move |row: &HistoryRow| 100.0 * (row.inertia_kg_m2[i] - truth) / truth;
+        let band = band_over_time(history, move |row| {
+            Some((percent(row), 100.0 * row.sigma_kg_m2[i] / truth.abs()))
+        });
+        let error = over_time(history, move |row| Some(percent(row)));
+        let zero = over_time(history, |_| Some(0.0));
+        Panel::new(format!("{} error, %", ELEMENT_NAMES[i]))
+            .with(Series::band("±3 sigma", Colour::Main, band))
+            .with(Series::curve("estimated minus true", Mark::Line, Colour::Main, error))
+            .with(Series::curve("none", Mark::Dashes, Colour::Truth, zero))
+            .fit_after(SETTLING)
+    };
+    Figure::grid(title, TIME, 3, elements.iter().map(panel).collect()).draw()
+}
+
+/// Angular acceleration that the estimator makes of the rates, and the truth if it is known.
+pub fn accelerations(
+    title: &str,
+    history: &[HistoryRow],
+    truth: Option<&[Instant]>,
+) -> Result<String, PlotError> {
+    by_axis(title, |axis, name| {
+        let estimated = history.iter().filter_map(move |row| {
+            let acceleration = row.acceleration?;
+            Some((row.time_s - acceleration.delay_s, acceleration.rad_s2[axis].to_degrees()))
+        });
+        let panel = Panel::new(format!("acceleration {name}, deg/s²"))
+            .with(Series::curve("estimated", Mark::Thin, Colour::Main, estimated))
+            .fit_after(BRIEF_SETTLING);
+        let Some(truth) = truth else { return panel };
+        let truth = true_accelerations(truth).map(move |(t, a)| (t, a[axis].to_degrees()));
+        panel.with(Series::curve("true", Mark::Line, Colour::Truth, truth))
+    })
+}
+
+/// Estimated minus true angular acceleration.
+pub fn acceleration_errors(
+    title: &str,
+    history: &[HistoryRow],
+    truth: &[Instant],
+) -> Result<String, PlotError> {
+    let truth: Vec<(f64, [f64; 3])> = true_accelerations(truth).collect();
+    by_axis(title, |axis, name| {
+        let error = history.iter().filter_map(|row| {
+            let acceleration = row.acceleration?;
+            let time_s = row.time_s - acceleration.delay_s;
+            let error = acceleration.rad_s2[axis] - interpolated(&truth, time_s)?[axis];
+            Some((time_s, error.to_degrees()))
+        });
+        Panel::new(format!("error {name}, deg/s²"))
+            .with(Series::curve("estimated minus true", Mark::Thin, Colour::Main, error))
+            .fit_after(BRIEF_SETTLING)
+    })
+}
+
+/// A vector over time at a time between its points; none beyond its ends.
+pub fn interpolated(points: &[(f64, [f64; 3])], time_s: f64) -> Option<[f64; 3]> {
+    let after = points.partition_point(|point| point.0 < time_s);
+    let (from, to) = (points.get(after.checked_sub(1)?)?, points.get(after)?);
+    let part = (time_s - from.0) / (to.0 - from.0);
+    Some(std::array::from_fn(|i| from.1[i] + part * (to.1[i] - from.1[i])))
+}
+
+/// Derivative of the true rate halfway between samples, rad/s²: what a difference of two is, to
+/// the second order in their distance.
+pub fn true_accelerations(truth: &[Instant]) -> impl Iterator<Item = (f64, [f64; 3])> {
+    truth.windows(2).map(|pair| {
+        let [from, to] = [pair[0].time_us, pair[1].time_us].map(|us| us as f64 * 1e-6);
+        let change = pair[1].rate_rad_s - pair[0].rate_rad_s;
+        (0.5 * (from + to), (change / (to - from)).into())
+    })
+}
+
+/// Speeds of the wheels, all in one panel; none without wheels.
+pub fn wheel_speeds(title: &str, flight: &[Instant]) -> Option<Result<String, PlotError>> {
+    const COLOURS: [Colour; 5] =
+        [Colour::Main, Colour::Other, Colour::Third, Colour::Light, Colour::Truth];
+    let wheels = flight.first()?.wheel_speed_rad_s.len();
+    let speed = |wheel: usize| {
+        flight.iter().map(move |instant| (seconds(instant), instant.wheel_speed_rad_s[wheel]))
+    };
+    let panel = (0..wheels).fold(Panel::new("wheel speed, rad/s"), |panel, wheel| {
+        let name = format!("wheel {}", wheel + 1);
+        let colour = COLOURS[wheel % COLOURS.len()];
+        panel.with(Series::curve(&name, Mark::Line, colour, speed(wheel)))
+    });
+    (wheels > 0).then(|| Figure::stacked(title, TIME, vec![panel]).draw())
+}
+
+/// Rates and the torque of the wheels on the body, each in one panel.
+pub fn rates_and_control(
+    title: &str,
+    flight: &[Instant],
+    wheels: &[Wheel],
+) -> Result<String, PlotError> {
+    let rates = by_colour("rate, rad/s", |axis| {
+        flight.iter().map(|instant| (seconds(instant), instant.rate_rad_s[axis])).collect()
+    });
+    Figure::stacked(title, TIME, vec![rates, control(flight, wheels)]).draw()
+}
+
+/// Torque of the wheels on the body, all axes in one panel; none without wheels.
+pub fn control_torque(
+    title: &str,
+    flight: &[Instant],
+    wheels: &[Wheel],
+) -> Option<Result<String, PlotError>> {
+    (!wheels.is_empty()).then(|| Figure::stacked(title, TIME, vec![control(flight, wheels)]).draw())
+}
+
+fn control(flight: &[Instant], wheels: &[Wheel]) -> Panel {
+    let torque: Vec<(f64, Vector3<f64>)> = control_torque_n_m(flight, wheels).collect();
+    by_colour("torque of the wheels, N m", |axis| {
+        torque.iter().map(|(time_s, torque)| (*time_s, torque[axis])).collect()
+    })
+}
+
+/// Torque of the wheels on the body between samples, N m: what their own axial momenta
+/// `Iₛ (Ω + a · ω)` lose.
+fn control_torque_n_m<'a>(
+    flight: &'a [Instant],
+    wheels: &'a [Wheel],
+) -> impl Iterator<Item = (f64, Vector3<f64>)> + 'a {
+    let momentum = |instant: &Instant| -> Vector3<f64> {
+        let of_wheel = |(wheel, speed): (&Wheel, &f64)| {
+            wheel.axis * (wheel.spin_inertia_kg_m2 * (speed + wheel.axis.dot(&instant.rate_rad_s)))
+        };
+        wheels.iter().zip(&instant.wheel_speed_rad_s).map(of_wheel).sum()
+    };
+    flight.windows(2).map(move |pair| {
+        let (from, to) = (seconds(&pair[0]), seconds(&pair[1]));
+        (0.5 * (from + to), (momentum(&pair[0]) - momentum(&pair[1])) / (to - from))
+    })
+}
+
+/// x, y and z in one panel.
+fn by_colour(y_label: &str, points: impl Fn(usize) -> Vec<Point>) -> Panel {
+    const COLOURS: [Colour; 3] = [Colour::Main, Colour::Other, Colour::Third];
+    // What lies behind still shows where curves coincide.
+    const MARKS: [Mark; 3] = [Mark::Wide, Mark::Line, Mark::Dashes];
+    (0..3).fold(Panel::new(y_label), |panel, axis| {
+        panel.with(Series::curve(AXES[axis], MARKS[axis], COLOURS[axis], points(axis)))
+    })
+}
+
+/// Attitude as roll, pitch and yaw (turned in the order yaw, pitch, roll).
+pub fn euler_angles(title: &str, flight: &[Instant]) -> Result<String, PlotError> {
+    const NAMES: [&str; 3] = ["roll", "pitch", "yaw"];
+    by_axis(title, |axis, _| {
+        let angle = flight.iter().map(|instant| {
+            let (roll, pitch, yaw) = instant.attitude.euler_angles();
+            (seconds(instant), [roll, pitch, yaw][axis].to_degrees())
+        });
+        Panel::new(format!("{}, deg", NAMES[axis])).with(Series::curve(
+            "true attitude",
+            Mark::Line,
+            Colour::Main,
+            angle,
+        ))
+    })
+}
+
+/// All elements of the inertia: for [`inertia`].
+pub const ALL_ELEMENTS: [usize; 6] = [0, 1, 2, 3, 4, 5];
+
+fn seconds(instant: &Instant) -> f64 {
+    instant.time_us as f64 * 1e-6
+}
