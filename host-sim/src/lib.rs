@@ -7,7 +7,8 @@
 //!  (input)           └─ truth::bound: what nobody can beat
 //! ```
 //!
-//! `campaign` goes from simulation to estimation many times, and to statistics of the results.
+//! `campaign` goes from simulation to estimation many times, and to statistics of the results;
+//! `papers` does so with the published systems, and sets the results beside what was printed.
 //!
 //! `cli` has a file for each verb, which strings these together.
 
@@ -15,6 +16,7 @@ pub mod campaign;
 pub mod cli;
 pub mod estimation;
 pub mod input;
+pub mod papers;
 pub mod recording;
 pub mod report;
 pub mod sensor;

@@ -410,6 +410,89 @@ fn a_spoilt_scenario_is_refused_by_key() {
     refused(&host_sim(&["crlb", "missing.toml"]), &["missing.toml"]);
 }
 
+/// Three runs of each published table, on so many threads; the document, and the folder's tables.
+fn tables_on(threads: &str, folder: &Path) -> (Value, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(["tables", "--runs", "3", "--seed", "5", "--json", "--out"])
+        .arg(folder)
+        .env("RAYON_NUM_THREADS", threads)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stderr.is_empty());
+    let text = fs::read_to_string(folder.join("tables.txt")).unwrap();
+    (serde_json::from_slice(&output.stdout).unwrap(), text)
+}
+
+#[test]
+fn tables_has_every_published_table_and_figure_on_any_number_of_cores() {
+    let folder = TempDir::new().unwrap();
+    let two = tables_on("2", &folder.path().join("two"));
+    assert_eq!(two, tables_on("1", &folder.path().join("one")));
+    let (report, text) = two;
+    assert_eq!((&report["runs"], &report["seed"]), (&3.into(), &5.into()));
+    let tables = report["tables"].as_array().unwrap();
+    for (paper, table, count, rows) in [
+        ("Kim2010", "2", 4, 6),
+        ("Kim2010", "3", 4, 6),
+        ("Kim2013", "slide 16", 1, 6),
+        ("Kim2013", "slide 17", 1, 21),
+        ("Kim2016", "5", 1, 15),
+        ("Kim2016", "6", 1, 12),
+        ("Bellar2019", "3", 1, 12),
+        ("Bellar2019", "text", 6, 0),
+    ] {
+        let is_it = |t: &&Value| t["paper"] == paper && t["table"] == table;
+        let found: Vec<&Value> = tables.iter().filter(is_it).collect();
+        assert_eq!(found.len(), count, "{paper} {table}");
+        for table in found {
+            let found = table["rows"].as_array().unwrap();
+            assert!(rows == 0 || found.len() == rows, "{table}");
+            for row in found {
+                let percentile = row["percentile"].as_f64().unwrap_or(50.0);
+                assert!((0.0..=100.0).contains(&percentile), "{row}");
+                assert!(row["quantity"].is_string() && row["unit"].is_string(), "{row}");
+            }
+        }
+    }
+    for line in text.lines() {
+        assert!(line.chars().count() <= 100, "{line}");
+    }
+    for figure in [
+        "kim-2010/figure-1.svg",
+        "kim-2010/figure-4.svg",
+        "kim-2013/slide-16-inertia.svg",
+        "kim-2016/figure-1.svg",
+        "kim-2016/figure-5.svg",
+        "bellar-2019/figure-1.svg",
+        "bellar-2019/figure-8.svg",
+        "bellar-2019/tables.csv",
+    ] {
+        assert!(folder.path().join("two").join(figure).is_file(), "{figure}");
+    }
+}
+
+/// What the four formulas make of the slew is set by the slew, not by the noise.
+#[test]
+fn tables_reproduces_what_kim_2010_printed() {
+    let folder = TempDir::new().unwrap();
+    let (report, _) = tables_on("2", folder.path());
+    let table = |estimator: &str| {
+        let tables = report["tables"].as_array().unwrap();
+        let is_it = |t: &&Value| t["table"] == "2" && t["estimator"] == estimator;
+        tables.iter().find(is_it).unwrap().clone()
+    };
+    let conventional = table("momentum-conventional");
+    assert_eq!(conventional["observed_directions"], 3);
+    for (i, row) in conventional["rows"].as_array().unwrap().iter().enumerate() {
+        let ratio = row["mean"].as_f64().unwrap() / row["published"].as_f64().unwrap();
+        // Moments within 1.5 %, products within 2.5 %.
+        let tolerance = if i < 3 { 0.015 } else { 0.025 };
+        assert!((ratio - 1.0).abs() < tolerance, "{row}");
+        assert!(row["own_mean"].is_null(), "an unseen element has no number: {row}");
+    }
+}
+
 #[test]
 fn a_flight_without_motion_is_reported_not_invented() {
     // A free body that doesn't even turn: no direction of the inertia can be seen.

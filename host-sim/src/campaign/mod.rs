@@ -73,7 +73,8 @@ impl Campaign<'_> {
         Ok(runs)
     }
 
-    fn run(&self, index: u64) -> Result<Run, SetUpError> {
+    /// Flies one of the runs.
+    pub fn run(&self, index: u64) -> Result<Run, SetUpError> {
         // Seeds go round at the end of the numbers rather than run out.
         let seed = self.first_seed.wrapping_add(index);
         let scenario = self.scenario.of_seed(seed);

@@ -1,15 +1,11 @@
 //! `mc`: Monte Carlo over the gyro's noise and what the scenario disperses, beside the bound.
 
-use std::io::{self, IsTerminal};
 use std::path::PathBuf;
-use std::process;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 
+use super::campaign::{progress_bar, stop_on_ctrl_c};
 use super::estimate::{note_ignored_unknowns, status};
 use super::{Failure, Method, print};
 use crate::campaign::statistics::Verdict;
@@ -18,9 +14,6 @@ use crate::campaign::{Campaign, Run, Truths};
 use crate::input::Scenario;
 use crate::report::runs::{RunRow, RunsFile};
 use crate::report::{McReport, table};
-
-/// Exit code of a program that is interrupted and doesn't end by itself: 128 + SIGINT.
-const INTERRUPTED: i32 = 130;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -132,33 +125,5 @@ fn row(run: &Run) -> RunRow {
         converged: score.verdict == Verdict::Converged,
         diverged: score.verdict == Verdict::Diverged,
         restarts: run.restarts,
-    }
-}
-
-/// A flag that Ctrl-C sets. The second time it ends the program at once: a run may be long.
-fn stop_on_ctrl_c() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    let handler = move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            process::exit(INTERRUPTED);
-        }
-    };
-    if let Err(error) = ctrlc::set_handler(handler) {
-        eprintln!("note: Ctrl-C will end this without a result ({error})");
-    }
-    stop
-}
-
-/// A bar on stderr, if a person is looking.
-fn progress_bar(runs: u64) -> ProgressBar {
-    if !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} runs, {eta} left");
-    let bar = ProgressBar::new(runs);
-    match style {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
     }
 }

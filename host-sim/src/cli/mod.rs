@@ -3,11 +3,13 @@
 //! Results go to stdout; errors and notes to stderr. Exit code 0: done; 1: a run that could not
 //! finish; 2: bad input.
 
+mod campaign;
 mod crlb;
 mod estimate;
 mod mc;
 mod replay;
 mod run;
+mod tables;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -19,6 +21,7 @@ use thiserror::Error;
 
 use crate::estimation::{EstimatorName, Precision, SetUpError};
 use crate::input::InputError;
+use crate::papers::PapersFailed;
 use crate::report::OutputError;
 use crate::truth::IntegrationFailed;
 
@@ -45,6 +48,11 @@ enum Verb {
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
     /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.
     Mc(mc::Arguments),
+    /// The tables of four papers: published, reproduced, and what is possible.
+    ///
+    /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used; the
+    /// numbers are the same on any number of them.
+    Tables(tables::Arguments),
     /// Estimate from a recorded log.
     Replay(replay::Arguments),
     /// The Cramér-Rao bound of a scenario: what no unbiased estimator can beat.
@@ -91,6 +99,8 @@ enum Failure {
     #[error("stopped before the first run was complete; there is no result")]
     Interrupted,
     #[error(transparent)]
+    Papers(#[from] PapersFailed),
+    #[error(transparent)]
     Output(#[from] OutputError),
     #[error("the result can't be printed: {0}")]
     Print(io::Error),
@@ -104,6 +114,7 @@ impl Failure {
             Self::Input(_) | Self::SetUp(_) | Self::NoNoise { .. } => 2,
             Self::Integration(_)
             | Self::Interrupted
+            | Self::Papers(_)
             | Self::Output(_)
             | Self::Print(_)
             | Self::Json(_) => 1,
@@ -116,6 +127,7 @@ pub fn main() -> ExitCode {
     let result = match Cli::parse().verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Mc(arguments) => mc::run(&arguments),
+        Verb::Tables(arguments) => tables::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Crlb(arguments) => crlb::run(&arguments),
     };

@@ -8,19 +8,27 @@
 //!                  all of these ──> out_dir: report.md, result.json, history.csv, log.csv, *.svg
 //! campaign ───┬─> json::McReport ──> --json, table
 //!             └─> runs::RunRow, one for each ──> a CSV file
+//! papers ─────┬─> published::TablesReport ──> --json, published_text, papers_dir
+//!             └─> figures ──> papers_dir
 //! ```
 //!
 //! The types here are plain numbers and know nothing of the flight core. Elements of an inertia
 //! tensor are ordered `jxx jyy jzz jxy jxz jyz`.
 
+mod columns;
 pub mod history;
 pub mod json;
 mod number;
 pub mod out_dir;
+pub mod papers_dir;
 pub mod plots;
+pub mod published;
+mod published_text;
 pub mod runs;
 pub mod table;
 
 pub use history::{AccelerationRow, HistoryRow};
 pub use json::{CrlbReport, McReport, ReplayReport, RunReport, Status};
 pub use out_dir::{OutputError, ReportFolder, Simulated};
+pub use published::TablesReport;
+pub use published_text::tables as tables_text;

@@ -1,5 +1,6 @@
 //! The tables that people read on the terminal.
 
+use super::columns::Table;
 use super::json::{CrlbReport, McReport, ReplayReport, RunReport, elements};
 use super::number::{fixed, power, significant};
 use crate::input::ELEMENT_NAMES;
@@ -259,47 +260,6 @@ fn value(element: f64, decimals: i32) -> String {
         "0".to_owned()
     } else {
         format!("{element:.5e}")
-    }
-}
-
-/// Text in columns: the first flush left, the others flush right, a line of units under the names.
-struct Table {
-    rows: Vec<Vec<String>>,
-}
-
-impl Table {
-    fn new(columns: &[(&str, &str)]) -> Self {
-        let names = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
-        let units: Vec<String> = columns.iter().map(|(_, unit)| (*unit).to_owned()).collect();
-        let has_units = units.iter().any(|unit| !unit.is_empty());
-        Self { rows: if has_units { vec![names, units] } else { vec![names] } }
-    }
-
-    fn row<const N: usize>(&mut self, cells: [String; N]) {
-        self.rows.push(cells.into());
-    }
-
-    fn finish(&self) -> String {
-        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
-        let width = |column: usize| {
-            let cells = self.rows.iter().filter_map(|row| row.get(column));
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-        };
-        let widths: Vec<usize> = (0..columns).map(width).collect();
-        let mut text = String::new();
-        for row in &self.rows {
-            let mut line = String::new();
-            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
-                if column == 0 {
-                    line += &format!("{cell:<width$}");
-                } else {
-                    line += &format!("  {cell:>width$}");
-                }
-            }
-            text += line.trim_end();
-            text.push('\n');
-        }
-        text
     }
 }
 
