@@ -95,7 +95,8 @@ impl Figure {
         let mut entries: Vec<(&Series, (i32, i32))> = Vec::new();
         let (mut x, mut y) = (LEFT, LEGEND_Y);
         for series in self.panels.iter().flat_map(|panel| &panel.series) {
-            if entries.iter().any(|(known, _)| known.name == series.name) {
+            let is_known = entries.iter().any(|(known, _)| known.name == series.name);
+            if is_known || series.extremes().is_empty() {
                 continue;
             }
             let width = SAMPLE + GAP + LETTER * series.name.chars().count() as i32 + 3 * GAP;
