@@ -1,8 +1,9 @@
 //! Monte Carlo: many draws of the gyro's noise, and of what the scenario disperses.
 //!
 //! Run `i` has the seed `first_seed + i`, and all that differs from run to run follows from that.
-//! Truth and bound don't depend on the noise: the few that a scenario has are simulated once. Runs are spread over rayon's threads and put back in order, and each draws from
-//! a generator of its own, so the numbers are the same however many threads there are.
+//! Truth and bound don't depend on the noise: the few that a scenario has are simulated once. Runs
+//! are spread over rayon's threads and put back in order, and each draws from a generator of its
+//! own, so the numbers are the same however many threads there are.
 
 pub mod statistics;
 pub mod truths;

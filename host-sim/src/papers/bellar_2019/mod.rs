@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::PapersFailed;
 use super::course::{Course, Method, OWN};
 use super::distribution::Distribution;
-use crate::campaign::statistics::{FAR, Verdict};
+use crate::campaign::statistics::{FAR, SURE, Verdict};
 use crate::campaign::{self, Campaign, Truths};
 use crate::estimation::{EstimatorName, OnBoard, Precision, SetUpError};
 use crate::input::{ELEMENT_NAMES, Scenario};
@@ -259,7 +259,8 @@ impl Study {
         format!(
             "Uniform within ±30 and ±2 kg m², the initial tensor is one that a body can have in \
              {physical:.1} % of the runs; in seven of eight a moment is negative. Diverged: by its own \
-             word, or an error beyond {FAR:.0} bounds and {FAR:.0} of its own sigmas. joint-ekf starts from the motion instead."
+             word, or an error beyond {FAR:.0} bounds and {SURE:.0} of its own sigmas. joint-ekf \
+             starts from the motion instead."
         )
     }
 }
