@@ -8,7 +8,8 @@
 //!  2 gate        finite? in range? in order? stuck? a gap? ──► refused, with the reason
 //!       │
 //!  3 estimator   step(sample) -> Outcome                       ◄── dynamics, tensor: the physics
-//!       │          joint_ekf: predict, innovation, correct     ◄── math: UD, square root
+//!       │          window: average, fit again and again        ◄── math: UD, square root
+//!       │          joint_ekf: predict, innovation, correct
 //!       │          momentum_integral: a first estimate
 //!       │          chain: rate_ekf ─► savgol ─► regression
 //!       │          momentum: conserved in inertial space

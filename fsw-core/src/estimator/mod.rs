@@ -9,6 +9,7 @@ pub mod regression;
 pub mod savgol;
 #[cfg(test)]
 mod test_flight;
+pub mod window;
 
 use crate::attitude::NoAttitude;
 use crate::error::{ConfigError, Invalid, positive};

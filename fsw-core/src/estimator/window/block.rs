@@ -1,0 +1,357 @@
+//! Samples become blocks: averages over a short stretch, with what drove the body meanwhile.
+//!
+//! A sample stands for the stretch from half-way to the one before it to half-way to the one
+//! after. A block is the stretches of a few samples. Total momentum h and rate ω of the body
+//! satisfy `J ω = h − h_w` at each sample, so also on average over a block's samples, exactly:
+//!
+//! `J z̄ + h̄_w = h̄ + J v̄`
+//!
+//! with z̄ the mean of the readings and v̄ that of their noise. Within a block the impulse of the
+//! external torque is modelled as a ramp from 0 to `I = ∫ τ dt`. What it really did in between, a
+//! step of the torque say, is `g(t) = ∫ τ − I t/Δ`, known, and zero at both ends; its mean goes
+//! into the mean wheel momentum, `d = h̄_w − ḡ`, called the drive. So the mean rate is
+//! `J⁻¹ (h̄_ramp − d)`, where only the smooth `h_ramp` has to be integrated. What is left out is
+//! the rotation of g within the block, `ω Δ` times a momentum that is itself below `Δ δτ / 4`.
+
+use crate::math::{Vec3, scalar::Real};
+
+/// A stretch of motion: averages over its samples, and the impulse of the external torque.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Block<T: Real> {
+    /// Samples averaged.
+    pub samples: u32,
+    /// Length Δ, s.
+    pub duration_s: T,
+    /// z̄, mean gyro reading, rad/s.
+    pub rate_rad_s: Vec3<T>,
+    /// d, mean wheel momentum less what the external torque did beyond a ramp, N m s.
+    pub drive_n_m_s: Vec3<T>,
+    /// I, impulse of the external torque, body axes, N m s.
+    pub impulse_n_m_s: Vec3<T>,
+}
+
+impl<T: Real> Block<T> {
+    /// Nothing yet.
+    pub fn empty() -> Self {
+        let o = Vec3::zeros();
+        Self { samples: 0, duration_s: T::zero(), rate_rad_s: o, drive_n_m_s: o, impulse_n_m_s: o }
+    }
+
+    /// This block and the one after it as one.
+    ///
+    /// Each block's ramp gives way to the common one; the difference goes into the drive.
+    pub fn merge(&self, next: &Self) -> Self {
+        let half = T::lit(0.5);
+        let samples = self.samples + next.samples;
+        let duration_s = self.duration_s + next.duration_s;
+        // By duration, so that the mean stays that of the middle where samples come unevenly.
+        let share = self.duration_s / duration_s;
+        let rest = T::one() - share;
+        let impulse = self.impulse_n_m_s + next.impulse_n_m_s;
+        // Means of the common ramp over the two halves, and of each half's own.
+        let (t_a, t_b) = (self.duration_s * half, self.duration_s + next.duration_s * half);
+        let per_s = impulse / duration_s;
+        let beyond_a = self.impulse_n_m_s * half - per_s * t_a;
+        let beyond_b = self.impulse_n_m_s + next.impulse_n_m_s * half - per_s * t_b;
+        Self {
+            samples,
+            duration_s,
+            rate_rad_s: self.rate_rad_s * share + next.rate_rad_s * rest,
+            drive_n_m_s: (self.drive_n_m_s - beyond_a) * share
+                + (next.drive_n_m_s - beyond_b) * rest,
+            impulse_n_m_s: impulse,
+        }
+    }
+}
+
+/// One sample as the averager takes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading<T: Real> {
+    /// Gyro, rad/s.
+    pub rate_rad_s: Vec3<T>,
+    /// `h_w`, N m s.
+    pub wheel_momentum_n_m_s: Vec3<T>,
+    /// External torque, N m.
+    pub torque_n_m: Vec3<T>,
+}
+
+/// Averages readings into blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Averager<T: Real> {
+    /// The newest reading: its stretch ends half-way to the next.
+    newest: Reading<T>,
+    /// Half of the interval before the newest reading, s; and the torque half-way in it.
+    half_before_s: T,
+    torque_before_n_m: Vec3<T>,
+    /// Change of the torque over that interval, and how much more that was than over the one
+    /// before, N m.
+    torque_change_n_m: Vec3<T>,
+    torque_bend_n_m: Option<Vec3<T>>,
+    /// The reading before the block, and the time from it to the newest, s.
+    before: Reading<T>,
+    since_before_s: T,
+    /// Sums over the block so far.
+    samples: u32,
+    duration_s: T,
+    sum_time_s: T,
+    sum_rate: Vec3<T>,
+    sum_wheel_momentum: Vec3<T>,
+    sum_impulse: Vec3<T>,
+    impulse_n_m_s: Vec3<T>,
+}
+
+/// The newer of two bends of the torque, axis by axis, if it goes on as the older one did: same
+/// sign, and not twice or half as large. A step or a corner bends it once, or to and fro.
+fn smooth_part<T: Real>(older: &Vec3<T>, newer: &Vec3<T>) -> Vec3<T> {
+    let half = T::lit(0.5);
+    Vec3::from_fn(|i, _| {
+        let (a, b) = (older[i], newer[i]);
+        let alike = a * b > T::zero() && a.abs() > half * b.abs() && b.abs() > half * a.abs();
+        if alike { b } else { T::zero() }
+    })
+}
+
+impl<T: Real> Averager<T> {
+    /// Starts at a reading: the first block begins at its instant.
+    pub fn new(first: Reading<T>) -> Self {
+        let o = Vec3::zeros();
+        Self {
+            newest: first,
+            half_before_s: T::zero(),
+            torque_before_n_m: first.torque_n_m,
+            torque_change_n_m: o,
+            torque_bend_n_m: None,
+            before: first,
+            since_before_s: T::zero(),
+            samples: 0,
+            duration_s: T::zero(),
+            sum_time_s: T::zero(),
+            sum_rate: o,
+            sum_wheel_momentum: o,
+            sum_impulse: o,
+            impulse_n_m_s: o,
+        }
+    }
+
+    /// Takes in the next reading, `elapsed_s` after the last one, which completes the last one's
+    /// stretch. Returns the block, if it is full with `samples` or turned by `turn_rad`.
+    pub fn add(
+        &mut self,
+        reading: Reading<T>,
+        elapsed_s: T,
+        samples: u32,
+        turn_rad: T,
+    ) -> Option<Block<T>> {
+        let half = T::lit(0.5);
+        let half_after_s = elapsed_s * half;
+        let last = self.newest;
+        let torque_after = (last.torque_n_m + reading.torque_n_m) * half;
+        // Up to the last reading's instant, and from there to the end of its stretch.
+        self.impulse_n_m_s +=
+            (self.torque_before_n_m + last.torque_n_m) * (self.half_before_s * half);
+        self.sum_impulse += self.impulse_n_m_s;
+        self.sum_time_s += self.duration_s + self.half_before_s;
+        self.impulse_n_m_s += (last.torque_n_m + torque_after) * (half_after_s * half);
+        self.correct_for_bend(reading.torque_n_m - last.torque_n_m, elapsed_s);
+        self.duration_s += self.half_before_s + half_after_s;
+        self.sum_rate += last.rate_rad_s;
+        self.sum_wheel_momentum += last.wheel_momentum_n_m_s;
+        self.samples += 1;
+
+        self.newest = reading;
+        self.half_before_s = half_after_s;
+        self.torque_before_n_m = torque_after;
+        self.since_before_s += elapsed_s;
+        let rate = reading.rate_rad_s;
+        let turned = rate.dot(&rate) * self.duration_s * self.duration_s > turn_rad * turn_rad;
+        if !(self.samples >= samples || turned) {
+            return None;
+        }
+        let block = self.block();
+        let o = Vec3::zeros();
+        *self = Self {
+            before: last,
+            since_before_s: self.half_before_s + self.half_before_s,
+            samples: 0,
+            duration_s: T::zero(),
+            sum_time_s: T::zero(),
+            sum_rate: o,
+            sum_wheel_momentum: o,
+            sum_impulse: o,
+            impulse_n_m_s: o,
+            ..*self
+        };
+        block
+    }
+
+    /// Straight lines from sample to sample are right for a torque that steps; for one that swings
+    /// they are too long by a twelfth of its bend, `change` less the change before.
+    fn correct_for_bend(&mut self, change: Vec3<T>, elapsed_s: T) {
+        let bend = change - self.torque_change_n_m;
+        self.torque_change_n_m = change;
+        // The first reading's torque has nothing before it to bend from.
+        if self.half_before_s == T::zero() {
+            return;
+        }
+        let twelfth = elapsed_s * T::lit(1.0 / 12.0);
+        match self.torque_bend_n_m.replace(bend) {
+            Some(older) => self.impulse_n_m_s -= smooth_part(&older, &bend) * twelfth,
+            // With what the first half interval couldn't know.
+            None => self.impulse_n_m_s -= bend * (twelfth * T::lit(1.5)),
+        }
+    }
+
+    /// The block so far, without the newest reading; none if that is all.
+    pub fn block(&self) -> Option<Block<T>> {
+        if self.samples == 0 {
+            return None;
+        }
+        let one_over = T::one() / T::count(self.samples);
+        let mean_time_s = self.sum_time_s * one_over;
+        let ramp = self.impulse_n_m_s * (mean_time_s / self.duration_s);
+        let wheel_momentum = self.sum_wheel_momentum * one_over;
+        let beyond_ramp = self.sum_impulse * one_over - ramp;
+        // Where samples come unevenly their mean instant isn't the block's middle: move the
+        // means there, along the chord from the reading before the block to the one after it.
+        let aside = (mean_time_s - self.duration_s * T::lit(0.5)) / self.since_before_s;
+        let rate_slope = self.newest.rate_rad_s - self.before.rate_rad_s;
+        let wheel_slope = self.newest.wheel_momentum_n_m_s - self.before.wheel_momentum_n_m_s;
+        Some(Block {
+            samples: self.samples,
+            duration_s: self.duration_s,
+            rate_rad_s: self.sum_rate * one_over - rate_slope * aside,
+            drive_n_m_s: wheel_momentum - wheel_slope * aside - beyond_ramp,
+            impulse_n_m_s: self.impulse_n_m_s,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const NO_TURN: f64 = 1e9;
+
+    fn reading(rate: f64, wheel: f64, torque: f64) -> Reading<f64> {
+        Reading {
+            rate_rad_s: Vec3::new(rate, 0.0, 0.0),
+            wheel_momentum_n_m_s: Vec3::new(wheel, 0.0, 0.0),
+            torque_n_m: Vec3::new(torque, 0.0, 0.0),
+        }
+    }
+
+    /// Blocks of a body of unit inertia that doesn't turn about other axes, from rest, of so many
+    /// samples at 10 Hz. Its momentum is the impulse of the torque.
+    fn blocks(
+        torque: impl Fn(f64) -> f64,
+        impulse: impl Fn(f64) -> f64,
+        samples: u32,
+    ) -> Vec<Block<f64>> {
+        let wheel = |t: f64| 0.3 * (0.7 * t).sin();
+        let at = |k: u32| {
+            let t = f64::from(k) * 0.1;
+            reading(impulse(t) - wheel(t), wheel(t), torque(t))
+        };
+        let mut averager = Averager::new(at(0));
+        (1..=80).filter_map(|k| averager.add(at(k), 0.1, samples, NO_TURN)).collect()
+    }
+
+    /// `h̄_ramp − d` of each block, with h followed by impulses alone, less z̄: zero but for
+    /// rounding where the impulses are exact. The first block begins with half a sample, off its
+    /// middle, and isn't looked at.
+    fn misfit(blocks: &[Block<f64>]) -> f64 {
+        let (mut h, mut worst) = (0.0, 0.0f64);
+        for (k, block) in blocks.iter().enumerate() {
+            let mean = h + block.impulse_n_m_s.x / 2.0;
+            if k > 0 {
+                worst = worst.max((mean - block.drive_n_m_s.x - block.rate_rad_s.x).abs());
+            }
+            h += block.impulse_n_m_s.x;
+        }
+        worst
+    }
+
+    /// Straight lines from sample to sample, as a torque table has them: exact.
+    #[test]
+    fn a_torque_that_steps_inside_a_block_is_exact() {
+        let torque =
+            |t: f64| (10.0 * (t - 3.1)).clamp(0.0, 1.0) - (10.0 * (t - 5.5)).clamp(0.0, 1.0);
+        let ramp = |x: f64| {
+            if x < 0.0 {
+                0.0
+            } else if x < 0.1 {
+                5.0 * x * x
+            } else {
+                x - 0.05
+            }
+        };
+        let impulse = |t: f64| ramp(t - 3.1) - ramp(t - 5.5);
+        for samples in [1, 3, 8] {
+            assert!(misfit(&blocks(torque, impulse, samples)) < 1e-12);
+        }
+    }
+
+    /// Of a torque that swings only samples are told, here 33 a period. At each the impulse lacks a
+    /// half interval's bend, (2π · 0.3 Hz · 0.1 s)² · 0.1 s / 24 = 1.5e-4, which the next makes good.
+    #[test]
+    fn a_torque_that_swings_is_followed_between_its_samples() {
+        let w = 2.0 * std::f64::consts::PI * 0.3;
+        let found = blocks(|t| (w * t).sin(), |t| (1.0 - (w * t).cos()) / w, 4);
+        assert!(misfit(&found) < 3e-4, "{}", misfit(&found));
+        let straight = w * w * 0.01 / 12.0 * 2.0 / w;
+        assert!(straight > 3e-3, "straight lines would err by {straight}");
+    }
+
+    proptest! {
+        #[test]
+        fn two_blocks_merged_are_the_block_of_both(
+            rates in prop::array::uniform32(-1.0..1.0f64),
+            torques in prop::array::uniform32(-1.0..1.0f64),
+        ) {
+            let make = |samples: u32| -> Vec<Block<f64>> {
+                let at = |k: usize| reading(rates[k], 2.0 * rates[31 - k], torques[k]);
+                let mut averager = Averager::new(at(0));
+                (1..32).filter_map(|k| averager.add(at(k), 0.1, samples, NO_TURN)).collect()
+            };
+            let (short, long) = (make(4), make(8));
+            // The first block of all is half a sample shorter.
+            for k in 1..long.len() {
+                let merged = short[2 * k].merge(&short[2 * k + 1]);
+                prop_assert_eq!(merged.samples, long[k].samples);
+                prop_assert!((merged.duration_s - long[k].duration_s).abs() < 1e-12);
+                prop_assert!((merged.rate_rad_s - long[k].rate_rad_s).norm() < 1e-12);
+                prop_assert!((merged.drive_n_m_s - long[k].drive_n_m_s).norm() < 1e-12);
+                prop_assert!((merged.impulse_n_m_s - long[k].impulse_n_m_s).norm() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn uneven_samples_are_averaged_in_the_middle() {
+        // A rate that grows steadily: its mean over a block is that of the block's middle.
+        let times = [0.0, 0.1, 0.23, 0.3, 0.44, 0.5, 0.6];
+        let mut averager = Averager::new(reading(0.0, 0.0, 0.0));
+        let mut start = 0.0;
+        for pair in times.windows(2) {
+            let next = reading(pair[1], 0.0, 0.0);
+            if let Some(block) = averager.add(next, pair[1] - pair[0], 2, NO_TURN) {
+                let middle = start + block.duration_s / 2.0;
+                assert!((block.rate_rad_s.x - middle).abs() < 1e-12);
+                start += block.duration_s;
+            }
+        }
+        assert!(start > 0.4);
+    }
+
+    #[test]
+    fn a_block_ends_where_it_has_turned_far() {
+        let mut averager = Averager::new(reading(1.0, 0.0, 0.0));
+        let lengths: Vec<f64> = (0..40)
+            .filter_map(|_| averager.add(reading(1.0, 0.0, 0.0), 0.1, 100, 0.42))
+            .map(|block| block.duration_s)
+            .collect();
+        assert!(lengths.len() == 8 && lengths.iter().all(|s| (0.42..0.52).contains(s)));
+    }
+}

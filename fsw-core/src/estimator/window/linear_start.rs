@@ -1,0 +1,273 @@
+//! A first estimate from nothing: linear least squares on the conservation of momentum.
+//!
+//! The gyro itself, integrated, tells how the body has turned since the window opened: C takes
+//! body axes to the axes of that instant, `Ċ = C ω^×`. Total momentum changes there only by
+//! external torque, which makes an equation linear in the inertia `j` and the initial momentum H₀:
+//!
+//! `G(ω) j − Cᵀ H₀ = Cᵀ ∫ C τ dt − h_w`
+//!
+//! Nothing is differentiated, no initial guess exists, and since the measured turn is used, none
+//! is lost however far the body turns. Gyro noise v enters the regressor and biases `j` by many
+//! sigmas unless its expectation is taken out: `E[G(v)ᵀ G(v)] = σ² diag(1 1 1 2 2 2)` per row of
+//! unit weight. (The noise in C, an angle random walk, is left in: it is what Gauss-Newton
+//! then removes.)
+
+use super::block::Reading;
+use crate::math::square_root_information::SquareRootInformation;
+use crate::math::{Mat, Vec3, scalar::Real, skew};
+use crate::tensor::{Inertia, regressor};
+
+/// Passes over the noise correction. Each shrinks its error by [`LARGEST_CORRECTION`] or more:
+/// sixteen leave 2e-5 of the correction.
+const CORRECTION_PASSES: usize = 16;
+
+/// The noise's share of the information in any element, at most: beyond, the motion doesn't
+/// stand out of the noise, and the correction would not converge.
+const LARGEST_CORRECTION: f64 = 0.5;
+
+/// An element whose sigma is above this share of the mean moment is too vague to start from.
+const VAGUE: f64 = 0.2;
+
+/// Accumulates the equation, three rows a block, into a square-root information factor for
+/// `(H₀, j)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearStart<T: Real> {
+    information: SquareRootInformation<T, 9>,
+    rows: u32,
+    /// C at the newest reading.
+    attitude: Mat<T, 3, 3>,
+    /// `∫ C τ dt` up to the newest reading.
+    impulse_n_m_s: Vec3<T>,
+    newest: Reading<T>,
+    /// Sums over the block so far: of ω, of Cᵀ, and of the right-hand side.
+    samples: u32,
+    sum_rate: Vec3<T>,
+    sum_attitude: Mat<T, 3, 3>,
+    sum_momentum: Vec3<T>,
+}
+
+/// Momentum at the start of the window, and inertia.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solution<T: Real> {
+    /// H₀, N m s, in the body axes of that instant.
+    pub momentum_n_m_s: Vec3<T>,
+    /// Inertia, noise bias removed.
+    pub inertia: Inertia<T>,
+}
+
+impl<T: Real> LinearStart<T> {
+    /// Starts at the first reading.
+    pub fn new(first: Reading<T>) -> Self {
+        let mut this = Self {
+            information: SquareRootInformation::default(),
+            rows: 0,
+            attitude: Mat::identity(),
+            impulse_n_m_s: Vec3::zeros(),
+            newest: first,
+            samples: 0,
+            sum_rate: Vec3::zeros(),
+            sum_attitude: Mat::zeros(),
+            sum_momentum: Vec3::zeros(),
+        };
+        this.sum();
+        this
+    }
+
+    /// Takes in the next reading, `elapsed_s` after the last.
+    pub fn add(&mut self, reading: Reading<T>, elapsed_s: T) {
+        let (half, last) = (T::lit(0.5), self.newest);
+        let (w0, w1) = (last.rate_rad_s, reading.rate_rad_s);
+        // The turn of a rate that changes linearly, to third order: the cross product is what a
+        // turn of its axis adds (coning).
+        let turn = (w0 + w1) * (elapsed_s * half)
+            + w0.cross(&w1) * (elapsed_s * elapsed_s * T::lit(1.0 / 12.0));
+        let before = self.attitude * last.torque_n_m;
+        self.attitude *= rotation(&turn);
+        let after = self.attitude * reading.torque_n_m;
+        self.impulse_n_m_s += (before + after) * (elapsed_s * half);
+        self.newest = reading;
+        self.sum();
+    }
+
+    fn sum(&mut self) {
+        let back = self.attitude.transpose();
+        self.samples += 1;
+        self.sum_rate += self.newest.rate_rad_s;
+        self.sum_attitude += back;
+        self.sum_momentum += back * self.impulse_n_m_s - self.newest.wheel_momentum_n_m_s;
+    }
+
+    /// Makes three rows of the readings since the last block, as many as `samples` tells.
+    pub fn close_block(&mut self) {
+        let weight = T::one() / T::count(self.samples).sqrt();
+        let g = regressor(&self.sum_rate);
+        for r in 0..3 {
+            let mut row = [T::zero(); 9];
+            for c in 0..3 {
+                row[c] = -self.sum_attitude[(r, c)] * weight;
+            }
+            for c in 0..6 {
+                row[3 + c] = g[(r, c)] * weight;
+            }
+            self.information.add(row, self.sum_momentum[r] * weight);
+        }
+        self.rows += 1;
+        self.samples = 0;
+        self.sum_rate = Vec3::zeros();
+        self.sum_attitude = Mat::zeros();
+        self.sum_momentum = Vec3::zeros();
+        // One Newton step keeps C orthogonal against rounding.
+        let error =
+            Mat::<T, 3, 3>::identity() * T::lit(3.0) - self.attitude.transpose() * self.attitude;
+        self.attitude *= error * T::lit(0.5);
+    }
+
+    /// Momentum and inertia for white gyro noise of `noise_rad_s` per sample, or `None` while the
+    /// motion doesn't determine all of the inertia above that noise.
+    pub fn solve(&self, noise_rad_s: T) -> Option<Solution<T>> {
+        let factor = self.information.covariance_factor()?;
+        let noise_information = noise_rad_s * noise_rad_s * T::count(self.rows);
+        let share = |i: usize| noise_information * T::lit(if i < 3 { 1.0 } else { 2.0 });
+        let variance = |i: usize| factor.row(3 + i).dot(&factor.row(3 + i));
+        if !(0..6).all(|i| share(i) * variance(i) < T::lit(LARGEST_CORRECTION)) {
+            return None;
+        }
+        let biased = self.information.solve()?;
+        let mut x = biased;
+        for _ in 0..CORRECTION_PASSES {
+            let mut b = [T::zero(); 9];
+            for i in 0..6 {
+                b[3 + i] = share(i) * x[3 + i];
+            }
+            let correction = self.information.solve_normal(&b)?;
+            x = core::array::from_fn(|i| biased[i] + correction[i]);
+        }
+        let inertia = Inertia::new(core::array::from_fn(|i| x[3 + i]));
+        let row_sigma = noise_rad_s * inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
+        let largest = inertia.trace_kg_m2() * T::lit(VAGUE / 3.0);
+        if !(0..6).all(|i| variance(i) * row_sigma * row_sigma < largest * largest) {
+            return None;
+        }
+        Some(Solution { momentum_n_m_s: Vec3::new(x[0], x[1], x[2]), inertia })
+    }
+}
+
+impl<T: Real> LinearStart<T> {
+    /// Of motion that nothing drives, which shows the inertia only up to its scale: momentum and
+    /// inertia of mean moment 1 kg m². Noise bias isn't removed.
+    pub fn solve_homogeneous(&self) -> Option<Solution<T>> {
+        let mut information = self.information;
+        let one = T::one();
+        let o = T::zero();
+        let weight = information.equations().iter().fold(o, |sum, (row, _)| sum + row[3].abs());
+        information.add([o, o, o, weight, weight, weight, o, o, o], weight * T::lit(3.0));
+        let x = information.solve()?;
+        let scale = T::lit(3.0) / (x[3] + x[4] + x[5]);
+        let inertia = Inertia::new(core::array::from_fn(|i| x[3 + i] * scale));
+        let momentum_n_m_s = Vec3::new(x[0], x[1], x[2]) * scale;
+        (scale > o && scale < one / T::EPSILON).then_some(Solution { momentum_n_m_s, inertia })
+    }
+
+    /// Size of the inertia along the motion, kg m²: the sphere that explains it best, noise bias
+    /// removed. `None` where nothing drives the body, or the motion doesn't stand out of the noise.
+    pub fn size_kg_m2(&self, noise_rad_s: T) -> Option<T> {
+        // A sphere adds up the columns of the three moments.
+        let mut sphere = SquareRootInformation::<T, 4>::default();
+        for (row, y) in self.information.equations() {
+            sphere.add([row[0], row[1], row[2], row[3] + row[4] + row[5]], y);
+        }
+        let variance =
+            sphere.covariance_factor()?.row(3).iter().fold(T::zero(), |s, x| s + *x * *x);
+        let size = sphere.solve()?[3];
+        let noise = noise_rad_s * noise_rad_s * T::count(self.rows) * T::lit(3.0) * variance;
+        let size = size / (T::one() - noise);
+        (noise < T::lit(LARGEST_CORRECTION) && size > T::zero() && size.is_finite()).then_some(size)
+    }
+}
+
+/// The rotation by a vector of less than a radian: `1 + (1 − φ²/6 + φ⁴/120) φ^× + (½ − φ²/24 +
+/// φ⁴/720) φ^× φ^×`, whose error is below `φ⁷ / 5040`.
+fn rotation<T: Real>(turn_rad: &Vec3<T>) -> Mat<T, 3, 3> {
+    let square = turn_rad.dot(turn_rad);
+    let a = T::one() - square * (T::lit(1.0 / 6.0) - square * T::lit(1.0 / 120.0));
+    let b = T::lit(0.5) - square * (T::lit(1.0 / 24.0) - square * T::lit(1.0 / 720.0));
+    let x = skew(turn_rad);
+    Mat::<T, 3, 3>::identity() + x * a + x * x * b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+    const PERIOD_S: f64 = 0.01;
+
+    /// A body that turns by several radians, driven by a torque that makes it do so: its
+    /// momentum is integrated with steps a tenth of a sample.
+    fn fly<T: Real>(seconds: f64) -> LinearStart<T> {
+        let body = Inertia::new(INERTIA);
+        let (j, inverse) = (body.matrix_kg_m2(), body.inverse().unwrap());
+        let wheels = |t: f64| Vec3::new(0.0, 0.4 * (1.3 * t).sin(), 0.1);
+        let torque = |t: f64| Vec3::new(0.3 * (0.9 * t).sin(), 0.0, 0.2 * (0.5 * t).cos());
+        let cast = |v: Vec3<f64>| Vec3::from_fn(|i, _| T::lit(v[i]));
+        let mut h = j * Vec3::new(0.3, -0.5, 0.2) + wheels(0.0);
+        let reading = |t: f64, h: Vec3<f64>| Reading {
+            rate_rad_s: cast(inverse * (h - wheels(t))),
+            wheel_momentum_n_m_s: cast(wheels(t)),
+            torque_n_m: cast(torque(t)),
+        };
+        let mut start = LinearStart::new(reading(0.0, h));
+        let fine = PERIOD_S / 10.0;
+        for k in 0..(seconds / PERIOD_S) as u32 {
+            for i in 0..10 {
+                let t = f64::from(k) * PERIOD_S + f64::from(i) * fine;
+                let slope =
+                    |t: f64, h: Vec3<f64>| torque(t) - (inverse * (h - wheels(t))).cross(&h);
+                let half_way = h + slope(t, h) * (fine / 2.0);
+                h += slope(t + fine / 2.0, half_way) * fine;
+            }
+            if k % 5 == 4 {
+                start.close_block();
+            }
+            start.add(reading(f64::from(k + 1) * PERIOD_S, h), T::lit(PERIOD_S));
+        }
+        start
+    }
+
+    /// Trapezoids at this step: (0.01 s)² / 12 times second derivatives near 1.
+    const TRAPEZOID: f64 = 1e-4;
+
+    #[test]
+    fn finds_the_inertia_without_a_guess_in_both_precisions() {
+        let double = fly::<f64>(20.0).solve(1e-6).unwrap().inertia.elements_kg_m2();
+        let single = fly::<f32>(20.0).solve(1e-6).unwrap().inertia.elements_kg_m2();
+        for i in 0..6 {
+            assert!((double[i] - INERTIA[i]).abs() < TRAPEZOID, "{double:?}");
+            assert!((f64::from(single[i]) - INERTIA[i]).abs() < TRAPEZOID, "{single:?}");
+        }
+    }
+
+    #[test]
+    fn says_nothing_before_the_motion_stands_out_of_the_noise() {
+        assert!(fly::<f64>(0.1).solve(1e-2).is_none());
+        assert!(fly::<f64>(20.0).solve(10.0).is_none());
+    }
+
+    #[test]
+    fn the_size_along_the_motion_is_that_of_the_body() {
+        let size = fly::<f64>(20.0).size_kg_m2(1e-6).unwrap();
+        assert!(size > 1.0 && size < 2.0, "{size}");
+    }
+
+    #[test]
+    fn rotation_is_the_exponential_of_the_cross_product() {
+        let turn = Vec3::new(0.3, -0.4, 0.5);
+        let (mut power, mut sum) = (Mat::<f64, 3, 3>::identity(), Mat::<f64, 3, 3>::identity());
+        for n in 1..20 {
+            power = power * skew(&turn) / f64::from(n);
+            sum += power;
+        }
+        // φ⁷ / 5040.
+        assert!((rotation(&turn) - sum).abs().max() < 2e-5);
+    }
+}
