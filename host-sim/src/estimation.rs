@@ -10,6 +10,7 @@ use clap::ValueEnum;
 use fsw_core::estimator::chain::{self, Chain};
 use fsw_core::estimator::joint_ekf::{self, InitialRate, JointEkfPublished, JointEkfUd};
 use fsw_core::estimator::momentum::{self, Momentum};
+use fsw_core::estimator::window::{self, Window};
 use fsw_core::estimator::{Innovation, Prior};
 use fsw_core::gate;
 use fsw_core::telemetry::OutcomeCounts;
@@ -25,6 +26,8 @@ use crate::input::log::LogRow;
 /// The estimators by the names that others rely on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EstimatorName {
+    /// The whole manoeuvre fitted at once.
+    Window,
     /// Nine-state filter in UD form: the one that flies.
     JointEkf,
     /// The same filter as Bellar and Si Mohammed (2019) print it.
@@ -49,7 +52,8 @@ impl EstimatorName {
     /// Whether it can't work without the attitude.
     pub fn needs_attitude(self) -> bool {
         match self {
-            Self::JointEkf
+            Self::Window
+            | Self::JointEkf
             | Self::JointEkfPublished
             | Self::JointEkfUnaligned
             | Self::EkfSgfRls
@@ -74,6 +78,7 @@ pub enum Precision {
 impl fmt::Display for EstimatorName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Window => "window",
             Self::JointEkf => "joint-ekf",
             Self::JointEkfPublished => "joint-ekf-published",
             Self::JointEkfUnaligned => "joint-ekf-unaligned",
@@ -178,6 +183,9 @@ pub struct Setup<'a> {
 /// is no longer bridged by prediction.
 const BRIDGED_PERIODS: f64 = 10.0;
 
+/// Blocks that the window estimator stores.
+const WINDOW_BLOCKS: usize = 512;
+
 /// The estimator that was asked for.
 pub fn set_up(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpError> {
     match setup.precision {
@@ -205,6 +213,13 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
         std::array::from_fn(|i| wheel(i).map_or(T::one(), |w| T::lit(w.spin_inertia_kg_m2))),
     )?;
     Ok(match setup.estimator {
+        EstimatorName::Window => {
+            let mut config = window::Config::new(T::lit(setup.gyro_noise_rad_s));
+            config.prior = prior(setup);
+            configure_gate(&mut config.gate, setup);
+            let window = Window::<T, W, WINDOW_BLOCKS>::new(config, wheels)?;
+            Box::new(Adapter::<T, _, W>::new(window, setup))
+        }
         EstimatorName::JointEkf => {
             let config = configure(joint_ekf::Config::new(T::lit(setup.gyro_noise_rad_s)), setup);
             Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(config, wheels)?, setup))
