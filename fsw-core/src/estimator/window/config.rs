@@ -13,10 +13,11 @@ pub struct Config<T: Real> {
     /// Gyro noise, one sigma, white, per sample, rad/s. Must be given.
     pub gyro_noise_rad_s: T,
     /// Samples averaged into a block at first; twice as many whenever storage is full of blocks
-    /// that don't turn far. Default 2.
+    /// that don't turn far. Default 4: half as many leave less work for linearising anew, twice as
+    /// many model a fast torque less well.
     pub block_samples: u32,
-    /// A block may turn by so much, rad. Default 0.06: storage for 512 blocks then holds five
-    /// turns of the body, and up to four times as far the integration errs less than any gyro.
+    /// A block may turn by so much, rad. Default 0.2, up to which the integration across a block
+    /// errs by 1e-8: storage for 512 blocks then holds sixteen turns of the body.
     pub block_turn_rad: T,
     /// Slices of work per step: a block takes four, its integration and three rows. Default 8:
     /// with a block for each sample, half of the work goes into what arrives and half into

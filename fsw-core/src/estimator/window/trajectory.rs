@@ -15,7 +15,7 @@ use crate::tensor::{Inertia, regressor};
 /// A block may turn by so much, rad, for one Runge-Kutta step: its error, `turn⁵ / 120`, is then
 /// below single precision.
 const SHORT_TURN: f64 = 0.03;
-/// Steps across a block that turns further. Up to a turn of 0.25 rad they err by 1e-8.
+/// Steps across a block that turns further. Up to a turn of 0.2 rad they err by 1e-8.
 const STEPS: u32 = 4;
 
 /// A block with what its neighbours tell of its inside, in units of the typical inertia.
