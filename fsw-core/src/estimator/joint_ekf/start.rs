@@ -14,14 +14,6 @@ const ALIGNMENT_INFLATION: f64 = 1.5;
 /// for the filter's linearisation, which starts well from errors of a half.
 const ALIGNED: f64 = 0.1;
 
-/// Prior range of a product over that of a moment, where the range has to be made up: no
-/// physical product exceeds half a moment.
-const PRODUCT_RANGE: f64 = 0.5;
-
-/// What is held as possible while nothing is known, kg m²: no spacecraft of this project's kind
-/// is larger.
-const UNKNOWN_RANGE_KG_M2: f64 = 1.0e4;
-
 /// Where tracking starts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start<T: Real> {
@@ -51,11 +43,7 @@ impl<T: Real> Start<T> {
         config: &Config<T>,
         first_rate_rad_s: &Vec3<T>,
     ) -> Self {
-        let unknown = Prior {
-            inertia_kg_m2: Inertia::spherical(T::one()).elements_kg_m2(),
-            sigma_kg_m2: Self::range(T::lit(UNKNOWN_RANGE_KG_M2)),
-        };
-        let Prior { inertia_kg_m2, sigma_kg_m2 } = prior.unwrap_or(unknown);
+        let Prior { inertia_kg_m2, sigma_kg_m2 } = prior.unwrap_or(Prior::unknown());
         let rate = config.initial_rate.unwrap_or(InitialRate {
             rate_rad_s: *first_rate_rad_s,
             sigma_rad_s: config.gyro_noise_rad_s,
@@ -92,13 +80,8 @@ impl<T: Real> Start<T> {
         if solution.inertia.check().is_err() {
             return Err(NoStart::NotPhysical);
         }
-        let range_kg_m2 = prior.map_or_else(|| Self::range(mean_moment), |p| p.sigma_kg_m2);
+        let range_kg_m2 = prior.unwrap_or(&Prior::of_size(mean_moment)).sigma_kg_m2;
         let state = State { rate_rad_s: solution.rate_rad_s, inertia: solution.inertia };
         Ok(Self { state, covariance_factor, range_kg_m2 })
-    }
-
-    fn range(moment: T) -> [T; 6] {
-        let product = moment * T::lit(PRODUCT_RANGE);
-        [moment, moment, moment, product, product, product]
     }
 }
