@@ -27,6 +27,8 @@ pub struct OutcomeCounts {
     pub gap_resets: u32,
     /// Resets after many spikes in a row.
     pub lockout_resets: u32,
+    /// Resets of what was known before, since new data contradict it.
+    pub change_resets: u32,
     /// Resets of a state that left the finite numbers.
     pub divergence_resets: u32,
 }
@@ -47,6 +49,7 @@ impl OutcomeCounts {
             Outcome::Coasting(Coasting::WaitingForRest) => &mut self.waiting_for_rest,
             Outcome::Reset(Reset::Gap) => &mut self.gap_resets,
             Outcome::Reset(Reset::Lockout) => &mut self.lockout_resets,
+            Outcome::Reset(Reset::Changed) => &mut self.change_resets,
             Outcome::Reset(Reset::Diverged) => &mut self.divergence_resets,
             Outcome::Updated
             | Outcome::Coasting(Coasting::Aligning | Coasting::Refilling)

@@ -368,6 +368,8 @@ impl<T: Real, E: Estimator<T, W>, const W: usize> OnBoard for Adapter<T, E, W> {
             disturbance_torque_n_m: e.disturbance_torque_n_m.as_ref().map(widen),
             gyro_bias_rad_s: e.gyro_bias_rad_s.as_ref().map(widen),
             residual_rms_rad_s: e.residual_rms_rad_s.to_f64(),
+            residuals_white: e.residuals_white,
+            projected: e.projected,
         }
     }
 

@@ -132,6 +132,9 @@ pub enum Reset {
     /// So many spikes in a row that it is the estimate that must be wrong (a deployment, a
     /// docking): all starts anew from the motion, and no prior is believed any more.
     Lockout,
+    /// A manoeuvre's data contradict, by a chi-square test, what was known of the inertia before
+    /// it (a prior, or earlier manoeuvres): that is dropped.
+    Changed,
     /// The state left the finite numbers, or its inertia had no inverse: all starts anew.
     Diverged,
 }
@@ -151,6 +154,7 @@ impl Outcome {
             Self::Reset(Reset::Aligned) => "reset_aligned",
             Self::Reset(Reset::Gap) => "reset_gap",
             Self::Reset(Reset::Lockout) => "reset_lockout",
+            Self::Reset(Reset::Changed) => "reset_changed",
             Self::Reset(Reset::Diverged) => "reset_diverged",
         }
     }
@@ -241,6 +245,11 @@ pub struct Estimate<T: Real> {
     pub gyro_bias_rad_s: Option<Vec3<T>>,
     /// RMS over the samples used, all axes, of measured minus predicted rate, rad/s.
     pub residual_rms_rad_s: T,
+    /// Whether the residuals look like the gyro's white noise alone. `None` where that isn't tested.
+    pub residuals_white: Option<bool>,
+    /// Whether the data by itself asks for a tensor that no body has, so that `inertia` is the
+    /// physical one nearest to that.
+    pub projected: bool,
 }
 
 impl<T: Real> Estimate<T> {
@@ -261,6 +270,8 @@ impl<T: Real> Estimate<T> {
             disturbance_torque_n_m: None,
             gyro_bias_rad_s: None,
             residual_rms_rad_s,
+            residuals_white: None,
+            projected: false,
         }
     }
 

@@ -121,6 +121,9 @@ fn report(options: &Options, samples: usize, flown: &Flown) -> ReplayReport {
         disturbance_torque_n_m: estimate.disturbance_torque_n_m.map(Into::into),
         gyro_bias_rad_s: estimate.gyro_bias_rad_s.map(Into::into),
         residual_rms_rad_s: estimate.residual_rms_rad_s,
+        residuals_white: estimate.residuals_white,
+        projected: estimate.projected,
+        changes: u64::from(counts.change_resets),
     }
 }
 

@@ -46,6 +46,12 @@ pub struct ReplayReport {
     pub gyro_bias_rad_s: Option<[f64; 3]>,
     /// RMS over samples and axes of measured minus estimated rate, rad/s.
     pub residual_rms_rad_s: f64,
+    /// Whether the residuals look like white noise alone; null where that isn't tested.
+    pub residuals_white: Option<bool>,
+    /// Whether the tensor was brought to the nearest physical one.
+    pub projected: bool,
+    /// How often what was known before was dropped, since new data contradicted it.
+    pub changes: u64,
 }
 
 /// How far an estimate can be trusted.
@@ -258,6 +264,9 @@ pub(super) mod examples {
             disturbance_torque_n_m: None,
             gyro_bias_rad_s: None,
             residual_rms_rad_s: 1.8151e-4,
+            residuals_white: Some(true),
+            projected: false,
+            changes: 0,
         }
     }
 
@@ -312,8 +321,9 @@ mod tests {
         keys
     }
 
-    const REPLAY_KEYS: [&str; 18] = [
+    const REPLAY_KEYS: [&str; 21] = [
         "accepted",
+        "changes",
         "covariance_kg2_m4",
         "disturbance_torque_n_m",
         "element_observed",
@@ -325,8 +335,10 @@ mod tests {
         "observed_directions",
         "physical",
         "precision",
+        "projected",
         "rejected",
         "residual_rms_rad_s",
+        "residuals_white",
         "samples",
         "scale_observed",
         "sigma_kg_m2",

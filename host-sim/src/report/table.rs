@@ -189,10 +189,19 @@ fn summary(report: &ReplayReport) -> String {
     );
     let scale = if report.scale_observed { "scale observed" } else { "scale not observed" };
     let observed = format!("{} of 6 directions, {scale}", report.observed_directions);
-    let physical = if report.physical { "yes" } else { "no: no rigid body has this tensor" };
+    let physical = match (report.physical, report.projected) {
+        (true, false) => "yes",
+        (true, true) => "yes: the nearest to what the data by itself asks for, which no body has",
+        (false, _) => "no: no rigid body has this tensor",
+    };
+    let white = match report.residuals_white {
+        None => "",
+        Some(true) => ", white",
+        Some(false) => ", not white: something acts that the model doesn't know",
+    };
     let residual = match report.residual_rms_rad_s {
         0.0 => "none: no sample was predicted".to_owned(),
-        rms => format!("{} rad/s RMS", significant(rms, 4)),
+        rms => format!("{} rad/s RMS{white}", significant(rms, 4)),
     };
 
     let mut lines = heading("estimator", &format!("{}, {}", report.estimator, report.precision));
@@ -201,6 +210,10 @@ fn summary(report: &ReplayReport) -> String {
     lines += &heading("observed", &observed);
     lines += &heading("physical", physical);
     lines += &heading("residual", &residual);
+    if report.changes > 0 {
+        let changes = format!("{}, each dropped what was known before", report.changes);
+        lines += &heading("changes", &changes);
+    }
     if let Some(torque) = &report.disturbance_torque_n_m {
         lines += &heading("disturbance torque", &format!("{} N m", vector(torque)));
     }
@@ -279,7 +292,7 @@ samples             6001, 5998 accepted, 3 rejected (2 spike, 1 stuck)
 status              converged
 observed            6 of 6 directions, scale observed
 physical            yes
-residual            0.0001815 rad/s RMS
+residual            0.0001815 rad/s RMS, white
 
 element      true  estimated     error    error  one sigma     bound  error/bound
             kg m²      kg m²     kg m²        %      kg m²     kg m²
@@ -309,7 +322,7 @@ samples             6001, 5998 accepted, 3 rejected (2 spike, 1 stuck)
 status              partial
 observed            5 of 6 directions, scale observed
 physical            yes
-residual            0.0001815 rad/s RMS
+residual            0.0001815 rad/s RMS, white
 disturbance torque  1.50e-6, -2.00e-7, 0 N m
 gyro bias           0.0100, -0.0200, 0.00300 rad/s
 
@@ -342,7 +355,7 @@ samples             6001, 5998 accepted, 0 rejected
 status              converged
 observed            6 of 6 directions, scale not observed
 physical            yes
-residual            0.0001815 rad/s RMS
+residual            0.0001815 rad/s RMS, white
 
 element    estimated  one sigma  one sigma  observed
                kg m²      kg m²          %

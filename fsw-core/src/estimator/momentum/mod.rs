@@ -225,6 +225,8 @@ impl<T: Real, const W: usize> Estimator<T, W> for Momentum<T, W> {
             disturbance_torque_n_m: None,
             gyro_bias_rad_s: None,
             residual_rms_rad_s: self.sums.residual_rms_rad_s(),
+            residuals_white: None,
+            projected: false,
         }
     }
 
