@@ -34,6 +34,8 @@ pub enum Invalid {
     },
     /// An axis of no length has no direction.
     ZeroAxis,
+    /// More unknowns than the estimator is compiled for.
+    NoRoom,
     /// No rigid body has this inertia tensor.
     NotPhysical(NotPhysical),
 }
@@ -53,6 +55,7 @@ impl fmt::Display for Invalid {
             Self::AboveOne => f.write_str("must not be above one"),
             Self::OutOfRange { least, most } => write!(f, "must lie between {least} and {most}"),
             Self::ZeroAxis => f.write_str("an axis must have a length above zero"),
+            Self::NoRoom => f.write_str("is an unknown that this estimator isn't compiled for"),
             Self::NotPhysical(why) => write!(f, "{why}"),
         }
     }

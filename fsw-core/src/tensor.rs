@@ -72,11 +72,16 @@ impl<T: Real> Inertia<T> {
 
     /// Whether all leading minors are positive. Cheap enough for every step.
     pub fn is_positive_definite(&self) -> bool {
+        // Written so that NaN answers no.
+        self.leading_minors().iter().all(|minor| *minor > T::zero())
+    }
+
+    /// Determinants of the leading 1×1, 2×2 and 3×3 matrices, in kg m², squared, and cubed.
+    pub fn leading_minors(&self) -> [T; 3] {
         let [xx, yy, zz, xy, xz, yz] = self.elements;
         let minor = xx * yy - xy * xy;
         let determinant = zz * minor - yz * (xx * yz - xy * xz) + xz * (xy * yz - yy * xz);
-        // Written so that NaN answers no.
-        xx > T::zero() && minor > T::zero() && determinant > T::zero()
+        [xx, minor, determinant]
     }
 
     /// Whether a rigid body can have this tensor: positive definite, and no principal moment

@@ -185,6 +185,15 @@ const BRIDGED_PERIODS: f64 = 10.0;
 
 /// Blocks that the window estimator stores.
 const WINDOW_BLOCKS: usize = 512;
+/// Its unknowns: momentum, inertia and torque, which is tested for where it isn't asked for; and gyro
+/// bias as well.
+const WITH_TORQUE: usize = 12;
+const WITH_BIAS: usize = 15;
+/// Ranges, one sigma, that hold a disturbance torque and a gyro bias where the motion doesn't show
+/// them: more than any disturbance of a small spacecraft, and than the bias of a consumer gyro
+/// (3 deg/s).
+const TORQUE_RANGE_N_M: f64 = 0.1;
+const BIAS_RANGE_RAD_S: f64 = 0.05;
 
 /// The estimator that was asked for.
 pub fn set_up(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpError> {
@@ -213,13 +222,10 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
         std::array::from_fn(|i| wheel(i).map_or(T::one(), |w| T::lit(w.spin_inertia_kg_m2))),
     )?;
     Ok(match setup.estimator {
-        EstimatorName::Window => {
-            let mut config = window::Config::new(T::lit(setup.gyro_noise_rad_s));
-            config.prior = prior(setup);
-            configure_gate(&mut config.gate, setup);
-            let window = Window::<T, W, WINDOW_BLOCKS>::new(config, wheels)?;
-            Box::new(Adapter::<T, _, W>::new(window, setup))
+        EstimatorName::Window if setup.craft.solve_for.gyro_bias => {
+            window::<T, W, WITH_BIAS>(setup, wheels)?
         }
+        EstimatorName::Window => window::<T, W, WITH_TORQUE>(setup, wheels)?,
         EstimatorName::JointEkf => {
             let config = configure(joint_ekf::Config::new(T::lit(setup.gyro_noise_rad_s)), setup);
             Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(config, wheels)?, setup))
@@ -242,6 +248,21 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
         }
         EstimatorName::MomentumSuggested => momentum(momentum::Method::Suggested, setup, wheels)?,
     })
+}
+
+/// The window estimator with U unknowns.
+fn window<T: Real, const W: usize, const U: usize>(
+    setup: &Setup<'_>,
+    wheels: WheelArray<T, W>,
+) -> Result<Box<dyn OnBoard>, SetUpError> {
+    let asked = &setup.craft.solve_for;
+    let mut config = window::Config::new(T::lit(setup.gyro_noise_rad_s));
+    config.prior = prior(setup);
+    config.disturbance_torque_n_m = asked.torque.then_some(T::lit(TORQUE_RANGE_N_M));
+    config.gyro_bias_rad_s = asked.gyro_bias.then_some(T::lit(BIAS_RANGE_RAD_S));
+    configure_gate(&mut config.gate, setup);
+    let window = Window::<T, W, WINDOW_BLOCKS, U>::new(config, wheels)?;
+    Ok(Box::new(Adapter::<T, _, W>::new(window, setup)))
 }
 
 /// The nine-state filter as its paper starts it, from whatever initial estimate is drawn.

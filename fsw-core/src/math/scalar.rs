@@ -33,6 +33,10 @@ pub trait Real:
     fn lit(value: f64) -> Self;
     /// Widens to `f64`, without loss.
     fn to_f64(self) -> f64;
+    /// Rounds to single precision, for storage.
+    fn to_f32(self) -> f32;
+    /// Widens from single precision, without loss.
+    fn from_f32(value: f32) -> Self;
     /// Seconds in a whole number of microseconds.
     ///
     /// The caller subtracts time stamps as integers first, so that single precision loses
@@ -65,6 +69,14 @@ macro_rules! real {
             #[inline]
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+            #[inline]
+            fn to_f32(self) -> f32 {
+                self as f32
+            }
+            #[inline]
+            fn from_f32(value: f32) -> Self {
+                $float::from(value)
             }
             #[inline]
             fn seconds(microseconds: u64) -> Self {

@@ -58,6 +58,21 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         })
     }
 
+    /// The last M unknowns by themselves, the others left free.
+    pub fn last<const M: usize>(&self) -> SquareRootInformation<T, M> {
+        let first = N.saturating_sub(M);
+        SquareRootInformation {
+            factor: Mat::from_fn(|i, k| self.factor[(first + i, first + k)]),
+            right_hand_side: core::array::from_fn(|i| self.right_hand_side[first + i]),
+        }
+    }
+
+    /// Sum of the absolute values in a column of the factor: of the size of what is known of that
+    /// unknown were all others known.
+    pub fn column_size(&self, column: usize) -> T {
+        (0..=column).fold(T::zero(), |sum, i| sum + self.factor[(i, column)].abs())
+    }
+
     /// The least-squares solution, or `None` while a diagonal element of the factor is zero.
     pub fn solve(&self) -> Option<[T; N]> {
         self.back_substitute(&self.right_hand_side)
@@ -144,6 +159,28 @@ mod tests {
             prop_assert!((unexplained - residuals).abs() < 1e-9 * scale);
             let factor = s.covariance_factor().unwrap();
             prop_assert!((factor * factor.transpose() - inverse).abs().max() < 1e-9 * scale);
+        }
+    }
+
+    #[test]
+    fn the_last_unknowns_by_themselves_are_as_known_as_among_all() {
+        let mut s = SquareRootInformation::<f64, 3>::default();
+        for k in 0..6 {
+            let x = f64::from(k);
+            s.add([x.sin(), (2.0 * x).cos(), (0.7 * x).sin()], (3.0 * x).sin());
+        }
+        let (all, last) = (s.solve().unwrap(), s.last::<2>().solve().unwrap());
+        assert!((all[1] - last[0]).abs() < 1e-12 && (all[2] - last[1]).abs() < 1e-12);
+        let variance = |f: &[f64]| f.iter().map(|x| x * x).sum::<f64>();
+        let all = s.covariance_factor().unwrap();
+        let last = s.last::<2>().covariance_factor().unwrap();
+        for i in 0..2 {
+            let row = |m: &[f64]| variance(m);
+            let (a, b): (std::vec::Vec<f64>, std::vec::Vec<f64>) = (
+                all.row(i + 1).iter().copied().collect(),
+                last.row(i).iter().copied().collect(),
+            );
+            assert!((row(&a) - row(&b)).abs() < 1e-12);
         }
     }
 

@@ -39,10 +39,12 @@ impl<T: Real> Block<T> {
 
     /// This block and the one after it as one.
     ///
-    /// Each block's ramp gives way to the common one; the difference goes into the drive.
+    /// Each block's ramp gives way to the common one; the difference goes into the drive. Where the
+    /// rate of one isn't believed, that of both isn't.
     pub fn merge(&self, next: &Self) -> Self {
         let half = T::lit(0.5);
-        let samples = self.samples + next.samples;
+        let is_believed = self.samples > 0 && next.samples > 0;
+        let samples = if is_believed { self.samples + next.samples } else { 0 };
         let duration_s = self.duration_s + next.duration_s;
         // By duration, so that the mean stays that of the middle where samples come unevenly.
         let share = self.duration_s / duration_s;

@@ -1,6 +1,7 @@
 //! What the window estimator is told.
 
-use crate::error::{ConfigError, Invalid, positive};
+use super::unknowns::{has_bias, has_torque};
+use crate::error::{ConfigError, Invalid, not_negative, positive};
 use crate::estimator::Prior;
 use crate::gate;
 use crate::math::scalar::Real;
@@ -8,10 +9,21 @@ use crate::math::scalar::Real;
 /// Configuration, fixed for the estimator's life.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config<T: Real> {
-    /// What is known of the inertia beforehand. Default none, and none is needed.
+    /// What is known of the inertia beforehand. Default none, and none is needed. One that the data
+    /// contradict is dropped.
     pub prior: Option<Prior<T>>,
-    /// Gyro noise, one sigma, white, per sample, rad/s. Must be given.
-    pub gyro_noise_rad_s: T,
+    /// Gyro noise, one sigma, white, per sample, rad/s. Where it isn't given it is measured, and the
+    /// covariance is scaled by what the residuals are.
+    pub gyro_noise_rad_s: Option<T>,
+    /// One sigma of the range in which a constant disturbance torque is estimated, N m, each axis.
+    /// Default none: it is held at zero, and the residuals are tested for one.
+    pub disturbance_torque_n_m: Option<T>,
+    /// One sigma of the range in which a constant gyro bias is estimated, rad/s, each axis. Default
+    /// none: it is held at zero.
+    pub gyro_bias_rad_s: Option<T>,
+    /// Random walk of each element of the inertia from one manoeuvre to the next, one sigma after a
+    /// second, kg m²/√s. Default zero.
+    pub inertia_walk_kg_m2_sqrt_s: T,
     /// Samples averaged into a block at first; twice as many whenever storage is full of blocks
     /// that don't turn far. Default 4: half as many leave less work for linearising anew, twice as
     /// many model a fast torque less well.
@@ -23,6 +35,8 @@ pub struct Config<T: Real> {
     /// with a block for each sample, half of the work goes into what arrives and half into
     /// linearising anew.
     pub slices_per_step: u32,
+    /// A manoeuvre is over once nothing has moved for so long, s. Default 30.
+    pub quiet_s: T,
     /// Which samples are looked at.
     pub gate: gate::Config<T>,
 }
@@ -30,20 +44,44 @@ pub struct Config<T: Real> {
 impl<T: Real> Config<T> {
     /// Defaults for a gyro of this noise (one sigma, white, per sample, rad/s).
     pub fn new(gyro_noise_rad_s: T) -> Self {
+        Self { gyro_noise_rad_s: Some(gyro_noise_rad_s), ..Self::of_unknown_noise() }
+    }
+
+    /// Defaults for a gyro of which nothing is known.
+    pub fn of_unknown_noise() -> Self {
         Self {
             prior: None,
-            gyro_noise_rad_s,
+            gyro_noise_rad_s: None,
+            disturbance_torque_n_m: None,
+            gyro_bias_rad_s: None,
+            inertia_walk_kg_m2_sqrt_s: T::zero(),
             block_samples: 4,
             block_turn_rad: T::lit(0.2),
             slices_per_step: 8,
+            quiet_s: T::lit(30.0),
             gate: gate::Config::default(),
         }
     }
 
-    /// Refuses the first field that is out of its range, by name.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        positive("gyro_noise_rad_s", self.gyro_noise_rad_s)?;
+    /// Refuses, by name, the first field that is out of its range, or that asks for more than U
+    /// unknowns hold.
+    pub fn validate<const U: usize>(&self) -> Result<(), ConfigError> {
+        let optional = [
+            ("gyro_noise_rad_s", self.gyro_noise_rad_s, true),
+            ("disturbance_torque_n_m", self.disturbance_torque_n_m, has_torque(U)),
+            ("gyro_bias_rad_s", self.gyro_bias_rad_s, has_bias(U)),
+        ];
+        for (field, value, has_room) in optional {
+            if let Some(value) = value {
+                positive(field, value)?;
+                if !has_room {
+                    return Err(ConfigError { field, reason: Invalid::NoRoom });
+                }
+            }
+        }
         positive("block_turn_rad", self.block_turn_rad)?;
+        positive("quiet_s", self.quiet_s)?;
+        not_negative("inertia_walk_kg_m2_sqrt_s", self.inertia_walk_kg_m2_sqrt_s)?;
         for (field, number) in
             [("block_samples", self.block_samples), ("slices_per_step", self.slices_per_step)]
         {
@@ -66,12 +104,16 @@ mod tests {
     fn names_the_field_that_is_out_of_range() {
         let refused = |change: fn(&mut Config<f32>)| {
             let mut config = Config::new(1e-4);
-            assert_eq!(config.validate(), Ok(()));
+            assert_eq!(config.validate::<12>(), Ok(()));
             change(&mut config);
-            config.validate().unwrap_err().field
+            config.validate::<12>().unwrap_err().field
         };
-        assert_eq!(refused(|c| c.gyro_noise_rad_s = 0.0), "gyro_noise_rad_s");
+        assert_eq!(refused(|c| c.gyro_noise_rad_s = Some(0.0)), "gyro_noise_rad_s");
+        assert_eq!(refused(|c| c.disturbance_torque_n_m = Some(-1.0)), "disturbance_torque_n_m");
+        assert_eq!(refused(|c| c.gyro_bias_rad_s = Some(1.0)), "gyro_bias_rad_s", "no room");
         assert_eq!(refused(|c| c.block_turn_rad = f32::NAN), "block_turn_rad");
+        assert_eq!(refused(|c| c.quiet_s = 0.0), "quiet_s");
+        assert_eq!(refused(|c| c.inertia_walk_kg_m2_sqrt_s = -1.0), "inertia_walk_kg_m2_sqrt_s");
         assert_eq!(refused(|c| c.block_samples = 0), "block_samples");
         assert_eq!(refused(|c| c.slices_per_step = 0), "slices_per_step");
         assert_eq!(refused(|c| c.gate.range_rad_s = 0.0), "gate.range_rad_s");

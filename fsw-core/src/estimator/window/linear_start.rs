@@ -4,15 +4,18 @@
 //! body axes to the axes of that instant, `Ċ = C ω^×`. Total momentum changes there only by
 //! external torque, which makes an equation linear in the inertia `j` and the initial momentum H₀:
 //!
-//! `G(ω) j − Cᵀ H₀ = Cᵀ ∫ C τ dt − h_w`
+//! `G(ω) j − Cᵀ H₀ − Cᵀ ∫ C dt τ_d − β = Cᵀ ∫ C τ dt − h_w`
 //!
-//! Nothing is differentiated, no initial guess exists, and since the measured turn is used, none
+//! with a disturbance torque τ_d and, for a gyro bias b, `β = J b`, where they are among the unknowns
+//! (what b does to C is left to Gauss-Newton). Nothing is differentiated, no initial guess exists, and since the measured turn is used, none
 //! is lost however far the body turns. Gyro noise v enters the regressor and biases `j` by many
 //! sigmas unless its expectation is taken out: `E[G(v)ᵀ G(v)] = σ² diag(1 1 1 2 2 2)` per row of
 //! unit weight. (The noise in C, an angle random walk, is left in: it is what Gauss-Newton
 //! then removes.)
 
 use super::block::Reading;
+use super::solution::{HARD, Hold};
+use super::unknowns::{BIAS, MOMENTUM, TORQUE, has_bias, has_torque, inertia_of};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor};
@@ -28,34 +31,63 @@ const LARGEST_CORRECTION: f64 = 0.5;
 /// An element whose sigma is above this share of the mean moment is too vague to start from.
 const VAGUE: f64 = 0.2;
 
-/// Accumulates the equation, three rows a block, into a square-root information factor for
-/// `(H₀, j)`.
+/// Accumulates the equation, three rows a block, into a square-root information factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinearStart<T: Real> {
-    information: SquareRootInformation<T, 9>,
+pub struct LinearStart<T: Real, const U: usize> {
+    information: SquareRootInformation<T, U>,
     rows: u32,
     /// C at the newest reading.
     attitude: Mat<T, 3, 3>,
-    /// `∫ C τ dt` up to the newest reading.
+    /// `∫ C τ dt` and `∫ C dt` up to the newest reading.
     impulse_n_m_s: Vec3<T>,
+    push_s: Mat<T, 3, 3>,
     newest: Reading<T>,
-    /// Sums over the block so far: of ω, of Cᵀ, and of the right-hand side.
+    /// Sums over the block so far: of ω, of Cᵀ, of Cᵀ ∫ C dt, and of the right-hand side.
     samples: u32,
     sum_rate: Vec3<T>,
     sum_attitude: Mat<T, 3, 3>,
+    sum_push_s: Mat<T, 3, 3>,
     sum_momentum: Vec3<T>,
 }
 
-/// Momentum at the start of the window, and inertia.
+/// What the equation says of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution<T: Real> {
     /// H₀, N m s, in the body axes of that instant.
     pub momentum_n_m_s: Vec3<T>,
+    /// τ_d, N m.
+    pub torque_n_m: Vec3<T>,
+    /// b, rad/s.
+    pub bias_rad_s: Vec3<T>,
     /// Inertia, noise bias removed.
     pub inertia: Inertia<T>,
 }
 
-impl<T: Real> LinearStart<T> {
+impl<T: Real> Solution<T> {
+    fn of<const U: usize>(x: &[T; U]) -> Self {
+        let three = |at: usize| Vec3::new(x[at], x[at + 1], x[at + 2]);
+        let none = Vec3::zeros();
+        let inertia = Inertia::new(core::array::from_fn(|i| x[inertia_of(U) + i]));
+        let beta = if has_bias(U) { three(BIAS) } else { none };
+        Self {
+            momentum_n_m_s: three(MOMENTUM),
+            torque_n_m: if has_torque(U) { three(TORQUE) } else { none },
+            bias_rad_s: inertia.inverse().map_or(none, |inverse| inverse * beta),
+            inertia,
+        }
+    }
+}
+
+/// How torque and bias are held beside the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Holds<T> {
+    /// N m.
+    pub torque: Hold<T>,
+    /// rad/s.
+    pub bias: Hold<T>,
+}
+
+impl<T: Real, const U: usize> LinearStart<T, U> {
     /// Starts at the first reading.
     pub fn new(first: Reading<T>) -> Self {
         let mut this = Self {
@@ -63,10 +95,12 @@ impl<T: Real> LinearStart<T> {
             rows: 0,
             attitude: Mat::identity(),
             impulse_n_m_s: Vec3::zeros(),
+            push_s: Mat::zeros(),
             newest: first,
             samples: 0,
             sum_rate: Vec3::zeros(),
             sum_attitude: Mat::zeros(),
+            sum_push_s: Mat::zeros(),
             sum_momentum: Vec3::zeros(),
         };
         this.sum();
@@ -82,7 +116,11 @@ impl<T: Real> LinearStart<T> {
         let turn = (w0 + w1) * (elapsed_s * half)
             + w0.cross(&w1) * (elapsed_s * elapsed_s * T::lit(1.0 / 12.0));
         let before = self.attitude * last.torque_n_m;
+        let attitude_before = self.attitude;
         self.attitude *= rotation(&turn);
+        if has_torque(U) {
+            self.push_s += (attitude_before + self.attitude) * (elapsed_s * half);
+        }
         let after = self.attitude * reading.torque_n_m;
         self.impulse_n_m_s += (before + after) * (elapsed_s * half);
         self.newest = reading;
@@ -94,6 +132,9 @@ impl<T: Real> LinearStart<T> {
         self.samples += 1;
         self.sum_rate += self.newest.rate_rad_s;
         self.sum_attitude += back;
+        if has_torque(U) {
+            self.sum_push_s += back * self.push_s;
+        }
         self.sum_momentum += back * self.impulse_n_m_s - self.newest.wheel_momentum_n_m_s;
     }
 
@@ -102,12 +143,18 @@ impl<T: Real> LinearStart<T> {
         let weight = T::one() / T::count(self.samples).sqrt();
         let g = regressor(&self.sum_rate);
         for r in 0..3 {
-            let mut row = [T::zero(); 9];
+            let mut row = [T::zero(); U];
             for c in 0..3 {
-                row[c] = -self.sum_attitude[(r, c)] * weight;
+                row[MOMENTUM + c] = -self.sum_attitude[(r, c)] * weight;
+                if has_torque(U) {
+                    row[TORQUE + c] = -self.sum_push_s[(r, c)] * weight;
+                }
+            }
+            if has_bias(U) {
+                row[BIAS + r] = -T::count(self.samples) * weight;
             }
             for c in 0..6 {
-                row[3 + c] = g[(r, c)] * weight;
+                row[inertia_of(U) + c] = g[(r, c)] * weight;
             }
             self.information.add(row, self.sum_momentum[r] * weight);
         }
@@ -115,6 +162,7 @@ impl<T: Real> LinearStart<T> {
         self.samples = 0;
         self.sum_rate = Vec3::zeros();
         self.sum_attitude = Mat::zeros();
+        self.sum_push_s = Mat::zeros();
         self.sum_momentum = Vec3::zeros();
         // One Newton step keeps C orthogonal against rounding.
         let error =
@@ -122,50 +170,81 @@ impl<T: Real> LinearStart<T> {
         self.attitude *= error * T::lit(0.5);
     }
 
-    /// Momentum and inertia for white gyro noise of `noise_rad_s` per sample, or `None` while the
-    /// motion doesn't determine all of the inertia above that noise.
-    pub fn solve(&self, noise_rad_s: T) -> Option<Solution<T>> {
-        let factor = self.information.covariance_factor()?;
+    /// The data with what is held beside them, for white gyro noise of `noise_rad_s` per sample.
+    fn held(&self, noise_rad_s: T, holds: &Holds<T>) -> SquareRootInformation<T, U> {
+        let mut information = self.information;
+        // The equation is in N m s, where the noise is that of the rate times the inertia.
+        let size = self.size_kg_m2(noise_rad_s).unwrap_or(T::zero());
+        let mut hold = |at: usize, weight: Option<T>| {
+            for i in at..at + 3 {
+                let hard = information.column_size(i) * T::lit(HARD);
+                let mut row = [T::zero(); U];
+                row[i] = weight.unwrap_or(hard);
+                information.add(row, T::zero());
+            }
+        };
+        if has_torque(U) {
+            hold(TORQUE, match holds.torque {
+                Hold::AtZero => None,
+                Hold::Within(sigma) => Some(noise_rad_s * size / sigma),
+            });
+        }
+        if has_bias(U) {
+            hold(BIAS, match holds.bias {
+                Hold::AtZero => None,
+                Hold::Within(sigma) => Some(noise_rad_s / sigma),
+            });
+        }
+        information
+    }
+
+    /// The solution for white gyro noise of `noise_rad_s` per sample, or `None` while the motion
+    /// doesn't determine all of the inertia above that noise.
+    pub fn solve(&self, noise_rad_s: T, holds: &Holds<T>) -> Option<Solution<T>> {
+        let information = self.held(noise_rad_s, holds);
+        let factor = information.last::<6>().covariance_factor()?;
         let noise_information = noise_rad_s * noise_rad_s * T::count(self.rows);
         let share = |i: usize| noise_information * T::lit(if i < 3 { 1.0 } else { 2.0 });
-        let variance = |i: usize| factor.row(3 + i).dot(&factor.row(3 + i));
+        let variance = |i: usize| factor.row(i).dot(&factor.row(i));
         if !(0..6).all(|i| share(i) * variance(i) < T::lit(LARGEST_CORRECTION)) {
             return None;
         }
-        let biased = self.information.solve()?;
+        let biased = information.solve()?;
         let mut x = biased;
         for _ in 0..CORRECTION_PASSES {
-            let mut b = [T::zero(); 9];
+            let mut b = [T::zero(); U];
             for i in 0..6 {
-                b[3 + i] = share(i) * x[3 + i];
+                b[inertia_of(U) + i] = share(i) * x[inertia_of(U) + i];
             }
-            let correction = self.information.solve_normal(&b)?;
+            let correction = information.solve_normal(&b)?;
             x = core::array::from_fn(|i| biased[i] + correction[i]);
         }
-        let inertia = Inertia::new(core::array::from_fn(|i| x[3 + i]));
-        let row_sigma = noise_rad_s * inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
-        let largest = inertia.trace_kg_m2() * T::lit(VAGUE / 3.0);
-        if !(0..6).all(|i| variance(i) * row_sigma * row_sigma < largest * largest) {
-            return None;
-        }
-        Some(Solution { momentum_n_m_s: Vec3::new(x[0], x[1], x[2]), inertia })
+        let solution = Solution::of(&x);
+        let trace = solution.inertia.trace_kg_m2();
+        let row_sigma = noise_rad_s * trace * T::lit(1.0 / 3.0);
+        let largest = trace * T::lit(VAGUE / 3.0);
+        let is_sharp = |i: usize| variance(i) * row_sigma * row_sigma < largest * largest;
+        (0..6).all(is_sharp).then_some(solution)
     }
 }
 
-impl<T: Real> LinearStart<T> {
+impl<T: Real, const U: usize> LinearStart<T, U> {
     /// Of motion that nothing drives, which shows the inertia only up to its scale: momentum and
     /// inertia of mean moment 1 kg m². Noise bias isn't removed.
     pub fn solve_homogeneous(&self) -> Option<Solution<T>> {
-        let mut information = self.information;
-        let one = T::one();
-        let o = T::zero();
-        let weight = information.equations().iter().fold(o, |sum, (row, _)| sum + row[3].abs());
-        information.add([o, o, o, weight, weight, weight, o, o, o], weight * T::lit(3.0));
+        let at_zero = Holds { torque: Hold::AtZero, bias: Hold::AtZero };
+        let mut information = self.held(T::zero(), &at_zero);
+        let first = inertia_of(U);
+        let weight = information.column_size(first);
+        let mut trace = [T::zero(); U];
+        for moment in first..first + 3 {
+            trace[moment] = weight;
+        }
+        information.add(trace, weight * T::lit(3.0));
         let x = information.solve()?;
-        let scale = T::lit(3.0) / (x[3] + x[4] + x[5]);
-        let inertia = Inertia::new(core::array::from_fn(|i| x[3 + i] * scale));
-        let momentum_n_m_s = Vec3::new(x[0], x[1], x[2]) * scale;
-        (scale > o && scale < one / T::EPSILON).then_some(Solution { momentum_n_m_s, inertia })
+        let scale = T::lit(3.0) / (x[first] + x[first + 1] + x[first + 2]);
+        let is_positive = scale > T::zero() && scale < T::one() / T::EPSILON;
+        is_positive.then(|| Solution::of(&x.map(|x| x * scale)))
     }
 
     /// Size of the inertia along the motion, kg m²: the sphere that explains it best, noise bias
@@ -173,8 +252,9 @@ impl<T: Real> LinearStart<T> {
     pub fn size_kg_m2(&self, noise_rad_s: T) -> Option<T> {
         // A sphere adds up the columns of the three moments.
         let mut sphere = SquareRootInformation::<T, 4>::default();
+        let first = inertia_of(U);
         for (row, y) in self.information.equations() {
-            sphere.add([row[0], row[1], row[2], row[3] + row[4] + row[5]], y);
+            sphere.add([row[0], row[1], row[2], row[first] + row[first + 1] + row[first + 2]], y);
         }
         let variance =
             sphere.covariance_factor()?.row(3).iter().fold(T::zero(), |s, x| s + *x * *x);
@@ -202,9 +282,11 @@ mod tests {
     const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
     const PERIOD_S: f64 = 0.01;
 
+    const NONE: Holds<f64> = Holds { torque: Hold::AtZero, bias: Hold::AtZero };
+
     /// A body that turns by several radians, driven by a torque that makes it do so: its
     /// momentum is integrated with steps a tenth of a sample.
-    fn fly<T: Real>(seconds: f64) -> LinearStart<T> {
+    fn fly<T: Real>(seconds: f64) -> LinearStart<T, 9> {
         let body = Inertia::new(INERTIA);
         let (j, inverse) = (body.matrix_kg_m2(), body.inverse().unwrap());
         let wheels = |t: f64| Vec3::new(0.0, 0.4 * (1.3 * t).sin(), 0.1);
@@ -239,8 +321,9 @@ mod tests {
 
     #[test]
     fn finds_the_inertia_without_a_guess_in_both_precisions() {
-        let double = fly::<f64>(20.0).solve(1e-6).unwrap().inertia.elements_kg_m2();
-        let single = fly::<f32>(20.0).solve(1e-6).unwrap().inertia.elements_kg_m2();
+        let double = fly::<f64>(20.0).solve(1e-6, &NONE).unwrap().inertia.elements_kg_m2();
+        let single = fly::<f32>(20.0)
+            .solve(1e-6, &Holds { torque: Hold::AtZero, bias: Hold::AtZero }).unwrap().inertia.elements_kg_m2();
         for i in 0..6 {
             assert!((double[i] - INERTIA[i]).abs() < TRAPEZOID, "{double:?}");
             assert!((f64::from(single[i]) - INERTIA[i]).abs() < TRAPEZOID, "{single:?}");
@@ -249,8 +332,8 @@ mod tests {
 
     #[test]
     fn says_nothing_before_the_motion_stands_out_of_the_noise() {
-        assert!(fly::<f64>(0.1).solve(1e-2).is_none());
-        assert!(fly::<f64>(20.0).solve(10.0).is_none());
+        assert!(fly::<f64>(0.1).solve(1e-2, &NONE).is_none());
+        assert!(fly::<f64>(20.0).solve(10.0, &NONE).is_none());
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! `window`: a stretch of motion fitted as a whole, at the Cramér-Rao bound.
 //!
 //! ```text
-//!  sample ─► block ─────► storage ────────► pass ─────────────────────► estimate
-//!            averages     N blocks; merged  integrate motion and
-//!        └─► linear       two by two when   sensitivities, residuals
-//!            start        full              into a triangular factor
-//!            a first                        ▲         │ solve
-//!            estimate ──────────────────────┴─────────┘ a better point
+//!  sample ─► block ─────► storage ────────► pass ──────────────► solution ─► estimate
+//!            averages     N blocks; merged  integrate motion     with what
+//!        └─► linear       two by two when   and sensitivities,   is held:
+//!            start        full              residuals into a     past, zero
+//!            a first                        triangular factor    torque
+//!            estimate ──────────────────────┘       ▲                │
+//!                                                   └─ a better point┘
 //! ```
 //!
 //! No initial guess is needed: as soon as the motion stands out of the noise, linear least squares
@@ -20,117 +21,186 @@
 //!
 //! When storage is full, blocks are merged two by two. Where they already turn as far as the
 //! integration allows, what the front knows of momentum and inertia is carried to the end of the
-//! window as information, and the next window begins with it: nothing is lost. After a gap, the
-//! inertia alone is carried on.
+//! window as information, and the next window begins with it: nothing is lost.
 //!
-//! Limits, as yet: gyro noise must be known; disturbance torque and gyro bias aren't among the
-//! unknowns; spikes aren't recognised; the rate is the newest reading's.
+//! A window ends when nothing moves any more (`excitation`), after a gap, or by command. What
+//! it says of the inertia is then fused with what was known before (`past`), which may walk at
+//! random meanwhile, unless a chi-square test finds that the two contradict each other: then the
+//! inertia has changed, and the stale past is dropped. So is a prior that the data contradict.
+//!
+//! Beside momentum and inertia, a constant disturbance torque and a gyro bias can be unknowns
+//! (`unknowns`). Where the torque is among the U unknowns but isn't asked for, it is held at zero and
+//! tested (`solution`).
+//!
+//! Limits, as yet: torque and bias are found anew in each window; the rate is the newest reading's.
+
+pub mod config;
 
 mod block;
-pub mod config;
-mod known;
+mod excitation;
 mod linear_start;
+mod noise;
+mod packed;
 mod pass;
+mod past;
+mod report;
+mod solution;
 mod storage;
 mod trajectory;
+mod unknowns;
+mod work;
 
 pub use config::Config;
 
 use block::{Averager, Reading};
-use known::{Known, Point, UNKNOWNS};
-use linear_start::LinearStart;
+use excitation::Excitation;
+use linear_start::{Holds, LinearStart};
+use noise::NoiseMeter;
 use pass::Pass;
+use past::Past;
+use solution::{Held, Hold, Solving};
 use storage::Storage;
+use unknowns::{Rows, is_a_set};
 
-use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Prior, Reset, Status};
+use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Reset};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
 use crate::gate::{Gate, Verdict};
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Vec3, scalar::Real};
 use crate::sample::Sample;
-use crate::tensor::Inertia;
 
-/// No pass before so many blocks: fewer equations than a few per unknown say little.
-const BLOCKS_TO_START: usize = 16;
 /// With so many blocks and still no linear start, some directions are unseen: the passes then
 /// start from a sphere, or from the prior.
 const BLOCKS_TO_SEE: usize = 64;
-/// A front whose squared residuals exceed what the noise makes of them by this factor hasn't
-/// found the solution yet: it is tried again, from its own point and from the linear start in turn.
-const UNEXPLAINED: f64 = 1.5;
-/// A solution within so many sigmas of its pass's own point isn't worth another.
-const SETTLED_SIGMA: f64 = 0.01;
-/// An element of more typical inertias than this is a pass that went astray.
-const ASTRAY: f64 = 10.0;
-/// A window ends where a change of the momentum at its start has grown by this factor: motion about
-/// an unstable axis. Ours: single precision then still resolves 1e-5 of a rate.
-const MOST_GROWTH: f64 = 30.0;
-/// One sigma of every element, in units of the mean moment, below which linearising anew changes
-/// nothing any more.
-const KNOWN: f64 = 0.01;
-/// Where noise alone exceeds a sum of squares once in eˣ windows, the model is rejected. Of chi-square
-/// with k degrees of freedom that is at most `k + 2 √(k x) + 2 x` (Laurent and Massart, Ann. Stat. 28,
-/// 2000, Lemma 1): 20 makes it once in 5·10⁸.
-const REJECTED: f64 = 20.0;
 
-/// W wheels; up to N blocks, at least 64.
+/// W wheels; up to N blocks, at least 64; U unknowns: 9 for momentum and inertia, 12 with a
+/// disturbance torque, 15 with a gyro bias as well.
 #[derive(Clone, Debug)]
-pub struct Window<T: Real, const W: usize, const N: usize> {
+pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     config: Config<T>,
     wheels: WheelArray<T, W>,
     gate: Gate<T>,
-    open: Option<Open<T>>,
+    meter: NoiseMeter<T>,
+    open: Option<Open<T, U>>,
+    excitation: Excitation<T>,
+    /// Between manoeuvres: blocks aren't kept.
+    is_quiet: bool,
     /// Samples in a block from now on.
     block_samples: u32,
     blocks: Storage<T, N>,
     /// Momentum and inertia are kept in units of this, so that single precision sees numbers
     /// near 1.
     typical_kg_m2: T,
-    /// Before the first block of this window.
-    known: Option<Known<T>>,
-    /// Whether that comes from windows before this one.
-    is_carried: bool,
-    front: Option<Pass<T>>,
-    rework: Option<Pass<T>>,
+    /// The inertia before this window, and how long ago that was when the window opened, or is
+    /// while none is open, s.
+    past: Option<Past<T>>,
+    past_age_s: T,
+    /// How long this window is open, s.
+    window_s: T,
+    /// What was known of all unknowns before this window's first block.
+    carried: Option<Rows<T, U>>,
+    front: Option<Pass<T, U>>,
+    rework: Rework<T, U>,
+    /// Slices until a settled front is looked at again.
+    resting: u32,
     /// Whether the next attempt is from the linear start.
     try_linear: bool,
-    /// Sum of squares that no solution explained in the windows before, rad²/s², and their
-    /// degrees of freedom.
-    past: (T, u32),
+    watch: Watch<T>,
+    /// Of windows that ended.
+    ended: report::Ended<T>,
     rate_rad_s: Vec3<T>,
 }
 
 /// What takes in the samples of an open window.
 #[derive(Clone, Copy, Debug)]
-struct Open<T: Real> {
+struct Open<T: Real, const U: usize> {
     averager: Averager<T>,
-    linear: LinearStart<T>,
+    linear: LinearStart<T, U>,
 }
 
-impl<T: Real, const W: usize, const N: usize> Window<T, W, N> {
+/// The second pass's state.
+#[derive(Clone, Copy, Debug)]
+enum Rework<T: Real, const U: usize> {
+    Idle,
+    /// The front is being solved.
+    Solving(Solving<T, U>),
+    /// A pass from there is under way.
+    Pass(Pass<T, U>),
+}
+
+/// Watches the front's recursive residuals for spikes, and for a change in mid-manoeuvre.
+#[derive(Clone, Copy, Debug)]
+struct Watch<T: Real> {
+    /// Whether the front has explained its data: before that, nothing is out of the ordinary.
+    is_armed: bool,
+    /// Blocks refused in a row.
+    refused: u32,
+    /// Cumulative sum of squared residuals beyond what is usual.
+    sum: T,
+    /// What happened since the last step.
+    event: Option<Reset>,
+    has_refused: bool,
+}
+
+impl<T: Real> Watch<T> {
+    fn new() -> Self {
+        Self { is_armed: false, refused: 0, sum: T::zero(), event: None, has_refused: false }
+    }
+}
+
+impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// An estimator that waits for its first sample.
     ///
     /// # Errors
-    /// Names the configuration's first field that is out of its range.
+    /// Names the configuration's first field that is out of its range, or that asks for an unknown
+    /// that isn't among the U.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
-        const { assert!(N >= BLOCKS_TO_SEE, "storage for fewer blocks than a start may need") };
-        config.validate()?;
+        const {
+            assert!(N >= BLOCKS_TO_SEE, "storage for fewer blocks than a start may need");
+            assert!(is_a_set(U), "9, 12 or 15 unknowns");
+        };
+        config.validate::<U>()?;
         Ok(Self {
             gate: Gate::new(config.gate),
+            meter: NoiseMeter::new(),
             open: None,
+            excitation: Excitation::new(),
+            is_quiet: false,
             block_samples: config.block_samples,
             blocks: Storage::default(),
             typical_kg_m2: T::one(),
-            known: None,
-            is_carried: false,
+            past: config.prior.as_ref().map(Past::from_prior),
+            past_age_s: T::zero(),
+            window_s: T::zero(),
+            carried: None,
             front: None,
-            rework: None,
+            rework: Rework::Idle,
+            resting: 0,
             try_linear: false,
-            past: (T::zero(), 0),
+            watch: Watch::new(),
+            ended: report::Ended::nothing(),
             rate_rad_s: Vec3::zeros(),
             config,
             wheels,
         })
+    }
+
+    /// Ends the window: what it says of the inertia is kept, and a new one opens with the next motion.
+    pub fn close_window(&mut self) {
+        self.conclude_window();
+        self.is_quiet = true;
+    }
+
+    /// Begins a window at the next sample, whether anything moves or not. One that is open ends.
+    pub fn open_window(&mut self) {
+        self.conclude_window();
+        self.open = None;
+        self.is_quiet = false;
+    }
+
+    /// Whether a window is open.
+    pub fn is_open(&self) -> bool {
+        self.open.is_some() && !self.is_quiet
     }
 
     fn reading(&self, sample: &Sample<T, W>) -> Reading<T> {
@@ -141,300 +211,137 @@ impl<T: Real, const W: usize, const N: usize> Window<T, W, N> {
         }
     }
 
-    /// Opens a window at a reading. What is known of the inertia stays.
+    /// Gyro noise, as given or as measured, one sigma per sample, rad/s.
+    fn noise_rad_s(&self) -> T {
+        self.config.gyro_noise_rad_s.unwrap_or_else(|| self.meter.noise_rad_s())
+    }
+
+    /// What is held beside the data, for residuals of this size.
+    fn held(&self, noise_rad_s: T) -> Held<T> {
+        let within = |sigma: Option<T>, unit: T| match sigma {
+            Some(sigma) => Hold::Within(sigma / unit),
+            None => Hold::AtZero,
+        };
+        Held {
+            noise_rad_s,
+            typical_kg_m2: self.typical_kg_m2,
+            torque: within(self.config.disturbance_torque_n_m, self.typical_kg_m2),
+            bias: within(self.config.gyro_bias_rad_s, T::one()),
+            past: self.past,
+        }
+    }
+
+    fn holds(&self) -> Holds<T> {
+        let within = |sigma: Option<T>| sigma.map_or(Hold::AtZero, Hold::Within);
+        Holds {
+            torque: within(self.config.disturbance_torque_n_m),
+            bias: within(self.config.gyro_bias_rad_s),
+        }
+    }
+
+    /// Starts afresh at a reading. What is known of the inertia stays.
     fn open_at(&mut self, reading: Reading<T>) {
-        let per = T::one() / self.typical_kg_m2;
-        let wheel_momentum = reading.wheel_momentum_n_m_s * per;
-        self.carry(self.up_to_now(), |known| known.after_gap(&reading.rate_rad_s, &wheel_momentum));
         self.open =
             Some(Open { averager: Averager::new(reading), linear: LinearStart::new(reading) });
+        self.excitation = Excitation::new();
+        self.meter.interrupt();
+        self.begin_window();
+        self.is_quiet = false;
+    }
+
+    /// Clears what belongs to one window, and walks the past to its beginning.
+    fn begin_window(&mut self) {
         self.blocks.clear();
         self.block_samples = self.config.block_samples;
-    }
-
-    /// Whether this window's data rejects what was carried into it: the inertia has changed, or an
-    /// earlier window was wrong about it.
-    fn past_is_contradicted(&self) -> bool {
-        self.is_carried
-            && self.front.as_ref().is_some_and(|front| !self.explains(front.unexplained()))
-    }
-
-    fn forget(&mut self) {
         self.front = None;
-        self.rework = None;
-        self.known = None;
-        self.is_carried = false;
-        self.past = (T::zero(), 0);
+        self.carried = None;
+        self.rework = Rework::Idle;
+        self.resting = 0;
+        self.watch.is_armed = false;
+        self.watch.refused = 0;
+        self.watch.sum = T::zero();
+        self.past = self.past.map(|past| past.walked(self.walk_kg_m2()));
+        self.past_age_s = T::zero();
+        self.window_s = T::zero();
     }
 
-    /// Makes what a front knows, or a part of it, what is known before the next window, whose
-    /// front starts from it. All is forgotten where there is nothing to carry.
-    fn carry(&mut self, front: Option<Pass<T>>, part: impl FnOnce(Known<T>) -> Known<T>) {
-        self.rework = None;
-        let Some(known) = front.as_ref().and_then(Pass::known_at_next).map(part) else {
-            return self.forget();
-        };
-        if let Some(front) = front {
-            self.past = self.residuals(&front);
+    /// How far the inertia may have walked since the past, one sigma of each element, kg m².
+    fn walk_kg_m2(&self) -> T {
+        self.config.inertia_walk_kg_m2_sqrt_s * self.past_age_s.max(T::zero()).sqrt()
+    }
+
+    /// Fuses what the window says of the inertia with the past, or puts it in its place.
+    fn conclude_window(&mut self) {
+        if let Some(front) = self.up_to_now()
+            && self.explains(&front)
+        {
+            let noise = self.scale_rad_s(&front);
+            let mut held = self.held(noise);
+            let mut solving = Solving::new(&front);
+            solving.take_all_but_the_sphere(&held);
+            if self.past.is_some() && contradicts(solving.past_square(), noise) {
+                self.watch.event = Some(Reset::Changed);
+                held.past = None;
+                solving = Solving::new(&front);
+                solving.take_all_but_the_sphere(&held);
+            }
+            self.ended = self.ended_with(&front, &solving);
+            self.past = Some(solving.known(&held));
+            // As old as the middle of the window that it is from.
+            self.past_age_s = self.window_s * T::lit(0.5);
         }
-        self.known = Some(known);
-        self.is_carried = true;
-        self.front = Pass::new(known.point, Some(&known));
+        self.front = None;
+        self.carried = None;
+        self.rework = Rework::Idle;
+        self.blocks.clear();
+    }
+
+    /// All that was found is wrong: nothing is believed any more, no prior either.
+    fn forget(&mut self) {
+        self.past = None;
+        self.ended = report::Ended::nothing();
     }
 
     fn take_in(&mut self, reading: Reading<T>, elapsed_s: T) {
+        self.meter.add(&reading.rate_rad_s);
         let Some(open) = &mut self.open else { return };
         let (samples, turn) = (self.block_samples, self.config.block_turn_rad);
-        if let Some(block) = open.averager.add(reading, elapsed_s, samples, turn) {
+        let block = open.averager.add(reading, elapsed_s, samples, turn);
+        if block.is_some() {
             open.linear.close_block();
-            self.blocks.push(block, self.config.gyro_noise_rad_s);
         }
         open.linear.add(reading, elapsed_s);
-    }
-
-    /// The work of one step, which came with this reading.
-    fn work(&mut self, reading: Reading<T>) {
-        if self.blocks.is_merging() {
-            if self.blocks.merge_some(self.config.gyro_noise_rad_s) {
-                for pass in [&mut self.front, &mut self.rework].into_iter().flatten() {
-                    pass.halve();
-                }
-            }
-            return;
+        if self.is_quiet {
+            self.past_age_s += elapsed_s;
+        } else {
+            self.window_s += elapsed_s;
         }
-        for _ in 0..self.config.slices_per_step {
-            if self.is_unstable() {
-                self.move_on(reading);
-            }
-            if self.blocks.is_nearly_full() && self.make_room(reading) {
+        let Some(block) = block else { return };
+        let noise = self.noise_rad_s();
+        if self.is_quiet {
+            let begins = self.excitation.begins(&block, noise, self.typical_kg_m2);
+            self.excitation.add(&block, noise, self.typical_kg_m2);
+            if !begins && !self.excitation.is_driven() {
                 return;
             }
-            self.slice();
-        }
-    }
-
-    /// Begins to merge blocks, or a new window where they turn too far for that. False while a
-    /// pass stands where it can't.
-    fn make_room(&mut self, reading: Reading<T>) -> bool {
-        if !self.blocks.can_merge(self.config.block_turn_rad) {
-            let is_ready =
-                |front: &Pass<T>| !front.is_busy() && front.next() + 1 >= self.blocks.len();
-            if !self.front.as_ref().is_none_or(is_ready) {
-                return false;
-            }
-            self.move_on(reading);
-            return true;
-        }
-        let can_halve = |pass: &Pass<T>| pass.next().is_multiple_of(2);
-        if ![&self.front, &self.rework].into_iter().flatten().all(can_halve) {
-            return false;
-        }
-        self.blocks.begin_merging();
-        self.block_samples = self.block_samples.saturating_mul(2);
-        true
-    }
-
-    /// The next window begins where the front has come to, with all that it knows.
-    fn move_on(&mut self, reading: Reading<T>) {
-        if self.front.is_none() {
-            // Nothing found in as much motion as there is storage for.
-            return self.open_at(reading);
-        }
-        self.carry(self.up_to_date(), |known| known);
-        self.blocks.keep_newest();
-    }
-
-    /// Whether the motion since the window opened magnifies a change of its start so far that
-    /// rounding would be magnified to the size of the noise; the front is up to date; and it knows
-    /// the inertia so well that its blocks needn't be gone over again.
-    fn is_unstable(&self) -> bool {
-        let Some(front) = &self.front else { return false };
-        let noise = self.config.gyro_noise_rad_s;
-        let is_known = |covariance: Mat<T, 6, 6>| {
-            (0..6).all(|i| covariance[(i, i)] * noise * noise < T::lit(KNOWN * KNOWN))
-        };
-        front.growth_square() > T::lit(MOST_GROWTH * MOST_GROWTH)
-            && !front.is_busy()
-            && front.next() + 1 >= self.blocks.len()
-            && front.inertia_covariance().is_some_and(is_known)
-    }
-
-    /// One slice of work: a row, or a block, of the front if it isn't up to date, else of the
-    /// rework. Each block waits for its successor, which tells of its inside.
-    fn slice(&mut self) {
-        let per = T::one() / self.typical_kg_m2;
-        for pass in [&mut self.front, &mut self.rework].into_iter().flatten() {
-            if pass.is_busy() {
-                return pass.take_row();
-            }
-            if pass.next() + 1 < self.blocks.len()
-                && let Some(span) = self.blocks.span(pass.next(), per)
-            {
-                return pass.advance(&span);
+            self.is_quiet = false;
+            self.excitation = Excitation::new();
+            self.begin_window();
+            if let Some(open) = &mut self.open {
+                open.linear = LinearStart::new(reading);
             }
         }
-        self.begin_pass();
-    }
-
-    fn begin_pass(&mut self) {
-        if let Some(done) = self.rework.take()
-            && self.is_better(&done)
-        {
-            self.front = Some(done);
+        self.blocks.push(block, noise);
+        self.excitation.add(&block, noise, self.typical_kg_m2);
+        if self.front.is_some() && self.excitation.is_over(self.config.quiet_s) {
+            self.close_window();
         }
-        let noise = self.config.gyro_noise_rad_s;
-        let settled = T::lit(SETTLED_SIGMA) * noise;
-        let found = self.front.as_ref().and_then(Pass::solve).filter(is_plausible);
-        let explains = self.front.as_ref().is_some_and(|front| {
-            mean_square(front.unexplained()) < T::lit(UNEXPLAINED) * noise * noise
-        });
-        let is_settled =
-            self.front.as_ref().is_some_and(|front| front.step_square() < settled * settled);
-        self.try_linear = !self.try_linear;
-        let point = match found {
-            Some(_) if explains && is_settled => None,
-            Some(point) if explains || self.is_carried || !self.try_linear => Some(point),
-            _ => self.first_point().or(found),
-        };
-        self.rework = point.and_then(|point| Pass::new(point, self.known.as_ref()));
-    }
-
-    /// Whether a finished rework should become the front.
-    fn is_better(&self, rework: &Pass<T>) -> bool {
-        if !rework.solve().is_some_and(|point| is_plausible(&point)) {
-            return false;
-        }
-        let ours = mean_square(rework.unexplained());
-        let theirs = self.front.as_ref().map(|front| mean_square(front.unexplained()));
-        let noise = self.config.gyro_noise_rad_s;
-        let good = noise * noise * T::lit(UNEXPLAINED);
-        ours < good || theirs.is_none_or(|x| ours <= x || (ours.is_finite() && !x.is_finite()))
-    }
-
-    /// Where a first pass starts, once there is enough motion.
-    fn first_point(&mut self) -> Option<Point<T>> {
-        if self.blocks.len() < BLOCKS_TO_START {
-            return None;
-        }
-        let linear = self.open?.linear;
-        if let Some(start) = linear.solve(self.config.gyro_noise_rad_s)
-            && start.inertia.is_positive_definite()
-        {
-            if self.front.is_none() {
-                self.use_units_of(start.inertia.trace_kg_m2() * T::lit(1.0 / 3.0));
-            }
-            let per = T::one() / self.typical_kg_m2;
-            return Some(Point {
-                momentum: start.momentum_n_m_s * per,
-                inertia: start.inertia.elements_kg_m2().map(|x| x * per),
-            });
-        }
-        if self.front.is_some() || self.blocks.len() < BLOCKS_TO_SEE {
-            return None;
-        }
-        let noise = self.config.gyro_noise_rad_s;
-        let size = linear.size_kg_m2(noise);
-        let prior = self.config.prior.unwrap_or(Prior::of_size(size.unwrap_or(T::one())));
-        self.use_units_of(Inertia::new(prior.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0));
-        let per = T::one() / self.typical_kg_m2;
-        self.known = Some(Known::from_prior(&prior, noise, per));
-        // In units of its own mean moment any inertia is a homogeneous one.
-        if size.is_none()
-            && let Some(start) = linear.solve_homogeneous()
-            && start.inertia.is_positive_definite()
-        {
-            let inertia = start.inertia.elements_kg_m2();
-            return Some(Point { momentum: start.momentum_n_m_s, inertia });
-        }
-        let inertia = prior.inertia_kg_m2.map(|x| x * per);
-        Some(Point { momentum: self.first_momentum(&inertia)?, inertia })
-    }
-
-    /// Sets the unit of inertia, and what is known from the prior in it.
-    fn use_units_of(&mut self, typical_kg_m2: T) {
-        self.typical_kg_m2 = typical_kg_m2;
-        let per = T::one() / typical_kg_m2;
-        let noise = self.config.gyro_noise_rad_s;
-        self.known = self.config.prior.map(|prior| Known::from_prior(&prior, noise, per));
-    }
-
-    /// Momentum about the first block for an inertia, both in units of the typical inertia.
-    fn first_momentum(&self, inertia: &[T; 6]) -> Option<Vec3<T>> {
-        let first = self.blocks.span(0, T::one() / self.typical_kg_m2)?.block;
-        Some(Inertia::new(*inertia).matrix_kg_m2() * first.rate_rad_s + first.drive_n_m_s)
-    }
-
-    /// The front with all rows that wait taken in.
-    fn up_to_date(&self) -> Option<Pass<T>> {
-        let mut front = self.front?;
-        for _ in 0..UNKNOWNS {
-            front.take_row();
-        }
-        Some(front)
-    }
-
-    /// The front, carried on over what hasn't come to it yet: the newest block, and the one that is
-    /// still being filled.
-    fn up_to_now(&self) -> Option<Pass<T>> {
-        let mut front = self.up_to_date()?;
-        let Some([before, newest]) = self.blocks.newest() else { return Some(front) };
-        if front.next() + 1 != self.blocks.len() {
-            return Some(front);
-        }
-        let mut tail = Storage::<T, 3>::default();
-        let noise = self.config.gyro_noise_rad_s;
-        tail.push(before, noise);
-        tail.push(newest, noise);
-        if let Some(block) = self.open.and_then(|open| open.averager.block()) {
-            tail.push(block, noise);
-        }
-        for index in 1..tail.len() {
-            let Some(span) = tail.span(index, T::one() / self.typical_kg_m2) else { break };
-            front.advance(&span);
-            for _ in 0..3 {
-                front.take_row();
-            }
-        }
-        Some(front)
-    }
-
-    /// Whether gyro noise explains a sum of squares, rad²/s², of so many degrees of freedom.
-    fn explains(&self, (sum, degrees): (T, u32)) -> bool {
-        let variance = self.config.gyro_noise_rad_s * self.config.gyro_noise_rad_s;
-        let (k, x) = (T::count(degrees), T::lit(REJECTED));
-        let two = T::lit(2.0);
-        sum <= variance * (k + two * (k * x).sqrt() + two * x)
-    }
-
-    /// Of all windows: see [`Pass::unexplained`].
-    fn residuals(&self, front: &Pass<T>) -> (T, u32) {
-        let (sum, degrees) = front.unexplained();
-        (self.past.0 + sum, self.past.1.saturating_add(degrees))
-    }
-
-    /// Covariance of the elements, kg² m⁴. Neither an element nor a variance can be told more
-    /// finely than it is rounded.
-    fn covariance(&self, front: &Pass<T>, inertia: &Inertia<T>) -> Option<Mat<T, 6, 6>> {
-        let unit = self.config.gyro_noise_rad_s * self.typical_kg_m2;
-        let mut covariance = front.inertia_covariance()? * (unit * unit);
-        for i in 0..6 {
-            let rounded = inertia.elements_kg_m2()[i] * T::EPSILON;
-            covariance[(i, i)] *= T::one() + T::EPSILON * T::lit(16.0);
-            covariance[(i, i)] += rounded * rounded;
-        }
-        Some(covariance)
-    }
-
-    /// What is held while nothing has been found.
-    fn nothing_yet(&self) -> Estimate<T> {
-        let prior = self.config.prior.unwrap_or(Prior::unknown());
-        let covariance = Mat::from_diagonal(&prior.sigma_kg_m2.map(|s| s * s).into());
-        let inertia = Inertia::new(prior.inertia_kg_m2);
-        Estimate::of_inertia(inertia, covariance, &prior.sigma_kg_m2, T::zero())
     }
 }
 
-impl<T: Real, const W: usize, const N: usize> Estimator<T, W> for Window<T, W, N> {
+impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
+    for Window<T, W, N, U>
+{
     fn step(&mut self, sample: &Sample<T, W>) -> Outcome {
         let reading = self.reading(sample);
         let verdict = self.gate.check(sample);
@@ -447,35 +354,34 @@ impl<T: Real, const W: usize, const N: usize> Estimator<T, W> for Window<T, W, N
                 self.open_at(reading);
                 return Outcome::Reset(Reset::FirstSample);
             }
-            Verdict::Gap => {
+            Verdict::Gap { .. } => {
+                self.conclude_window();
                 self.open_at(reading);
-                return Outcome::Reset(Reset::Gap);
+                return Outcome::Reset(self.watch.event.take().unwrap_or(Reset::Gap));
             }
-            Verdict::After { elapsed_us } => self.take_in(reading, T::seconds(elapsed_us)),
-        }
-        if self.past_is_contradicted() {
-            self.forget();
-            self.open_at(reading);
-            return Outcome::Reset(Reset::Lockout);
+            Verdict::After { elapsed_us } if self.open.is_some() => {
+                self.take_in(reading, T::seconds(elapsed_us));
+            }
+            Verdict::After { .. } => self.open_at(reading),
         }
         self.work(reading);
-        if self.front.is_some() { Outcome::Updated } else { Outcome::Coasting(Coasting::Aligning) }
+        match self.watch.event.take() {
+            Some(Reset::Lockout) => {
+                self.forget();
+                self.open_at(reading);
+                Outcome::Reset(Reset::Lockout)
+            }
+            Some(reset) => Outcome::Reset(reset),
+            None if core::mem::take(&mut self.watch.has_refused) => {
+                Outcome::Coasting(Coasting::Spike)
+            }
+            None if self.front.is_some() || self.is_quiet => Outcome::Updated,
+            None => Outcome::Coasting(Coasting::Aligning),
+        }
     }
 
     fn estimate(&self) -> Estimate<T> {
-        let Some(front) = self.up_to_now() else { return self.nothing_yet() };
-        let Some(point) = front.solve() else { return self.nothing_yet() };
-        let inertia = Inertia::new(point.inertia.map(|x| x * self.typical_kg_m2));
-        let Some(covariance) = self.covariance(&front, &inertia) else { return self.nothing_yet() };
-        let mean_moment = inertia.trace_kg_m2().abs() * T::lit(1.0 / 3.0);
-        let range = self.config.prior.unwrap_or(Prior::of_size(mean_moment)).sigma_kg_m2;
-        let residual = mean_square(self.residuals(&front)).sqrt();
-        let estimate = Estimate::of_inertia(inertia, covariance, &range, residual);
-        if self.explains(self.residuals(&front)) {
-            estimate
-        } else {
-            Estimate { status: Status::Diverged, ..estimate }
-        }
+        self.report()
     }
 
     fn rate_rad_s(&self) -> Vec3<T> {
@@ -487,20 +393,19 @@ impl<T: Real, const W: usize, const N: usize> Estimator<T, W> for Window<T, W, N
     }
 }
 
-/// Whether a pass from there has a chance: positive definite, and no larger than the unit allows.
-fn is_plausible<T: Real>(point: &Point<T>) -> bool {
-    Inertia::new(point.inertia).is_positive_definite()
-        && point.inertia.iter().all(|x| x.abs() < T::lit(ASTRAY))
-}
+/// Square of what the data leave of the past, over the gyro's variance, above which the two
+/// contradict each other: chance exceeds it once in 10⁵ (chi-square of six degrees of freedom), and a
+/// window is looked at some ten to a hundred times.
+const CONTRADICTED: f64 = 33.0;
 
-/// A sum of squares per degree of freedom; zero for none.
-fn mean_square<T: Real>((sum, degrees): (T, u32)) -> T {
-    if degrees == 0 { T::zero() } else { sum / T::count(degrees) }
+fn contradicts<T: Real>(square: T, noise_rad_s: T) -> bool {
+    square > noise_rad_s * noise_rad_s * T::lit(CONTRADICTED)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimator::{Prior, Status};
     use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -523,7 +428,7 @@ mod tests {
         flight(samples).fly(|_| [], tumbling_torque_n_m)
     }
 
-    fn window<const N: usize>(config: Config<f32>) -> Window<f32, 0, N> {
+    fn window<const N: usize>(config: Config<f32>) -> Window<f32, 0, N, 12> {
         Window::new(config, WheelArray::new([], []).unwrap()).unwrap()
     }
 

@@ -1,61 +1,124 @@
 //! One Gauss-Newton pass over the blocks of a window, in slices.
 //!
-//! About a point θ it follows the trajectory from block to block, and puts
-//! each block's residual `z̄ − ω̄` with its sensitivities S̄ into a square-root information factor,
-//! weighted by the block's number of samples. Once it has come to the newest block it stays
-//! there: each further block is one more step of it. Solved, it gives a better point, for the
-//! next pass.
+//! About a point θ it follows the trajectory from block to block, and puts each block's residual
+//! `z̄ − ω̄ − b` with its sensitivities S̄ into a square-root information factor, weighted by the
+//! block's number of samples. Once it has come to the newest block it stays there: each further
+//! block is one more step of it. Solved, it gives a better point, for the next pass.
+//!
+//! What is left of a row once it has gone into the factor is its recursive residual: for a model
+//! that is right these are white, each with the variance of a gyro sample (Brown, Durbin and Evans,
+//! J. R. Stat. Soc. B 37, 1975).
 
-use super::known::{INERTIA, Known, Point, UNKNOWNS};
 use super::trajectory::{Span, Trajectory};
+use super::unknowns::{Point, Rows};
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Vec3, scalar::Real};
 
-/// One pass.
+/// One pass over U unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pass<T: Real> {
+pub struct Pass<T: Real, const U: usize> {
     point: Point<T>,
-    trajectory: Trajectory<T>,
+    trajectory: Trajectory<T, U>,
     next: usize,
-    information: SquareRootInformation<T, UNKNOWNS>,
-    /// Sum of the squares that no θ explains, rad²/s² of one sample; of so many rows, of which so
-    /// many went into what was unknown.
-    unexplained: T,
-    rows: u32,
-    fitted: u32,
-    waiting: Waiting<T>,
+    information: SquareRootInformation<T, U>,
+    residuals: Residuals<T>,
+    waiting: Waiting<T, U>,
 }
 
 /// Rows that are still to be taken in, and how many of them are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Waiting<T: Real> {
+enum Waiting<T: Real, const U: usize> {
     Nothing,
-    Known(Known<T>, usize),
-    Block(BlockRows<T>, usize),
+    Carried(usize),
+    Block(BlockRows<T, U>, usize),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct BlockRows<T: Real> {
-    sensitivity: [Vec3<T>; UNKNOWNS],
+struct BlockRows<T: Real, const U: usize> {
+    sensitivity: [Vec3<T>; U],
     residual: Vec3<T>,
     /// √n.
     weight: T,
 }
 
-impl<T: Real> Pass<T> {
-    /// A pass about `point` that begins with the first block; `None` where that inertia has no
-    /// inverse.
-    pub fn new(point: Point<T>, known: Option<&Known<T>>) -> Option<Self> {
+/// Sums over the recursive residuals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residuals<T: Real> {
+    /// Of their squares, rad²/s².
+    pub squares: T,
+    /// Of their products with the same axis's one block before, rad²/s².
+    pub products: T,
+    /// How many there are, and how many of the rows went into what was unknown.
+    pub rows: u32,
+    pub fitted: u32,
+    last: Vec3<T>,
+}
+
+/// What became of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Taken<T> {
+    /// It went in, and left this recursive residual, rad/s.
+    In(T),
+    /// It would have left more than was allowed: it stayed out.
+    Refused,
+    /// It told nothing of the data.
+    Silent,
+}
+
+impl<T: Real> Residuals<T> {
+    fn new(fitted: u32) -> Self {
+        let o = T::zero();
+        Self { squares: o, products: o, rows: 0, fitted, last: Vec3::zeros() }
+    }
+
+    fn add(&mut self, axis: usize, left: T) {
+        self.squares += left * left;
+        self.products += left * self.last[axis];
+        self.last[axis] = left;
+        self.rows = self.rows.saturating_add(1);
+    }
+
+    /// Degrees of freedom.
+    pub fn degrees(&self) -> u32 {
+        self.rows.saturating_sub(self.fitted)
+    }
+
+    /// Mean square, rad²/s²; zero without degrees of freedom.
+    pub fn mean_square(&self) -> T {
+        match self.degrees() {
+            0 => T::zero(),
+            degrees => self.squares / T::count(degrees),
+        }
+    }
+}
+
+impl<T: Real, const U: usize> Pass<T, U> {
+    /// A pass about `point` that begins with the first block, and with what was carried to there;
+    /// `None` where that inertia has no inverse.
+    pub fn new(point: Point<T>, carried: Option<&Rows<T, U>>) -> Option<Self> {
         Some(Self {
             point,
             trajectory: Trajectory::new(&point)?,
             next: 0,
             information: SquareRootInformation::default(),
-            unexplained: T::zero(),
-            rows: 0,
-            fitted: UNKNOWNS as u32 - known.map_or(0, Known::rank),
-            waiting: known.map_or(Waiting::Nothing, |known| Waiting::Known(*known, 0)),
+            residuals: Residuals::new(U as u32 - carried.map_or(0, Rows::rank)),
+            waiting: carried.map_or(Waiting::Nothing, |_| Waiting::Carried(0)),
         })
+    }
+
+    /// θ.
+    pub fn point(&self) -> &Point<T> {
+        &self.point
+    }
+
+    /// What all rows so far say of a step from θ.
+    pub fn information(&self) -> &SquareRootInformation<T, U> {
+        &self.information
+    }
+
+    /// See [`Residuals`].
+    pub fn residuals(&self) -> &Residuals<T> {
+        &self.residuals
     }
 
     /// The block that comes next.
@@ -78,29 +141,42 @@ impl<T: Real> Pass<T> {
         self.next /= 2;
     }
 
-    /// Takes in one of the rows that wait: one slice of work.
-    pub fn take_row(&mut self) {
+    /// Takes in one of the rows that wait: one slice of work. A block's row that would leave more
+    /// than `most` (rad/s) stays out, and so do those of its other axes that wait.
+    pub fn take_row(&mut self, carried: Option<&Rows<T, U>>, most: T) -> Taken<T> {
         match self.waiting {
-            Waiting::Nothing => {}
-            Waiting::Known(known, done) => {
-                let (row, from) = (known.rows[done], self.point.minus(&known.point));
-                let mut y = known.right[done];
-                for c in 0..UNKNOWNS {
-                    y -= row[c] * from[c];
-                }
-                self.information.add(row, y);
-                let is_last = done + 1 == UNKNOWNS;
+            Waiting::Nothing => Taken::Silent,
+            Waiting::Carried(done) => {
+                let is_last = done + 1 >= U;
                 self.waiting =
-                    if is_last { Waiting::Nothing } else { Waiting::Known(known, done + 1) };
+                    if is_last { Waiting::Nothing } else { Waiting::Carried(done + 1) };
+                if let Some(carried) = carried {
+                    let (row, y) = carried.about(&self.point, done);
+                    self.information.add(row, y);
+                }
+                Taken::Silent
             }
             Waiting::Block(block, axis) => {
                 let row = block.sensitivity.map(|column| column[axis] * block.weight);
+                let before = self.information;
                 let left = self.information.add(row, block.residual[axis] * block.weight);
-                self.unexplained += left * left;
-                self.rows = self.rows.saturating_add(1);
+                if left.abs() > most {
+                    self.information = before;
+                    self.waiting = Waiting::Nothing;
+                    return Taken::Refused;
+                }
+                self.residuals.add(axis, left);
                 self.waiting =
                     if axis == 2 { Waiting::Nothing } else { Waiting::Block(block, axis + 1) };
+                Taken::In(left)
             }
+        }
+    }
+
+    /// Takes in all rows that wait, whatever they leave.
+    pub fn take_all_rows(&mut self, carried: Option<&Rows<T, U>>) {
+        for _ in 0..U {
+            self.take_row(carried, T::MAX);
         }
     }
 
@@ -108,6 +184,9 @@ impl<T: Real> Pass<T> {
     pub fn advance(&mut self, span: &Span<T>) {
         let prediction = self.trajectory.advance(span);
         self.next += 1;
+        if span.block.samples == 0 {
+            return;
+        }
         let block = BlockRows {
             sensitivity: prediction.sensitivity,
             residual: span.block.rate_rad_s - prediction.rate_rad_s,
@@ -116,52 +195,29 @@ impl<T: Real> Pass<T> {
         self.waiting = Waiting::Block(block, 0);
     }
 
-    /// The solution: a better point.
-    pub fn solve(&self) -> Option<Point<T>> {
-        Some(self.point.plus(&self.information.solve()?))
-    }
-
-    /// How far the solution is from this pass's own point, squared, rad²/s²: in units of the
-    /// noise, by so many sigmas linearising anew could move it at most.
-    pub fn step_square(&self) -> T {
-        self.information.equations().iter().fold(T::zero(), |sum, (_, y)| sum + *y * *y)
-    }
-
-    /// Sum of the squares that no θ explains, rad²/s² of one sample, and its degrees of freedom.
-    pub fn unexplained(&self) -> (T, u32) {
-        (self.unexplained, self.rows.saturating_sub(self.fitted))
-    }
-
-    /// Covariance of the six elements for unit noise.
-    pub fn inertia_covariance(&self) -> Option<Mat<T, 6, 6>> {
-        let factor = self.information.covariance_factor()?;
-        let rows = factor.fixed_rows::<6>(INERTIA);
-        Some(rows * rows.transpose())
-    }
-
-    /// What this pass knows of momentum and inertia at the start of the next block, about the
-    /// solution.
-    pub fn known_at_next(&self) -> Option<Known<T>> {
-        let step = self.information.solve()?;
-        let (momentum, lost) = self.trajectory.moved(&step);
-        let inertia = self.point.plus(&step).inertia;
+    /// What this pass knows at the start of the next block, about the point a step from θ: all
+    /// that the next window has to begin with.
+    pub fn carry(&self, step: &[T; U]) -> Option<Rows<T, U>> {
+        let (momentum, lost) = self.trajectory.moved(step);
+        let point = Point { momentum, ..self.point.plus(step) };
         // What rounding the point leaves of the solution: it may be many of its sigmas.
-        let rest: [T; UNKNOWNS] = core::array::from_fn(|i| match i {
-            0..INERTIA => lost[i],
-            _ => step[i] - (inertia[i - INERTIA] - self.point.inertia[i - INERTIA]),
-        });
-        let mut known = Known {
-            point: Point { momentum, inertia },
-            rows: [[T::zero(); UNKNOWNS]; UNKNOWNS],
-            right: [T::zero(); UNKNOWNS],
-        };
-        for (i, (row, _)) in self.information.equations().iter().enumerate() {
-            let row = self.trajectory.row_at_end(row)?;
-            for c in 0..UNKNOWNS {
-                known.right[i] += row[c] * rest[c];
+        let rounded: [T; U] = point.minus(&self.point);
+        let rest: [T; U] =
+            core::array::from_fn(|i| if i < 3 { lost[i] } else { step[i] - rounded[i] });
+        let mut carried = Rows { point, rows: [[T::zero(); U]; U], right: [T::zero(); U] };
+        for (i, (row, y)) in self.information.equations().iter().enumerate() {
+            // About the step, of what the factor itself says: zero for its own solution.
+            let mut left = *y;
+            for c in 0..U {
+                left -= row[c] * step[c];
             }
-            known.rows[i] = row;
+            let row = self.trajectory.row_at_end(row)?;
+            for c in 0..U {
+                left += row[c] * rest[c];
+            }
+            carried.right[i] = left;
+            carried.rows[i] = row;
         }
-        Some(known)
+        Some(carried)
     }
 }

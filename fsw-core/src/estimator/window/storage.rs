@@ -1,6 +1,7 @@
 //! The window's blocks in fixed storage, and their merging when it is full.
 
 use super::block::Block;
+use super::packed::{Packed, Packer};
 use super::trajectory::Span;
 use crate::math::{Vec3, scalar::Real};
 
@@ -18,8 +19,13 @@ const BEND_BY_NOISE: f64 = 18.0;
 /// Up to N blocks.
 #[derive(Clone, Debug)]
 pub struct Storage<T: Real, const N: usize> {
-    blocks: [Block<T>; N],
+    blocks: [Packed; N],
     len: usize,
+    /// Drive of the window's first block, from which the others are counted, N m s.
+    origin: Vec3<T>,
+    /// Carry on what rounding takes: along the end, and along the pairs that are merged.
+    appending: Packer<T>,
+    pairing: Packer<T>,
     /// Largest `|ω| Δ` of any block, squared, rad².
     turn_square: T,
     /// Sum over the blocks of the square of its product with the bend of the rate from block to
@@ -32,8 +38,11 @@ pub struct Storage<T: Real, const N: usize> {
 impl<T: Real, const N: usize> Default for Storage<T, N> {
     fn default() -> Self {
         Self {
-            blocks: [Block::empty(); N],
+            blocks: [Packed::default(); N],
             len: 0,
+            origin: Vec3::zeros(),
+            appending: Packer::default(),
+            pairing: Packer::default(),
             turn_square: T::zero(),
             bend_squares: T::zero(),
             merging: None,
@@ -45,6 +54,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
     /// Forgets all blocks.
     pub fn clear(&mut self) {
         self.len = 0;
+        self.appending = Packer::default();
         self.turn_square = T::zero();
         self.bend_squares = T::zero();
         self.merging = None;
@@ -52,13 +62,33 @@ impl<T: Real, const N: usize> Storage<T, N> {
 
     /// Forgets all blocks but the newest.
     pub fn keep_newest(&mut self) {
-        if self.len > 0 {
-            self.blocks[0] = self.blocks[self.len - 1];
-            self.len = 1;
+        let newest = self.len.checked_sub(1).and_then(|last| self.block(last));
+        self.clear();
+        if let Some(block) = newest {
+            self.store(&block);
         }
-        self.turn_square = T::zero();
-        self.bend_squares = T::zero();
-        self.merging = None;
+    }
+
+    /// Block `index` as it is stored.
+    fn block(&self, index: usize) -> Option<Block<T>> {
+        Some(self.blocks.get(..self.len)?.get(index)?.block(&self.origin))
+    }
+
+    fn store(&mut self, block: &Block<T>) -> bool {
+        if self.len == 0 {
+            self.origin = block.drive_n_m_s;
+        }
+        let Some(free) = self.blocks.get_mut(self.len) else { return false };
+        *free = self.appending.pack(block, &self.origin);
+        self.len += 1;
+        true
+    }
+
+    /// Block `index` is to be crossed, but its rate isn't to be believed.
+    pub fn distrust(&mut self, index: usize) {
+        if let Some(block) = self.blocks.get_mut(..self.len).and_then(|all| all.get_mut(index)) {
+            *block = block.without_samples();
+        }
     }
 
     /// Blocks stored. While merging, none can be read.
@@ -78,29 +108,28 @@ impl<T: Real, const N: usize> Storage<T, N> {
 
     /// Appends a block; false if there is no room.
     pub fn push(&mut self, block: Block<T>, noise_rad_s: T) -> bool {
-        let Some(free) = self.blocks.get_mut(self.len) else { return false };
-        *free = block;
-        self.len += 1;
+        if !self.store(&block) {
+            return false;
+        }
         self.note_motion(self.len - 1, noise_rad_s);
         true
     }
 
     /// Notes how far the block at `index` turns and bends, whose two predecessors are in place.
     fn note_motion(&mut self, index: usize, noise_rad_s: T) {
-        let Some(block) = self.blocks.get(index) else { return };
-        let turn = block.rate_rad_s * block.duration_s;
-        self.turn_square = self.turn_square.max(turn.dot(&turn));
-        let Some([a, b, c]) = index
-            .checked_sub(2)
-            .and_then(|first| self.blocks.get(first..=index))
-            .and_then(|three| three.first_chunk::<3>())
-        else {
+        let at = |back: usize| index.checked_sub(back).and_then(|i| self.block(i));
+        let (Some(c), b, a) = (at(0), at(1), at(2)) else { return };
+        let turn = c.rate_rad_s * c.duration_s;
+        let turn_square = turn.dot(&turn);
+        self.turn_square = self.turn_square.max(turn_square);
+        let (Some(a), Some(b)) = (a, b) else { return };
+        if [&a, &b, &c].iter().any(|block| block.samples == 0) {
             return;
-        };
+        }
         let bend = a.rate_rad_s - b.rate_rad_s * T::lit(2.0) + c.rate_rad_s;
         let noise_square = noise_rad_s * noise_rad_s / T::count(c.samples);
         let over_noise = bend.dot(&bend) / noise_square - T::lit(BEND_BY_NOISE);
-        self.bend_squares += turn.dot(&turn) * over_noise;
+        self.bend_squares += turn_square * over_noise;
     }
 
     /// Whether blocks of twice the length would still turn by less than `turn_rad`, and what drives
@@ -118,12 +147,13 @@ impl<T: Real, const N: usize> Storage<T, N> {
     /// The newest two blocks, the newest last.
     pub fn newest(&self) -> Option<[Block<T>; 2]> {
         let at = self.len.checked_sub(2)?;
-        Some([self.blocks[at], self.blocks[at + 1]])
+        Some([self.block(at)?, self.block(at + 1)?])
     }
 
     /// Begins to merge blocks two by two.
     pub fn begin_merging(&mut self) {
         self.merging = Some((0, self.len / 2));
+        self.pairing = Packer::default();
         self.turn_square = T::zero();
         self.bend_squares = T::zero();
     }
@@ -133,14 +163,26 @@ impl<T: Real, const N: usize> Storage<T, N> {
         let Some((done, pairs)) = self.merging else { return true };
         let end = pairs.min(done + PAIRS_PER_STEP);
         for pair in done..end {
-            self.blocks[pair] = self.blocks[2 * pair].merge(&self.blocks[2 * pair + 1]);
+            let (Some(first), Some(second)) = (self.block(2 * pair), self.block(2 * pair + 1))
+            else {
+                break;
+            };
+            if let Some(place) = self.blocks.get_mut(pair) {
+                *place = self.pairing.pack(&first.merge(&second), &self.origin);
+            }
             self.note_motion(pair, noise_rad_s);
         }
         if end < pairs {
             self.merging = Some((end, pairs));
             return false;
         }
-        self.blocks.copy_within(2 * pairs..self.len, pairs);
+        // Those that came meanwhile, or had no partner, follow.
+        for from in 2 * pairs..self.len {
+            let block = self.blocks.get(from).copied();
+            if let (Some(block), Some(place)) = (block, self.blocks.get_mut(from - pairs)) {
+                *place = block;
+            }
+        }
         self.len -= pairs;
         self.merging = None;
         true
@@ -149,62 +191,74 @@ impl<T: Real, const N: usize> Storage<T, N> {
     /// Block `index` in units of an inertia, whose inverse is `per`, with what its neighbours tell
     /// of its inside.
     pub fn span(&self, index: usize, per: T) -> Option<Span<T>> {
-        if index >= self.len {
-            return None;
-        }
-        let here = &self.blocks[index];
-        let half_way = |a: usize, b: usize| {
-            let share =
-                self.blocks[b].duration_s / (self.blocks[a].duration_s + self.blocks[b].duration_s);
-            self.wheel_momentum(a) * share + self.wheel_momentum(b) * (T::one() - share)
-        };
-        let mean = self.wheel_momentum(index);
-        // Half-way between the means of two blocks, and beyond the ends as before them.
-        let start = (index > 0).then(|| half_way(index - 1, index));
-        let end = (index + 1 < self.len).then(|| half_way(index, index + 1));
-        let mirror = |known: Vec3<T>| mean + mean - known;
-        let (start, end) = match (start, end) {
-            (Some(start), Some(end)) => (start, end),
-            (Some(start), None) => (start, mirror(start)),
-            (None, Some(end)) => (mirror(end), end),
-            (None, None) => (mean, mean),
-        };
-        // n samples in a row miss 1/n² of what the mean over time makes of the curvature.
-        let n = T::count(here.samples);
-        let over_time = mean + (start + end - mean - mean) * (T::lit(1.0 / 12.0) / (n * n));
-        // The parabola that has this mean and these ends.
-        let middle = over_time * T::lit(1.5) - (start + end) * T::lit(0.25);
-        let block = Block {
-            drive_n_m_s: here.drive_n_m_s * per,
-            impulse_n_m_s: here.impulse_n_m_s * per,
-            ..*here
-        };
-        Some(Span {
-            block,
-            wheels_at_start: start * per,
-            wheels_in_the_middle: middle * per,
-            wheels_at_end: end * per,
-            beyond_ramp: self.beyond_ramp(index) * per,
-        })
+        let here = self.block(index)?;
+        let before = index.checked_sub(1).and_then(|i| self.block(i));
+        let after = self.block(index + 1);
+        Some(span(before.as_ref(), &here, after.as_ref(), per))
     }
+}
 
-    /// Mean wheel momentum of a block over its samples: the drive and the external torque's share.
-    fn wheel_momentum(&self, index: usize) -> Vec3<T> {
-        let n = T::count(self.blocks[index].samples);
-        let over_samples = T::one() + T::lit(0.5) / (n * n);
-        self.blocks[index].drive_n_m_s + self.beyond_ramp(index) * over_samples
+/// A block between its neighbours, where it has them, in units of an inertia, whose inverse is `per`.
+pub fn span<T: Real>(
+    before: Option<&Block<T>>,
+    here: &Block<T>,
+    after: Option<&Block<T>>,
+    per: T,
+) -> Span<T> {
+    let beyond_ramp = beyond_ramp(before, here, after);
+    let wheels_of = |block: &Block<T>| wheel_momentum(block, &beyond_ramp);
+    let half_way = |a: &Block<T>, b: &Block<T>| {
+        let share = b.duration_s / (a.duration_s + b.duration_s);
+        wheels_of(a) * share + wheels_of(b) * (T::one() - share)
+    };
+    let mean = wheels_of(here);
+    // Half-way between the means of two blocks, and beyond the ends as before them.
+    let start = before.map(|before| half_way(before, here));
+    let end = after.map(|after| half_way(here, after));
+    let mirror = |known: Vec3<T>| mean + mean - known;
+    let (start, end) = match (start, end) {
+        (Some(start), Some(end)) => (start, end),
+        (Some(start), None) => (start, mirror(start)),
+        (None, Some(end)) => (mirror(end), end),
+        (None, None) => (mean, mean),
+    };
+    // n samples in a row miss 1/n² of what the mean over time makes of the curvature.
+    let n = T::count(here.samples.max(1));
+    let over_time = mean + (start + end - mean - mean) * (T::lit(1.0 / 12.0) / (n * n));
+    // The parabola that has this mean and these ends.
+    let middle = over_time * T::lit(1.5) - (start + end) * T::lit(0.25);
+    let block = Block {
+        drive_n_m_s: here.drive_n_m_s * per,
+        impulse_n_m_s: here.impulse_n_m_s * per,
+        ..*here
+    };
+    Span {
+        block,
+        wheels_at_start: start * per,
+        wheels_in_the_middle: middle * per,
+        wheels_at_end: end * per,
+        beyond_ramp: beyond_ramp * per,
     }
+}
 
-    /// What the external torque's impulse is beyond a ramp, mean over time: `−τ̇ Δ² / 12` for a
-    /// torque that changes steadily, with τ̇ from the block before to the one after.
-    fn beyond_ramp(&self, index: usize) -> Vec3<T> {
-        let here = &self.blocks[index];
-        let before = &self.blocks[index.saturating_sub(1)];
-        let after = &self.blocks[(index + 1).min(self.len - 1)];
-        let torque = |b: &Block<T>| b.impulse_n_m_s / b.duration_s;
-        let inner = if index > 0 && index + 1 < self.len { here.duration_s } else { T::zero() };
-        let apart = (before.duration_s + after.duration_s) * T::lit(0.5) + inner;
-        let change = (torque(after) - torque(before)) / apart;
-        -change * (here.duration_s * here.duration_s * T::lit(1.0 / 12.0))
-    }
+/// Mean wheel momentum of a block over its samples: the drive and the external torque's share,
+/// `beyond_ramp` over time.
+fn wheel_momentum<T: Real>(block: &Block<T>, beyond_ramp: &Vec3<T>) -> Vec3<T> {
+    let n = T::count(block.samples.max(1));
+    block.drive_n_m_s + beyond_ramp * (T::one() + T::lit(0.5) / (n * n))
+}
+
+/// What the external torque's impulse is beyond a ramp, mean over time: `−τ̇ Δ² / 12` for a torque
+/// that changes steadily, with τ̇ from the block before to the one after.
+fn beyond_ramp<T: Real>(
+    before: Option<&Block<T>>,
+    here: &Block<T>,
+    after: Option<&Block<T>>,
+) -> Vec3<T> {
+    let torque = |b: &Block<T>| b.impulse_n_m_s / b.duration_s;
+    let inner = if before.is_some() && after.is_some() { here.duration_s } else { T::zero() };
+    let (before, after) = (before.unwrap_or(here), after.unwrap_or(here));
+    let apart = (before.duration_s + after.duration_s) * T::lit(0.5) + inner;
+    let change = (torque(after) - torque(before)) / apart;
+    -change * (here.duration_s * here.duration_s * T::lit(1.0 / 12.0))
 }

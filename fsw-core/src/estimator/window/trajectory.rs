@@ -3,12 +3,15 @@
 //! From a point θ = (h₀, j) total momentum follows `ḣ = τ − ω × h` with `ω = J⁻¹ (h − h_w)`, and
 //! its sensitivities `D = ∂h/∂θ` follow
 //!
-//! `Ḋ = h × S − ω × D`, `S = ∂ω/∂θ = J⁻¹ (D − G(ω) E_j)`.
+//! `Ḋ = h × S − ω × D + E_τ`, `S = ∂ω/∂θ = J⁻¹ (D − G(ω) E_j)`.
+//!
+//! A constant disturbance torque acts beside the external one. A gyro bias doesn't move the body:
+//! it is added to the rate that the gyro should show.
 //!
 //! All is in units of a typical inertia, so that single precision sees numbers near 1.
 
 use super::block::Block;
-use super::known::{INERTIA, Point, UNKNOWNS};
+use super::unknowns::{BIAS, MOMENTUM, Point, TORQUE, has_bias, has_torque, inertia_of};
 use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor};
 
@@ -47,36 +50,41 @@ impl<T: Real> Span<T> {
 
 /// What a trajectory says of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prediction<T: Real> {
-    /// ω̄, mean rate over the block's samples, rad/s.
+pub struct Prediction<T: Real, const U: usize> {
+    /// ω̄ + b, mean reading over the block's samples, rad/s.
     pub rate_rad_s: Vec3<T>,
     /// S̄, its derivatives, column by column.
-    pub sensitivity: [Vec3<T>; UNKNOWNS],
+    pub sensitivity: [Vec3<T>; U],
 }
 
 /// Where a trajectory has come to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trajectory<T: Real> {
+pub struct Trajectory<T: Real, const U: usize> {
     /// J⁻¹.
     inverse: Mat<T, 3, 3>,
+    /// τ and b.
+    torque: Vec3<T>,
+    bias: Vec3<T>,
     /// h.
     momentum: Vec3<T>,
     /// What rounding took from h, to be given back with the next step: motion about an unstable
     /// axis would magnify it.
     lost: Vec3<T>,
     /// D, column by column.
-    sensitivity: [Vec3<T>; UNKNOWNS],
+    sensitivity: [Vec3<T>; U],
 }
 
-impl<T: Real> Trajectory<T> {
+impl<T: Real, const U: usize> Trajectory<T, U> {
     /// Starts at a point; `None` where its inertia has no inverse.
     pub fn new(point: &Point<T>) -> Option<Self> {
-        let mut sensitivity = [Vec3::zeros(); UNKNOWNS];
-        for i in 0..INERTIA {
-            sensitivity[i][i] = T::one();
+        let mut sensitivity = [Vec3::zeros(); U];
+        for i in 0..3 {
+            sensitivity[MOMENTUM + i][i] = T::one();
         }
         Some(Self {
             inverse: Inertia::new(point.inertia).inverse()?,
+            torque: point.torque,
+            bias: point.bias,
             momentum: point.momentum,
             lost: Vec3::zeros(),
             sensitivity,
@@ -88,10 +96,10 @@ impl<T: Real> Trajectory<T> {
     /// Momentum without g, which is zero at both ends, by Runge-Kutta of fourth order. Its mean
     /// over the samples is that of Hermite's cubic through both ends; n samples in a row miss
     /// 1/n² of what the mean over time makes of its curvature.
-    pub fn advance(&mut self, span: &Span<T>) -> Prediction<T> {
+    pub fn advance(&mut self, span: &Span<T>) -> Prediction<T, U> {
         let block = &span.block;
         let (dt, half, sixth) = (block.duration_s, T::lit(0.5), T::lit(1.0 / 6.0));
-        let torque = block.impulse_n_m_s / dt;
+        let torque = block.impulse_n_m_s / dt + self.torque;
         let inverse = self.inverse;
         let rate = |h: &Vec3<T>, wheels: &Vec3<T>| inverse * (h - wheels);
         let slope = |h: &Vec3<T>, wheels: &Vec3<T>| torque - rate(h, wheels).cross(h);
@@ -101,7 +109,7 @@ impl<T: Real> Trajectory<T> {
         let is_short = turn.dot(&turn) < T::lit(SHORT_TURN * SHORT_TURN);
         let steps = if is_short { 1 } else { STEPS };
         let step_s = dt / T::count(steps);
-        let mut sensitivity = [Vec3::zeros(); UNKNOWNS];
+        let mut sensitivity = [Vec3::zeros(); U];
         for step in 0..steps {
             let at = |quarter: u32| span.inside(T::count(4 * step + quarter) / T::count(4 * steps));
             let ((w0, g0), (w1, g1), (w2, g2)) = (at(0), at(2), at(4));
@@ -119,9 +127,15 @@ impl<T: Real> Trajectory<T> {
         let n = T::count(block.samples);
         let share = T::lit(1.0 / 12.0) * (T::one() + half / (n * n));
         let mean = (start + end) * half + bend * (dt * share);
-        let rate_rad_s = inverse * (mean - block.drive_n_m_s);
+        let rate_rad_s = inverse * (mean - block.drive_n_m_s) + self.bias;
         let share = T::one() / T::count(steps);
-        Prediction { rate_rad_s, sensitivity: sensitivity.map(|column| column * share) }
+        let mut sensitivity = sensitivity.map(|column| column * share);
+        if has_bias(U) {
+            for i in 0..3 {
+                sensitivity[BIAS + i][i] = T::one();
+            }
+        }
+        Prediction { rate_rad_s, sensitivity }
     }
 
     /// Adds to h, and keeps what rounding takes (Kahan's sum).
@@ -133,7 +147,7 @@ impl<T: Real> Trajectory<T> {
     }
 
     /// Carries D across a step by the exponential series of its equation in the middle, with
-    /// `X = Δ (h^× J⁻¹ − ω^×)` and `B = −h^× J⁻¹ G(ω) E_j`,
+    /// `X = Δ (h^× J⁻¹ − ω^×)` and `B = E_τ − h^× J⁻¹ G(ω) E_j`,
     ///
     /// `D₁ = D₀ + (1 + X/2 + X²/6) (X D₀ + Δ B)`,
     ///
@@ -144,47 +158,56 @@ impl<T: Real> Trajectory<T> {
         momentum: &Vec3<T>,
         rate_rad_s: &Vec3<T>,
         duration_s: T,
-        sum: &mut [Vec3<T>; UNKNOWNS],
+        sum: &mut [Vec3<T>; U],
     ) {
         let half = T::lit(0.5);
         let one = Mat::<T, 3, 3>::identity();
         let x = (skew(momentum) * self.inverse - skew(rate_rad_s)) * duration_s;
         let series = one + x * (one * half + x * T::lit(1.0 / 6.0));
         let g = regressor(rate_rad_s);
-        for c in 0..UNKNOWNS {
+        let mut carry = |c: usize, pushed: Vec3<T>, by_inertia: Vec3<T>| {
             let before = self.sensitivity[c];
-            let by_inertia = if c < INERTIA {
-                Vec3::zeros()
-            } else {
-                self.inverse * Vec3::from(g.column(c - INERTIA))
-            };
-            let change = x * before - momentum.cross(&by_inertia) * duration_s;
-            let after = before + series * change;
+            let after = before + series * (x * before + pushed);
             self.sensitivity[c] = after;
             sum[c] += self.inverse * ((before + after) * half) - by_inertia;
+        };
+        for i in 0..3 {
+            carry(MOMENTUM + i, Vec3::zeros(), Vec3::zeros());
+        }
+        if has_torque(U) {
+            for i in 0..3 {
+                let mut pushed = Vec3::zeros();
+                pushed[i] = duration_s;
+                carry(TORQUE + i, pushed, Vec3::zeros());
+            }
+        }
+        for i in 0..6 {
+            let by_inertia = self.inverse * Vec3::from(g.column(i));
+            carry(inertia_of(U) + i, -momentum.cross(&by_inertia) * duration_s, by_inertia);
         }
     }
 
     /// How far a change of the starting momentum has grown, squared: the largest of three.
     pub fn growth_square(&self) -> T {
-        let [a, b, c, ..] = &self.sensitivity;
-        a.dot(a).max(b.dot(b)).max(c.dot(c))
+        let of = |i: usize| self.sensitivity[MOMENTUM + i].dot(&self.sensitivity[MOMENTUM + i]);
+        of(0).max(of(1)).max(of(2))
     }
 
     /// Where a step of the starting point takes h, to first order, and what rounding takes from
     /// that.
-    pub fn moved(&self, step: &[T; UNKNOWNS]) -> (Vec3<T>, Vec3<T>) {
+    pub fn moved(&self, step: &[T; U]) -> (Vec3<T>, Vec3<T>) {
         let mut change = self.lost;
-        for c in 0..UNKNOWNS {
+        for c in 0..U {
             change += self.sensitivity[c] * step[c];
         }
         let momentum = self.momentum + change;
         (momentum, change - (momentum - self.momentum))
     }
 
-    /// Turns a row of information on (h₀, j) into one on (h, j): `δh₀ = D_h⁻¹ (δh − D_j δj)`.
+    /// Turns a row of information on (h₀, …) into one on (h, …): with the others as x,
+    /// `δh₀ = D_h⁻¹ (δh − D_x δx)`.
     /// `None` where D_h has lost its inverse to rounding.
-    pub fn row_at_end(&self, row: &[T; UNKNOWNS]) -> Option<[T; UNKNOWNS]> {
+    pub fn row_at_end(&self, row: &[T; U]) -> Option<[T; U]> {
         let [a, b, c] = [self.sensitivity[0], self.sensitivity[1], self.sensitivity[2]];
         // The determinant is 1 but for rounding: neither term of Ḋ changes a volume.
         let scale = T::one() / a.dot(&b.cross(&c));
@@ -194,7 +217,7 @@ impl<T: Real> Trajectory<T> {
         let by_momentum =
             (b.cross(&c) * row[0] + c.cross(&a) * row[1] + a.cross(&b) * row[2]) * scale;
         Some(core::array::from_fn(|i| match i {
-            0..INERTIA => by_momentum[i],
+            0..TORQUE => by_momentum[i],
             _ => row[i] - by_momentum.dot(&self.sensitivity[i]),
         }))
     }
@@ -207,8 +230,16 @@ mod tests {
 
     const INERTIA_ELEMENTS: [f64; 6] = [1.1, 0.9, 1.3, 0.1, -0.15, 0.05];
 
+    /// All three kinds of unknowns beside the inertia.
+    const UNKNOWNS: usize = 15;
+
     fn point() -> Point<f64> {
-        Point { momentum: Vec3::new(0.3, -0.2, 0.25), inertia: INERTIA_ELEMENTS }
+        Point {
+            momentum: Vec3::new(0.3, -0.2, 0.25),
+            torque: Vec3::new(0.002, -0.001, 0.003),
+            bias: Vec3::new(0.01, 0.02, -0.01),
+            inertia: INERTIA_ELEMENTS,
+        }
     }
 
     /// Wheels that swing, and a constant torque, over blocks of this length.
@@ -242,7 +273,7 @@ mod tests {
             .collect()
     }
 
-    fn fly(point: &Point<f64>, spans: &[Span<f64>]) -> (Trajectory<f64>, Vec<Prediction<f64>>) {
+    fn fly(point: &Point<f64>, spans: &[Span<f64>]) -> (Trajectory<f64, UNKNOWNS>, Vec<Prediction<f64, UNKNOWNS>>) {
         let mut trajectory = Trajectory::new(point).unwrap();
         let predictions = spans.iter().map(|span| trajectory.advance(span)).collect();
         (trajectory, predictions)
@@ -295,8 +326,9 @@ mod tests {
         for span in &mut spans {
             span.block.impulse_n_m_s = Vec3::zeros();
         }
-        let (end, _) = fly(&point(), &spans);
-        assert!((end.momentum.norm() - point().momentum.norm()).abs() < 1e-7);
+        let free = Point { torque: Vec3::zeros(), ..point() };
+        let (end, _) = fly(&free, &spans);
+        assert!((end.momentum.norm() - free.momentum.norm()).abs() < 1e-7);
     }
 
     #[test]

@@ -1,0 +1,210 @@
+//! What the window estimator says of itself: the estimate at any time.
+
+use super::pass::{Pass, Residuals};
+use super::solution::{Solution, Solving, solve_past};
+use super::unknowns::{has_bias, has_torque};
+use super::Window;
+use crate::estimator::{Estimate, Prior, Status};
+use crate::math::{Mat, Vec3, scalar::Real};
+use crate::monitor::nearest_physical::nearest_physical;
+use crate::tensor::Inertia;
+
+/// Where noise alone exceeds a sum of squares once in eˣ windows, the model is rejected. Of chi-square
+/// with k degrees of freedom that is at most `k + 2 √(k x) + 2 x` (Laurent and Massart, Ann. Stat. 28,
+/// 2000, Lemma 1): 20 makes it once in 5·10⁸.
+const REJECTED: f64 = 20.0;
+/// Torque that noise alone imitates once in 111 windows: chi-square of three degrees of freedom.
+const TORQUE_SHOWN: f64 = 11.6;
+/// Residuals whose correlation from block to block is so many sigmas aren't white: once in 10⁴
+/// windows. With the torque's that makes at most one false alarm in a hundred windows.
+const CORRELATED_SIGMA: f64 = 4.0;
+/// With fewer residuals nothing is said of them.
+const ENOUGH_RESIDUALS: u32 = 30;
+/// A torque or bias counts as seen once its sigma is below this share of the range that it is held in.
+const SEEN: f64 = 0.5;
+
+/// What windows that ended left.
+#[derive(Clone, Copy, Debug)]
+pub struct Ended<T> {
+    /// Sum of squared residuals that no solution explained, rad²/s², and their degrees of freedom.
+    squares: T,
+    degrees: u32,
+    residuals_white: Option<bool>,
+}
+
+impl<T: Real> Ended<T> {
+    /// None has.
+    pub fn nothing() -> Self {
+        Self { squares: T::zero(), degrees: 0, residuals_white: None }
+    }
+
+    /// One more has, and its successor goes on from where it stopped.
+    pub fn add(&mut self, residuals: &Residuals<T>) {
+        self.squares += residuals.squares;
+        self.degrees = self.degrees.saturating_add(residuals.degrees());
+    }
+}
+
+impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
+    /// The estimate.
+    pub(super) fn report(&self) -> Estimate<T> {
+        let front = self.up_to_now();
+        match &front {
+            Some(front) => self.report_of(front),
+            None => self.report_of_past(),
+        }
+        .unwrap_or_else(|| self.nothing_yet())
+    }
+
+    fn report_of(&self, front: &Pass<T, U>) -> Option<Estimate<T>> {
+        let noise = self.scale_rad_s(front);
+        let held = self.held(noise);
+        let mut solving = Solving::new(front);
+        solving.take_all_but_the_sphere(&held);
+        let (squares, degrees) = self.squares(front);
+        let solution = solving.finish(&held)?;
+        let inertia = Inertia::new(solution.point.inertia.map(|x| x * self.typical_kg_m2));
+        let unit = noise * self.typical_kg_m2;
+        let covariance = solution.inertia_covariance * (unit * unit);
+        let residual = (squares / T::count(degrees.max(1))).sqrt();
+        let estimate = Estimate {
+            residuals_white: self.is_white(front, &solving),
+            disturbance_torque_n_m: self.torque_of(&solution, noise),
+            gyro_bias_rad_s: self.bias_of(&solution, noise),
+            ..self.worth(inertia, covariance, residual)?
+        };
+        // A torque that is held at zero against the data counts as unexplained.
+        let unexplained = (squares + solving.torque_square(), degrees.saturating_add(3));
+        let is_explained = self.config.gyro_noise_rad_s.is_none_or(|n| explains(unexplained, n));
+        Some(if is_explained {
+            estimate
+        } else {
+            Estimate { status: Status::Diverged, ..estimate }
+        })
+    }
+
+    /// Between windows.
+    fn report_of_past(&self) -> Option<Estimate<T>> {
+        let past = self.past?.walked(self.walk_kg_m2());
+        let typical = self.typical_kg_m2;
+        let (inertia, covariance) = solve_past(&past, typical)?;
+        let inertia = Inertia::new(inertia.map(|x| x * typical));
+        let covariance = covariance * (typical * typical);
+        let residual = (self.ended.squares / T::count(self.ended.degrees.max(1))).sqrt();
+        Some(Estimate {
+            residuals_white: self.ended.residuals_white,
+            ..self.worth(inertia, covariance, residual)?
+        })
+    }
+
+    /// An inertia with what it is worth, brought to the nearest physical one.
+    fn worth(
+        &self,
+        inertia: Inertia<T>,
+        mut covariance: Mat<T, 6, 6>,
+        residual_rms_rad_s: T,
+    ) -> Option<Estimate<T>> {
+        // Neither an element nor a variance can be told more finely than it is rounded.
+        for i in 0..6 {
+            let rounded = inertia.elements_kg_m2()[i] * T::EPSILON;
+            covariance[(i, i)] *= T::one() + T::EPSILON * T::lit(16.0);
+            covariance[(i, i)] += rounded * rounded;
+        }
+        let is_finite = inertia.elements_kg_m2().iter().all(|x| x.is_finite())
+            && covariance.iter().all(|x| x.is_finite());
+        if !is_finite {
+            return None;
+        }
+        let nearest = nearest_physical(&inertia, &covariance);
+        let mean_moment = nearest.unwrap_or(inertia).trace_kg_m2().abs() * T::lit(1.0 / 3.0);
+        let range = self.config.prior.unwrap_or(Prior::of_size(mean_moment)).sigma_kg_m2;
+        let estimate = Estimate::of_inertia(
+            nearest.unwrap_or(inertia),
+            covariance,
+            &range,
+            residual_rms_rad_s,
+        );
+        Some(Estimate { projected: nearest.is_some(), ..estimate })
+    }
+
+    /// What is held while nothing has been found.
+    fn nothing_yet(&self) -> Estimate<T> {
+        let prior = self.config.prior.unwrap_or(Prior::unknown());
+        let covariance = Mat::from_diagonal(&prior.sigma_kg_m2.map(|s| s * s).into());
+        let inertia = Inertia::new(prior.inertia_kg_m2);
+        Estimate::of_inertia(inertia, covariance, &prior.sigma_kg_m2, T::zero())
+    }
+
+    fn torque_of(&self, solution: &Solution<T, U>, noise_rad_s: T) -> Option<Vec3<T>> {
+        let range = self.config.disturbance_torque_n_m.filter(|_| has_torque(U))?;
+        let most = range / self.typical_kg_m2 / noise_rad_s * T::lit(SEEN);
+        is_seen(&solution.torque_covariance, most)
+            .then(|| solution.point.torque * self.typical_kg_m2)
+    }
+
+    fn bias_of(&self, solution: &Solution<T, U>, noise_rad_s: T) -> Option<Vec3<T>> {
+        let range = self.config.gyro_bias_rad_s.filter(|_| has_bias(U))?;
+        let most = range / noise_rad_s * T::lit(SEEN);
+        is_seen(&solution.bias_covariance, most).then_some(solution.point.bias)
+    }
+
+    /// Residuals of a front with those of the windows that it goes on from.
+    fn squares(&self, front: &Pass<T, U>) -> (T, u32) {
+        let mut all = self.ended;
+        all.add(front.residuals());
+        (all.squares, all.degrees)
+    }
+
+    /// One sigma of a gyro sample by which a front's covariance is scaled, rad/s: as given, or as the
+    /// residuals have it.
+    pub(super) fn scale_rad_s(&self, front: &Pass<T, U>) -> T {
+        match (self.config.gyro_noise_rad_s, self.squares(front)) {
+            (Some(noise), _) => noise,
+            (None, (_, 0)) => self.noise_rad_s(),
+            (None, (squares, degrees)) => (squares / T::count(degrees)).sqrt(),
+        }
+    }
+
+    /// Whether gyro noise explains what a front leaves.
+    pub(super) fn explains(&self, front: &Pass<T, U>) -> bool {
+        let squares = self.squares(front);
+        match self.config.gyro_noise_rad_s {
+            Some(noise) => explains(squares, noise),
+            None => squares.0.is_finite(),
+        }
+    }
+
+    /// Whether a front's residuals are white, as far as a constant torque and their correlation from
+    /// block to block tell.
+    fn is_white(&self, front: &Pass<T, U>, solving: &Solving<T, U>) -> Option<bool> {
+        let residuals = front.residuals();
+        if residuals.degrees() < ENOUGH_RESIDUALS {
+            return None;
+        }
+        let noise = self.scale_rad_s(front);
+        let shows_torque = solving.torque_square() > noise * noise * T::lit(TORQUE_SHOWN);
+        // Of n products of white residuals the sum has √n times their mean square.
+        let sigma = residuals.mean_square() * T::count(residuals.rows).sqrt();
+        let is_correlated = residuals.products.abs() > sigma * T::lit(CORRELATED_SIGMA);
+        Some(!shows_torque && !is_correlated)
+    }
+
+    /// What is left of a window that ends with this front.
+    pub(super) fn ended_with(&self, front: &Pass<T, U>, solving: &Solving<T, U>) -> Ended<T> {
+        let (squares, degrees) = self.squares(front);
+        Ended { squares, degrees, residuals_white: self.is_white(front, solving) }
+    }
+}
+
+/// Whether each of three variances, for unit noise, is below the square of `most`.
+fn is_seen<T: Real>(covariance: &Mat<T, 3, 3>, most: T) -> bool {
+    (0..3).all(|i| covariance[(i, i)] < most * most)
+}
+
+/// Whether gyro noise explains a sum of squares, rad²/s², of so many degrees of freedom.
+fn explains<T: Real>((sum, degrees): (T, u32), noise_rad_s: T) -> bool {
+    let variance = noise_rad_s * noise_rad_s;
+    let (k, x) = (T::count(degrees), T::lit(REJECTED));
+    let two = T::lit(2.0);
+    sum <= variance * (k + two * (k * x).sqrt() + two * x)
+}

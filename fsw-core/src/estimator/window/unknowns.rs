@@ -1,0 +1,125 @@
+//! The unknowns of a window: which they are, their order, a point in their space, and rows of
+//! information on them.
+//!
+//! | U | unknowns, three each, then the six elements |
+//! |---|---|
+//! | 9 | h₀, momentum at the start of the window |
+//! | 12 | h₀; τ, constant disturbance torque in body axes |
+//! | 15 | h₀; τ; b, gyro bias |
+//!
+//! The inertia comes last, so that the last six rows of a triangular factor are the information on
+//! it alone, whatever the others are. All is in units of a typical inertia: momentum in rad/s,
+//! torque in rad/s².
+
+use crate::math::{Vec3, scalar::Real};
+
+/// Where the momentum, the torque and the gyro bias begin.
+pub const MOMENTUM: usize = 0;
+/// See [`MOMENTUM`].
+pub const TORQUE: usize = 3;
+/// See [`MOMENTUM`].
+pub const BIAS: usize = 6;
+
+/// Whether U unknowns are a number that the table has.
+pub const fn is_a_set(unknowns: usize) -> bool {
+    matches!(unknowns, 9 | 12 | 15)
+}
+
+/// Whether a torque is among U unknowns.
+pub const fn has_torque(unknowns: usize) -> bool {
+    unknowns > TORQUE + 6
+}
+
+/// Whether a gyro bias is among U unknowns.
+pub const fn has_bias(unknowns: usize) -> bool {
+    unknowns > BIAS + 6
+}
+
+/// Where the six elements begin.
+pub const fn inertia_of(unknowns: usize) -> usize {
+    unknowns - 6
+}
+
+/// Values of the unknowns, in units of a typical inertia. What isn't among them is zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<T: Real> {
+    /// h₀, rad/s.
+    pub momentum: Vec3<T>,
+    /// τ, rad/s².
+    pub torque: Vec3<T>,
+    /// b, rad/s.
+    pub bias: Vec3<T>,
+    /// Six elements.
+    pub inertia: [T; 6],
+}
+
+impl<T: Real> Point<T> {
+    /// Momentum and inertia, without torque and bias.
+    pub fn new(momentum: Vec3<T>, inertia: [T; 6]) -> Self {
+        Self { momentum, torque: Vec3::zeros(), bias: Vec3::zeros(), inertia }
+    }
+
+    /// A step further.
+    pub fn plus<const U: usize>(&self, step: &[T; U]) -> Self {
+        let three = |at: usize| Vec3::new(step[at], step[at + 1], step[at + 2]);
+        let mut next = Self {
+            momentum: self.momentum + three(MOMENTUM),
+            inertia: core::array::from_fn(|i| self.inertia[i] + step[inertia_of(U) + i]),
+            ..*self
+        };
+        if has_torque(U) {
+            next.torque += three(TORQUE);
+        }
+        if has_bias(U) {
+            next.bias += three(BIAS);
+        }
+        next
+    }
+
+    /// The step from another point to this one.
+    pub fn minus<const U: usize>(&self, other: &Self) -> [T; U] {
+        let mut step = [T::zero(); U];
+        for i in 0..3 {
+            step[MOMENTUM + i] = self.momentum[i] - other.momentum[i];
+            if has_torque(U) {
+                step[TORQUE + i] = self.torque[i] - other.torque[i];
+            }
+            if has_bias(U) {
+                step[BIAS + i] = self.bias[i] - other.bias[i];
+            }
+        }
+        for i in 0..6 {
+            step[inertia_of(U) + i] = self.inertia[i] - other.inertia[i];
+        }
+        step
+    }
+}
+
+/// Rows of information: `R (θ − θ₀) − y` has zero mean and the variance of a gyro sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rows<T: Real, const U: usize> {
+    /// θ₀.
+    pub point: Point<T>,
+    /// R, row by row; a row of zeros says nothing.
+    pub rows: [[T; U]; U],
+    /// y.
+    pub right: [T; U],
+}
+
+impl<T: Real, const U: usize> Rows<T, U> {
+    /// Row `index` about another point: its coefficients, and its right-hand side.
+    pub fn about(&self, point: &Point<T>, index: usize) -> ([T; U], T) {
+        let (row, from) = (self.rows[index], point.minus::<U>(&self.point));
+        let mut y = self.right[index];
+        for c in 0..U {
+            y -= row[c] * from[c];
+        }
+        (row, y)
+    }
+
+    /// How many unknowns the rows determine.
+    pub fn rank(&self) -> u32 {
+        let says_something = |row: &&[T; U]| row.iter().any(|x| *x != T::zero());
+        self.rows.iter().filter(says_something).count() as u32
+    }
+}
