@@ -41,10 +41,12 @@ impl Flight {
         let mut bound = equations.empty_bound();
         let mut instants = Vec::new();
         let mut state = equations.initial_state();
-        let mut now_us = 0;
+        let kinks_s = kinks_s(scenario);
+        let mut now_s = 0.0;
         for time_us in sample_times_us(scenario) {
-            state = advance_past_kinks(&equations, scenario, now_us, time_us, state)?;
-            now_us = time_us;
+            let time_s = seconds(time_us);
+            state = advance_past_kinks(&equations, &kinks_s, now_s, time_s, state)?;
+            now_s = time_s;
             let motion = craft.motion(&state);
             bound.add(&equations.of_rate(&state));
             instants.push(Instant {
@@ -52,7 +54,7 @@ impl Flight {
                 rate_rad_s: motion.rate_rad_s,
                 attitude: motion.attitude,
                 wheel_speed_rad_s: motion.wheel_speed_rad_s,
-                torque_n_m: scenario.torque.at(seconds(time_us)),
+                torque_n_m: scenario.torque.at(time_s),
             });
         }
         Ok(Self { instants, bound: bound.finish(variance_rad2_s2(&scenario.gyro)) })
@@ -68,33 +70,32 @@ fn sample_times_us(scenario: &Scenario) -> impl Iterator<Item = u64> {
     (0..=last).map(move |index| (index as f64 / rate_hz * 1e6).round() as u64)
 }
 
-/// Integrates from sample to sample, with a stop at each kink of a tabulated torque.
+/// Integrates from one time to another, with a stop wherever a torque may jump or bend.
 fn advance_past_kinks(
     equations: &impl Equations,
-    scenario: &Scenario,
-    from_us: u64,
-    to_us: u64,
+    kinks_s: &[f64],
+    from_s: f64,
+    to_s: f64,
     mut state: Vec<f64>,
 ) -> Result<Vec<f64>, IntegrationFailed> {
-    let (mut now_s, to_s) = (seconds(from_us), seconds(to_us));
-    let mut kinks_s: Vec<f64> = kinks_s(scenario).filter(|t| now_s < *t && *t < to_s).collect();
-    kinks_s.sort_by(f64::total_cmp);
-    for kink_s in kinks_s {
-        if now_s < kink_s {
-            state = advance(equations, now_s, kink_s, state)?;
-            now_s = kink_s;
+    let first = kinks_s.partition_point(|kink_s| *kink_s <= from_s);
+    let between = kinks_s[first..].iter().copied().take_while(|kink_s| *kink_s < to_s);
+    let mut now_s = from_s;
+    for stop_s in between.chain([to_s]) {
+        if now_s < stop_s {
+            state = advance(equations, now_s, stop_s, state)?;
+            now_s = stop_s;
         }
-    }
-    if now_s < to_s {
-        state = advance(equations, now_s, to_s, state)?;
     }
     Ok(state)
 }
 
-/// Where the slope of a torque may jump, in no order.
-fn kinks_s(scenario: &Scenario) -> impl Iterator<Item = f64> {
+/// Where a torque or its slope may jump, ascending.
+fn kinks_s(scenario: &Scenario) -> Vec<f64> {
     let motors = scenario.wheels.iter().flat_map(|motor| motor.torque.breakpoints_s());
-    scenario.torque.breakpoints_s().iter().chain(motors).copied()
+    let mut kinks_s: Vec<f64> = scenario.torque.breakpoints_s().into_iter().chain(motors).collect();
+    kinks_s.sort_by(f64::total_cmp);
+    kinks_s
 }
 
 fn seconds(time_us: u64) -> f64 {
