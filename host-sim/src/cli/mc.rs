@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::campaign::{progress_bar, stop_on_ctrl_c};
-use super::estimate::{note_ignored_unknowns, status};
+use super::estimate::{note_ignored_unknowns, note_what_changes, status};
 use super::{Failure, Method, print};
 use crate::campaign::statistics::Verdict;
 use crate::campaign::statistics::{Statistics, reduce};
@@ -39,6 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, runs: asked, seed, method, out, json } = arguments;
     let scenario = Scenario::load(scenario)?;
     note_ignored_unknowns(method, &scenario.craft());
+    note_what_changes(&scenario);
     let truths = Truths::simulate(&scenario)?;
     let campaign = Campaign {
         scenario: &scenario,

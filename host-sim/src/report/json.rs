@@ -78,7 +78,7 @@ pub struct RunReport {
     /// What `replay` would say of the flight's log.
     #[serde(flatten)]
     pub estimate: ReplayReport,
-    /// The true elements, kg m².
+    /// The true elements at the end of the flight, kg m².
     pub truth_kg_m2: [f64; 6],
     /// Estimated minus true, in per cent of the true element; null where that is zero.
     pub error_percent: [Option<f64>; 6],
@@ -109,7 +109,7 @@ pub struct McReport {
     pub diverged: u64,
     /// Runs that did not diverge, and say that they haven't converged or are far from the truth.
     pub not_converged: u64,
-    /// The true elements, kg m²; their mean where runs have different ones.
+    /// The true elements at the end of the flight, kg m²; their mean where runs have different ones.
     pub truth_kg_m2: [f64; 6],
     /// RMS of estimated minus true, kg m²; null if all runs diverged.
     pub rmse_kg_m2: [Option<f64>; 6],

@@ -1,12 +1,15 @@
 //! A simulated flight: the true motion at every gyro sample.
 
+use std::iter::Peekable;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::bound::Sensitivities;
+use super::bound::{Information, Sensitivities};
 use super::integrate::{Equations, IntegrationFailed, advance};
 use super::spacecraft::Spacecraft;
 use super::{Bound, Unknowns};
 use crate::input::scenario::Scenario;
+use crate::input::scenario::change::Stretch;
 use crate::sensor::gyro::variance_rad2_s2;
 
 /// The truth at one gyro sample.
@@ -29,35 +32,77 @@ pub struct Instant {
 pub struct Flight {
     /// Gyro sample by gyro sample, the first at time zero.
     pub instants: Vec<Instant>,
-    /// What no unbiased estimator can beat on this motion.
+    /// What no unbiased estimator can beat on this motion; where the inertia changes suddenly, on what
+    /// follows the last change. See [`bound`](super::bound).
     pub bound: Bound,
 }
 
 impl Flight {
     /// Flies the scenario once. Gyro noise comes later: the truth is the same for every seed.
     pub fn simulate(scenario: &Scenario) -> Result<Self, IntegrationFailed> {
-        let craft = Spacecraft::new(scenario);
-        let equations = Sensitivities::new(&craft, Unknowns::of(scenario));
-        let mut bound = equations.empty_bound();
-        let mut instants = Vec::new();
-        let mut state = equations.initial_state();
-        let kinks_s = kinks_s(scenario);
-        let mut now_s = 0.0;
-        for time_us in sample_times_us(scenario) {
+        let mut course = Course {
+            scenario,
+            kinks_s: kinks_s(scenario),
+            times_us: sample_times_us(scenario).peekable(),
+            instants: Vec::new(),
+        };
+        let mut craft = Spacecraft::new(scenario);
+        let (mut end, mut shown) =
+            course.fly(&craft, &scenario.stretch(0), craft.initial_state())?;
+        for stretch in scenario.stretches().skip(1) {
+            let next = Spacecraft::of_stretch(scenario, &stretch);
+            let start = craft.becomes(&next, &end);
+            (end, shown) = course.fly(&next, &stretch, start)?;
+            craft = next;
+        }
+        let bound = shown.finish(variance_rad2_s2(&scenario.gyro));
+        Ok(Self { instants: course.instants, bound })
+    }
+}
+
+/// A flight under way.
+struct Course<'a, Times: Iterator<Item = u64>> {
+    scenario: &'a Scenario,
+    kinks_s: Vec<f64>,
+    /// Of the samples still to come.
+    times_us: Peekable<Times>,
+    /// What has been flown.
+    instants: Vec<Instant>,
+}
+
+impl<Times: Iterator<Item = u64>> Course<'_, Times> {
+    /// Flies on to the next sudden change, or to the last sample. The state there, and what this
+    /// stretch shows.
+    fn fly(
+        &mut self,
+        craft: &Spacecraft<'_>,
+        stretch: &Stretch,
+        start: Vec<f64>,
+    ) -> Result<(Vec<f64>, Information), IntegrationFailed> {
+        let equations = Sensitivities::new(craft, Unknowns::of(self.scenario));
+        let mut shown = equations.empty_information();
+        let mut state = equations.from_motion(start);
+        let mut now_s = stretch.from_s;
+        let is_within = |time_us: &u64| stretch.to_s.is_none_or(|to_s| seconds(*time_us) < to_s);
+        while let Some(time_us) = self.times_us.next_if(is_within) {
             let time_s = seconds(time_us);
-            state = advance_past_kinks(&equations, &kinks_s, now_s, time_s, state)?;
+            state = advance_past_kinks(&equations, &self.kinks_s, now_s, time_s, state)?;
             now_s = time_s;
+            shown.add(&equations.of_rate(&state));
             let motion = craft.motion(&state);
-            bound.add(&equations.of_rate(&state));
-            instants.push(Instant {
+            self.instants.push(Instant {
                 time_us,
                 rate_rad_s: motion.rate_rad_s,
                 attitude: motion.attitude,
                 wheel_speed_rad_s: motion.wheel_speed_rad_s,
-                torque_n_m: scenario.torque.at(time_s),
+                torque_n_m: self.scenario.torque.at(time_s),
             });
         }
-        Ok(Self { instants, bound: bound.finish(variance_rad2_s2(&scenario.gyro)) })
+        state.truncate(craft.dimension());
+        if let Some(to_s) = stretch.to_s {
+            state = advance_past_kinks(craft, &self.kinks_s, now_s, to_s, state)?;
+        }
+        Ok((state, shown))
     }
 }
 

@@ -10,6 +10,7 @@ use super::super::check::{Check, principal_moments, tensor};
 use super::super::craft::{FilterFile, PriorFile, SolveFor, Wheel, check_wheel_count, wheel_key};
 use super::super::error::{InputError, Problem};
 use super::super::toml_source::TomlSource;
+use super::change::{ChangeFile, DriftFile, changes};
 use super::control::{ControlFile, attitude, control};
 use super::dispersion::DispersionFile;
 use super::profile_file::{ExternalProfileFile, WheelProfileFile, external_profile, wheel_profile};
@@ -35,6 +36,8 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
     let carries_wheels =
         |factor| without_wheels(&spacecraft.inertia_kg_m2.map(|j| j * factor), &wheels)[0] > 0.0;
     let dispersion = file.dispersion.check(check, carries_wheels)?;
+    let body = (&spacecraft.inertia_kg_m2, wheels.as_slice());
+    let changes = changes(check, &file.change, file.drift.as_ref(), body, duration_s)?;
     let torque = match &file.torque {
         Some(profile) => external_profile(check, profile, folder)?,
         None => ExternalTorque::ZERO,
@@ -48,6 +51,7 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
         name: file.name,
         duration_s,
         spacecraft,
+        changes,
         wheels,
         torque,
         control,
@@ -96,7 +100,7 @@ fn check_wheels_fit(
 }
 
 /// Principal moments of `J − Σ Iₛ a aᵀ`, ascending, kg m².
-fn without_wheels(inertia_kg_m2: &[f64; 6], wheels: &[SimulatedWheel]) -> [f64; 3] {
+pub(super) fn without_wheels(inertia_kg_m2: &[f64; 6], wheels: &[SimulatedWheel]) -> [f64; 3] {
     let mut rest = tensor(inertia_kg_m2);
     for SimulatedWheel { wheel, .. } in wheels {
         rest -= wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2;
@@ -118,6 +122,9 @@ struct ScenarioFile {
     name: String,
     duration_s: Spanned<f64>,
     spacecraft: SpacecraftFile,
+    #[serde(default)]
+    change: Vec<Spanned<ChangeFile>>,
+    drift: Option<DriftFile>,
     #[serde(default)]
     wheel: Vec<Spanned<WheelFile>>,
     torque: Option<ExternalProfileFile>,

@@ -36,9 +36,11 @@
 //! sigma_kg_m2 = [30, 30, 30, 10, 10, 10]
 //! ```
 //!
-//! What differs from run to run of a campaign: see [`dispersion`].
+//! How the inertia changes in flight: see [`change`]. What differs from run to run of a campaign: see
+//! [`dispersion`].
 
 mod built_in;
+pub mod change;
 mod control;
 pub mod dispersion;
 mod file;
@@ -55,6 +57,7 @@ use super::error::{InputError, Place, Problem};
 use super::toml_source::TomlSource;
 
 pub use built_in::{DEFAULT_SCENARIO, built_in_names};
+pub use change::Changes;
 pub use control::Control;
 pub use dispersion::Dispersion;
 pub use profile::{ExternalTorque, Sine, TorqueProfile};
@@ -73,6 +76,8 @@ pub struct Scenario {
     pub duration_s: f64,
     /// The body at the start.
     pub spacecraft: Spacecraft,
+    /// How its inertia changes in flight.
+    pub changes: Changes,
     /// The reaction wheels, in the order of the estimator's wheel speeds.
     pub wheels: Vec<SimulatedWheel>,
     /// External torque that is commanded, hence known to the estimator.
