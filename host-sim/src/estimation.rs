@@ -343,6 +343,12 @@ fn configure<T: Real>(mut config: joint_ekf::Config<T>, setup: &Setup<'_>) -> jo
     config
 }
 
+/// How fast each element of the inertia may wander, if anything is known of that.
+fn inertia_walk_kg_m2_sqrt_s<T: Real>(setup: &Setup<'_>) -> Option<T> {
+    const SQRT_SECONDS_PER_HOUR: f64 = 60.0;
+    setup.craft.inertia_walk_kg_m2_sqrt_hour.map(|walk| T::lit(walk / SQRT_SECONDS_PER_HOUR))
+}
+
 fn configure_gate<T: Real>(gate: &mut gate::Config<T>, setup: &Setup<'_>) {
     if let Some(range) = setup.craft.gyro.range_rad_s {
         gate.range_rad_s = T::lit(range);

@@ -139,7 +139,7 @@ fn report(options: &Options, samples: usize, flown: &Flown) -> ReplayReport {
         residual_rms_rad_s: estimate.residual_rms_rad_s,
         residuals_white: estimate.residuals_white,
         projected: estimate.projected,
-        changes: u64::from(counts.change_resets),
+        changes: u64::from(flown.changes()),
     }
 }
 
