@@ -336,6 +336,9 @@ fn configure<T: Real>(mut config: joint_ekf::Config<T>, setup: &Setup<'_>) -> jo
     if let Some(walk) = setup.craft.rate_walk_rad_s_sqrt_s {
         config.rate_walk_rad_s_sqrt_s = T::lit(walk);
     }
+    if let Some(walk) = inertia_walk_kg_m2_sqrt_s(setup) {
+        config.inertia_walk_kg_m2_sqrt_s = [walk; 6];
+    }
     if !setup.refuse_spikes {
         config.spike_sigma = T::MAX;
     }
@@ -437,6 +440,13 @@ pub struct Flown {
     pub counts: OutcomeCounts,
     /// The estimate after the last one.
     pub estimate: Estimate<f64>,
+}
+
+impl Flown {
+    /// How often what was known before was dropped, since new data contradicted it.
+    pub fn changes(&self) -> u32 {
+        self.counts.change_resets.saturating_add(self.counts.lockout_resets)
+    }
 }
 
 /// Streams a log through an estimator, and shows each step to `watch`.

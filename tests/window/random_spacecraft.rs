@@ -102,6 +102,7 @@ pub fn draw(seed: u64) -> Scenario {
         prior: None,
         control: None,
         rate_walk_rad_s_sqrt_s: None,
+        inertia_walk_kg_m2_sqrt_hour: None,
         dispersion: Dispersion::default(),
         initial_estimate: None,
     }

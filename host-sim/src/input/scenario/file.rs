@@ -66,7 +66,8 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
             gyro_bias: file.disturbance.gyro_bias,
         },
         prior: file.prior.map(|prior| prior.check(check)).transpose()?,
-        rate_walk_rad_s_sqrt_s: file.filter.check(check)?,
+        rate_walk_rad_s_sqrt_s: file.filter.rate_walk(check)?,
+        inertia_walk_kg_m2_sqrt_hour: file.filter.inertia_walk(check)?,
         dispersion,
         initial_estimate: None,
     })
@@ -331,6 +332,10 @@ noise_rad_s = 1e-4
             ("range_rad_s = 0", "`gyro.range_rad_s` is 0; it must be positive"),
             ("[disturbance]\ntorque_n_m = [1]", "`disturbance.torque_n_m` has 1 entries"),
             ("[filter]\nrate_walk_rad_s_sqrt_s = -1", "`filter.rate_walk_rad_s_sqrt_s` is -1; it"),
+            (
+                "[filter]\ninertia_walk_kg_m2_sqrt_hour = nan",
+                "`filter.inertia_walk_kg_m2_sqrt_hour` is NaN; it must be zero or positive",
+            ),
             ("[disturbance]\nbias = true", "unknown key `bias` (did you mean `gyro_bias`?)"),
         ] {
             let message = message(&format!("{GOOD}{extra}\n"));

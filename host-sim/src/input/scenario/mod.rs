@@ -31,6 +31,7 @@
 //! torque_n_m = [0.0, 0.0, 0.0]                                 # the truth, untold to the estimator
 //! [filter]                                                     # optional
 //! rate_walk_rad_s_sqrt_s = 1.0e-6                              # process noise, where there is one
+//! inertia_walk_kg_m2_sqrt_hour = 0.02                          # of each element: one sigma after an hour
 //! [prior]                                                      # optional
 //! inertia_kg_m2 = [25, 25, 25, 2, 2, 2]
 //! sigma_kg_m2 = [30, 30, 30, 10, 10, 10]
@@ -94,6 +95,8 @@ pub struct Scenario {
     pub prior: Option<Prior>,
     /// Process noise of the rate that filters are told, (rad/s)/√s; each has its own if none.
     pub rate_walk_rad_s_sqrt_s: Option<f64>,
+    /// Random walk of each element of the inertia that filters are told, kg m²/√h; none if none.
+    pub inertia_walk_kg_m2_sqrt_hour: Option<f64>,
     /// What differs from run to run of a campaign.
     pub dispersion: Dispersion,
     /// Where the estimator of this run starts, once drawn: see [`Scenario::of_seed`].
@@ -184,6 +187,7 @@ impl Scenario {
             },
             prior: physical.or_else(|| self.prior.clone()),
             rate_walk_rad_s_sqrt_s: self.rate_walk_rad_s_sqrt_s,
+            inertia_walk_kg_m2_sqrt_hour: self.inertia_walk_kg_m2_sqrt_hour,
             solve_for: self.solve_for,
             initial_estimate: self.initial_estimate.clone(),
         }
