@@ -344,6 +344,46 @@ mod tests {
         }
     }
 
+    #[test]
+    fn sensitivities_to_a_disturbance_torque_are_differences_between_flights_that_feel_it() {
+        let mut scenario = Scenario::load("stsat3-spin-up").unwrap();
+        scenario.solve_for.torque = true;
+        let craft = Spacecraft::new(&scenario);
+        let equations = Sensitivities::new(&craft, Unknowns::of(&scenario));
+        let end_s = 600.0;
+        let start = equations.from_motion(craft.initial_state());
+        let expected = equations.of_rate(&advance(&equations, 0.0, end_s, start).unwrap());
+        let step_n_m = 1e-6;
+        for axis in 0..3 {
+            let at = |sign: f64| {
+                let mut disturbed = scenario.clone();
+                disturbed.disturbance_torque_n_m[axis] = sign * step_n_m;
+                let craft = Spacecraft::new(&disturbed);
+                let end = advance(&craft, 0.0, end_s, craft.initial_state()).unwrap();
+                craft.motion(&end).rate_rad_s
+            };
+            let slope = (at(1.0) - at(-1.0)) / (2.0 * step_n_m) * craft.typical_kg_m2();
+            let expected = expected.column(9 + axis);
+            let error = (slope - expected).norm();
+            // Third derivatives times the step squared, and rounding over the step.
+            assert!(error < 1e-5 * expected.norm(), "{axis}: {error} of {}", expected.norm());
+        }
+    }
+
+    #[test]
+    fn who_must_find_a_disturbance_too_finds_the_inertia_less_well() {
+        let mut scenario = Scenario::load("microsat-slew").unwrap();
+        scenario.disturbance_torque_n_m = Vector3::new(1e-5, -1e-5, 0.0);
+        let alone = Flight::simulate(&scenario).unwrap().bound;
+        scenario.solve_for.torque = true;
+        let both = Flight::simulate(&scenario).unwrap().bound;
+        assert_eq!(both.unknowns.names().len(), 12);
+        for i in 0..6 {
+            let ratio = both.sigma_kg_m2[i].unwrap() / alone.sigma_kg_m2[i].unwrap();
+            assert!(ratio > 1.01, "element {i}: {ratio}");
+        }
+    }
+
     /// A body that is shaken during these times, s, and whatever else happens to it.
     fn shaken(duration_s: f64, during_s: &str, other: &str) -> Scenario {
         let text = format!(

@@ -146,3 +146,42 @@ fn kinks_s(scenario: &Scenario) -> Vec<f64> {
 fn seconds(time_us: u64) -> f64 {
     time_us as f64 * 1e-6
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::scenario::ExternalTorque;
+    use crate::input::scenario::change::SuddenChange;
+
+    #[test]
+    fn a_disturbance_moves_the_body_as_a_command_does_and_is_told_to_nobody() {
+        let commanded = Scenario::load("stsat3-spin-up").unwrap();
+        let disturbed = Scenario {
+            torque: ExternalTorque::ZERO,
+            disturbance_torque_n_m: commanded.torque.at(0.0),
+            ..commanded.clone()
+        };
+        assert_eq!(disturbed.craft(), commanded.craft());
+        let [commanded, disturbed] =
+            [commanded, disturbed].map(|scenario| Flight::simulate(&scenario).unwrap());
+        for (commanded, disturbed) in commanded.instants.iter().zip(&disturbed.instants) {
+            assert!((commanded.rate_rad_s - disturbed.rate_rad_s).norm() < 1e-12);
+            assert_eq!(disturbed.torque_n_m, Vector3::zeros());
+        }
+    }
+
+    #[test]
+    fn a_sample_at_the_very_time_of_a_change_sees_what_follows() {
+        let mut scenario = Scenario::load("stsat3-spin-up").unwrap();
+        scenario.changes.sudden = vec![SuddenChange {
+            time_s: 300.0,
+            inertia_kg_m2: scenario.spacecraft.inertia_kg_m2.map(|j| 2.0 * j),
+        }];
+        let instants = Flight::simulate(&scenario).unwrap().instants;
+        assert_eq!(instants.len(), 6001);
+        let rate = |index: usize| instants[index].rate_rad_s.norm();
+        // Twice the inertia, half the rate; a tenth of a second's torque is 1e-5 rad/s.
+        assert!((rate(3000) - 0.5 * rate(2999)).abs() < 2e-5, "{} {}", rate(2999), rate(3000));
+        assert!((rate(2999) - rate(2998)).abs() < 2e-5);
+    }
+}
