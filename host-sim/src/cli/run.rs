@@ -42,7 +42,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             table: &table,
             result: &report,
             history: &estimated.history,
-            truth_kg_m2: Some(truth_kg_m2),
             simulated: Some(Simulated { log: &log, craft: &craft, flight: &flight }),
         }
         .write(folder)?;

@@ -19,6 +19,8 @@ pub struct Instant {
     pub time_us: u64,
     /// Body rate relative to inertial space, body axes, rad/s.
     pub rate_rad_s: Vector3<f64>,
+    /// `jxx jyy jzz jxy jxz jyz`, kg m².
+    pub inertia_kg_m2: [f64; 6],
     /// Rotation that takes body axes to inertial axes.
     pub attitude: UnitQuaternion<f64>,
     /// Wheel speeds relative to the body, rad/s.
@@ -93,6 +95,7 @@ impl<Times: Iterator<Item = u64>> Course<'_, Times> {
             self.instants.push(Instant {
                 time_us,
                 rate_rad_s: motion.rate_rad_s,
+                inertia_kg_m2: stretch.inertia_at_kg_m2(time_s),
                 attitude: motion.attitude,
                 wheel_speed_rad_s: motion.wheel_speed_rad_s,
                 torque_n_m: self.scenario.torque.at(time_s),
@@ -183,5 +186,7 @@ mod tests {
         // Twice the inertia, half the rate; a tenth of a second's torque is 1e-5 rad/s.
         assert!((rate(3000) - 0.5 * rate(2999)).abs() < 2e-5, "{} {}", rate(2999), rate(3000));
         assert!((rate(2999) - rate(2998)).abs() < 2e-5);
+        assert_eq!(instants[2999].inertia_kg_m2, scenario.spacecraft.inertia_kg_m2);
+        assert_eq!(instants[3000].inertia_kg_m2, scenario.final_inertia_kg_m2());
     }
 }
