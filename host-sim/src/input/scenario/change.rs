@@ -243,6 +243,11 @@ spin_inertia_kg_m2 = 1.0
         let dispersion = "[dispersion]\ninertia_factor = [1.0, 2.0]\n";
         let scenario = parse(&format!("{FACTOR}{dispersion}")).unwrap();
         near(scenario.of_truth(1).final_inertia_kg_m2(), [6.0, 8.4, 10.0, 0.4, 0.0, 0.0]);
+        // A wheel of 1 kg m² about z, in a body that is to have 0.9.
+        let change = TENSOR.replace("6, 7, 8, 0", "3, 3, 3, 0");
+        let message = parse(&format!("{change}{}", dispersion.replace("2.0", "0.3")));
+        let message = message.unwrap_err().to_string();
+        assert!(message.starts_with("s.toml:15: `dispersion.inertia_factor`"), "{message}");
     }
 
     #[test]

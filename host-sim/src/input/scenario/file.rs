@@ -33,11 +33,15 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
         .map(|(index, wheel)| wheel.get_ref().check(check, &wheel_key(index), folder))
         .collect::<Result<Vec<_>, _>>()?;
     check_wheels_fit(check, &file.spacecraft.inertia_kg_m2, &spacecraft, &wheels)?;
-    let carries_wheels =
-        |factor| without_wheels(&spacecraft.inertia_kg_m2.map(|j| j * factor), &wheels)[0] > 0.0;
-    let dispersion = file.dispersion.check(check, carries_wheels)?;
     let body = (&spacecraft.inertia_kg_m2, wheels.as_slice());
     let changes = changes(check, &file.change, file.drift.as_ref(), body, duration_s)?;
+    let later = changes.sudden.iter().map(|change| change.inertia_kg_m2);
+    let tensors: Vec<[f64; 6]> = later.chain([spacecraft.inertia_kg_m2]).collect();
+    let carries_wheels = |factor: f64| {
+        let rest = |tensor: &[f64; 6]| without_wheels(&tensor.map(|j| j * factor), &wheels)[0];
+        tensors.iter().all(|tensor| rest(tensor) > 0.0)
+    };
+    let dispersion = file.dispersion.check(check, carries_wheels)?;
     let torque = match &file.torque {
         Some(profile) => external_profile(check, profile, folder)?,
         None => ExternalTorque::ZERO,
