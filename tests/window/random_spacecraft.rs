@@ -8,7 +8,8 @@ use rand_pcg::Pcg64;
 use host_sim::input::craft::Wheel;
 use host_sim::input::scenario::dispersion::Dispersion;
 use host_sim::input::scenario::{
-    ExternalTorque, Scenario, SimulatedGyro, SimulatedWheel, Sine, Spacecraft, TorqueProfile,
+    Changes, ExternalTorque, Scenario, SimulatedGyro, SimulatedWheel, Sine, Spacecraft,
+    TorqueProfile,
 };
 
 /// Sines per actuator.
@@ -85,6 +86,7 @@ pub fn draw(seed: u64) -> Scenario {
             rate_rad_s: initial_rate,
             attitude: UnitQuaternion::identity(),
         },
+        changes: Changes::default(),
         wheels: wheels.collect(),
         torque,
         gyro: SimulatedGyro {
@@ -100,6 +102,7 @@ pub fn draw(seed: u64) -> Scenario {
         prior: None,
         control: None,
         rate_walk_rad_s_sqrt_s: None,
+        inertia_walk_kg_m2_sqrt_hour: None,
         dispersion: Dispersion::default(),
         initial_estimate: None,
     }

@@ -2,6 +2,7 @@
 
 use clap::Args;
 
+use super::estimate::note_what_changes;
 use super::{Failure, print};
 use crate::input::Scenario;
 use crate::input::scenario::DEFAULT_SCENARIO;
@@ -20,11 +21,12 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = Scenario::load(&arguments.scenario)?;
+    note_what_changes(&scenario);
     let bound = Flight::simulate(&scenario)?.bound;
     let report = CrlbReport::new(
         &scenario.name,
         bound.unknowns.names().into_iter().map(str::to_owned).collect(),
-        scenario.spacecraft.inertia_kg_m2,
+        scenario.final_inertia_kg_m2(),
         bound.sigma_kg_m2,
         bound.observed_directions,
     );

@@ -45,6 +45,13 @@ enum Verb {
     /// five of the estimator's own sigmas: far off, and sure of it. Where runs have different truths,
     /// the table shows their mean and the RMS of their bounds, and each run is measured with its own.
     ///
+    /// A change is found in a run where the estimator dropped what it knew before, at least once, since
+    /// new data contradicted it. Residuals aren't white where they don't look like the gyro's noise at
+    /// the end of a run; not every estimator tests that.
+    ///
+    /// Where the inertia changes in flight, the truth is that at the end, and the bound is of what follows
+    /// the last sudden change.
+    ///
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
     /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.
     Mc(mc::Arguments),

@@ -78,7 +78,7 @@ pub struct RunReport {
     /// What `replay` would say of the flight's log.
     #[serde(flatten)]
     pub estimate: ReplayReport,
-    /// The true elements, kg m².
+    /// The true elements at the end of the flight, kg m².
     pub truth_kg_m2: [f64; 6],
     /// Estimated minus true, in per cent of the true element; null where that is zero.
     pub error_percent: [Option<f64>; 6],
@@ -109,7 +109,12 @@ pub struct McReport {
     pub diverged: u64,
     /// Runs that did not diverge, and say that they haven't converged or are far from the truth.
     pub not_converged: u64,
-    /// The true elements, kg m²; their mean where runs have different ones.
+    /// Runs, of all, in which what was known before was dropped at least once, since new data
+    /// contradicted it.
+    pub changes: u64,
+    /// Runs, of all, whose last residuals don't look like white noise; none where that isn't tested.
+    pub residuals_not_white: u64,
+    /// The true elements at the end of the flight, kg m²; their mean where runs have different ones.
     pub truth_kg_m2: [f64; 6],
     /// RMS of estimated minus true, kg m²; null if all runs diverged.
     pub rmse_kg_m2: [Option<f64>; 6],
@@ -286,6 +291,8 @@ pub(super) mod examples {
             used: 48,
             diverged: 2,
             not_converged: 1,
+            changes: 3,
+            residuals_not_white: 0,
             truth_kg_m2: TRUTH,
             rmse_kg_m2: bound.map(|bound| Some(1.25 * bound)),
             bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
@@ -375,6 +382,7 @@ mod tests {
             "bias_kg_m2",
             "bias_over_bound",
             "bound_kg_m2",
+            "changes",
             "diverged",
             "estimator",
             "nees_95",
@@ -382,6 +390,7 @@ mod tests {
             "nees_runs",
             "not_converged",
             "precision",
+            "residuals_not_white",
             "rmse_kg_m2",
             "rmse_over_bound",
             "runs",

@@ -31,6 +31,10 @@ pub struct RunRow {
     pub diverged: bool,
     /// How often the estimator gave up and started anew.
     pub restarts: u32,
+    /// How often it dropped what it knew before, since new data contradicted it.
+    pub changes: u32,
+    /// Whether its last residuals look like white noise, if that is tested.
+    pub residuals_white: Option<bool>,
 }
 
 /// A file of runs, opened before the first is flown: a campaign is too long to lose to a wrong path.
@@ -63,7 +67,8 @@ fn write_runs<W: io::Write>(out: W, rows: impl IntoIterator<Item = RunRow>) -> i
         cells.extend(numbers.iter().map(|x| format!("{x:?}")));
         cells.push(row.nees.map_or(String::new(), |x| format!("{x:?}")));
         cells.extend([row.converged.to_string(), row.diverged.to_string()]);
-        cells.push(row.restarts.to_string());
+        cells.extend([row.restarts.to_string(), row.changes.to_string()]);
+        cells.push(row.residuals_white.map_or(String::new(), |white| white.to_string()));
         out.write_record(&cells)?;
     }
     out.flush()
@@ -74,7 +79,8 @@ fn header() -> Vec<String> {
     for quantity in ["", "sigma_", "error_"] {
         names.extend(ELEMENT_NAMES.map(|element| format!("{quantity}{element}_kg_m2")));
     }
-    names.extend(["nees", "converged", "diverged", "restarts"].map(str::to_owned));
+    names.extend(["nees", "converged", "diverged"].map(str::to_owned));
+    names.extend(["restarts", "changes", "residuals_white"].map(str::to_owned));
     names
 }
 
@@ -95,6 +101,8 @@ mod tests {
             converged: true,
             diverged: false,
             restarts: 0,
+            changes: 2,
+            residuals_white: None,
         };
         let bad = RunRow {
             run: 1,
@@ -104,6 +112,7 @@ mod tests {
             nees: None,
             converged: false,
             diverged: true,
+            residuals_white: Some(false),
             ..good.clone()
         };
         let mut bytes = Vec::new();
@@ -112,15 +121,15 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("run,seed,status,jxx_kg_m2,"), "{}", lines[0]);
         assert!(
-            lines[0].ends_with(",error_jyz_kg_m2,nees,converged,diverged,restarts"),
+            lines[0].ends_with(",nees,converged,diverged,restarts,changes,residuals_white"),
             "{}",
             lines[0]
         );
         assert!(lines[1].starts_with("0,7,converged,1.0,2.0,"), "{}", lines[1]);
-        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0"), "{}", lines[1]);
-        assert!(lines[2].ends_with(",NaN,,false,true,0"), "{}", lines[2]);
+        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0,2,"), "{}", lines[1]);
+        assert!(lines[2].ends_with(",NaN,,false,true,0,2,false"), "{}", lines[2]);
         for line in &lines {
-            assert_eq!(line.split(',').count(), 25, "{line}");
+            assert_eq!(line.split(',').count(), 27, "{line}");
         }
     }
 

@@ -118,6 +118,8 @@ pub fn mc(report: &McReport) -> String {
                 report.runs, report.diverged, report.not_converged
             ),
         ),
+        heading("changes", &format!("found in {} runs", report.changes)),
+        heading("residuals", &format!("not white in {} runs", report.residuals_not_white)),
         heading("NEES", &honesty(report)),
         heading("speed", &speed(report)),
         "\n".to_owned(),
@@ -389,6 +391,8 @@ jyz         0.01161    1.66e-5
 scenario            stsat3-spin-up, seeds 100 to 149
 estimator           joint-ekf, f32
 runs                50: 2 diverged (left out below), 1 of the others not converged
+changes             found in 3 runs
+residuals           not white in 0 runs
 NEES                1.092 per degree of freedom (honest: 0.8881 to 1.119, 95 %)
 speed               300050 steps in 1.26 s; the estimator alone 512346 steps/s per core
 

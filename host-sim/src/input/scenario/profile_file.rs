@@ -6,6 +6,9 @@
 //! | `"multisine"` | `amplitude_n_m`, `frequency_hz`, `phase_rad` = lists of one length | lists of 3 such lists |
 //! | `"table"` | `csv` = file with columns `t_s`, `x` | `csv` = file with columns `t_s`, `x`, `y`, `z` |
 //!
+//! Any of them may have `during_s` = list of `[start, end]`: it then acts only during these, its own
+//! time counted from each start, and is zero in between.
+//!
 //! The keys of all kinds are fields of one struct, rather than variants of an enum tagged by
 //! `kind`: serde forgets the line numbers inside such an enum.
 
@@ -16,7 +19,7 @@ use toml::Spanned;
 
 use super::super::check::Check;
 use super::super::csv_source::CsvSource;
-use super::super::error::{CsvProblem, InputError, Problem};
+use super::super::error::{CsvProblem, InputError, Problem, numbers};
 use super::{ExternalTorque, Sine, TorqueProfile};
 
 /// A list of numbers that knows where it stands.
@@ -36,6 +39,7 @@ pub(super) struct ProfileFile<Value, Lists> {
     frequency_hz: Option<Spanned<Lists>>,
     phase_rad: Option<Spanned<Lists>>,
     csv: Option<Spanned<String>>,
+    during_s: Option<Spanned<Vec<Vec<f64>>>>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -71,19 +75,23 @@ pub(super) fn wheel_profile(
     file: &WheelProfileFile,
     folder: &Path,
 ) -> Result<TorqueProfile, InputError> {
-    match parts(check, key, file)? {
+    let profile = match parts(check, key, file)? {
         Parts::Constant(value) => {
             let value_n_m = check.finite(&format!("{key}.value_n_m"), value)?;
-            Ok(TorqueProfile::Constant { value_n_m })
+            TorqueProfile::Constant { value_n_m }
         }
         Parts::Multisine { amplitude, frequency, phase } => {
-            multisine(check, &SineKeys::new(key, ""), amplitude, frequency, phase)
+            multisine(check, &SineKeys::new(key, ""), amplitude, frequency, phase)?
         }
         Parts::Table(csv) => {
             let [profile] = table(folder, csv, ["x"])?;
-            Ok(profile)
+            profile
         }
-    }
+    };
+    Ok(match intervals_s(check, key, file)? {
+        Some(intervals_s) => during(intervals_s, profile),
+        None => profile,
+    })
 }
 
 /// Reads and checks the profile of the external torque.
@@ -112,7 +120,44 @@ pub(super) fn external_profile(
         }
         Parts::Table(csv) => table(folder, csv, ["x", "y", "z"])?,
     };
-    Ok(ExternalTorque { axes })
+    Ok(match intervals_s(check, "torque", file)? {
+        Some(intervals_s) => {
+            ExternalTorque { axes: axes.map(|profile| during(intervals_s.clone(), profile)) }
+        }
+        None => ExternalTorque { axes },
+    })
+}
+
+fn during(intervals_s: Vec<[f64; 2]>, profile: TorqueProfile) -> TorqueProfile {
+    TorqueProfile::During { intervals_s, profile: Box::new(profile) }
+}
+
+/// When a profile acts, if not always.
+fn intervals_s<Value, Lists>(
+    check: &Check<'_>,
+    key: &str,
+    file: &Spanned<ProfileFile<Value, Lists>>,
+) -> Result<Option<Vec<[f64; 2]>>, InputError> {
+    let Some(during_s) = &file.get_ref().during_s else { return Ok(None) };
+    let lists = during_s.get_ref();
+    let pairs: Option<Vec<[f64; 2]>> =
+        lists.iter().map(|list| <[f64; 2]>::try_from(list.as_slice()).ok()).collect();
+    let times: Vec<f64> = lists.concat();
+    let are_in_order = times.iter().all(|time_s| time_s.is_finite())
+        && lists.iter().all(|list| list.is_sorted_by(|a, b| a < b))
+        && times.is_sorted();
+    match pairs {
+        Some(pairs) if are_in_order && !pairs.is_empty() => Ok(Some(pairs)),
+        _ => {
+            let found: Vec<String> = lists.iter().map(|list| numbers(list)).collect();
+            let problem = Problem::BadValue {
+                key: format!("{key}.during_s"),
+                found: format!("[{}]", found.join(", ")),
+                required: "one or more [start, end], each after the one before",
+            };
+            Err(check.error(during_s, problem))
+        }
+    }
 }
 
 /// Sees that the keys of the profile's kind are there, and only those.
@@ -303,6 +348,27 @@ duration_s = 60
                      frequency_hz = [[0.25], [], [0.25, 1]]\nphase_rad = [[0], [], [0, 0]]";
         let torque = parse(&with_torque(lists)).unwrap().torque;
         assert!((torque.at(1.0) - nalgebra::Vector3::new(1.0, 0.0, 2.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn any_kind_may_act_now_and_then() {
+        let wheel = "{ kind = 'constant', value_n_m = 1, during_s = [[1, 2], [2, 4], [7, 9]] }";
+        let torque = &parse(&with_wheel(wheel)).unwrap().wheels[0].torque;
+        assert_eq!([0.5, 1.0, 3.0, 4.0, 8.0].map(|t| torque.at(t)), [0.0, 1.0, 1.0, 0.0, 1.0]);
+        let external = "kind = 'constant'\nvalue_n_m = [1, 2, 3]\nduring_s = [[1, 2]]";
+        let torque = parse(&with_torque(external)).unwrap().torque;
+        assert_eq!((torque.at(0.5).norm(), torque.at(1.5).as_slice()), (0.0, &[1.0, 2.0, 3.0][..]));
+        assert_eq!(torque.breakpoints_s(), [1.0, 2.0]);
+    }
+
+    #[test]
+    fn times_that_are_not_in_order_are_refused() {
+        for during in ["[]", "[[1]]", "[[1, 2, 3]]", "[[2, 1]]", "[[1, 1]]", "[[1, 3], [2, 4]]"] {
+            let wheel = format!("{{ kind = 'constant', value_n_m = 1, during_s = {during} }}");
+            let message = message(&with_wheel(&wheel));
+            let expected = format!("s.toml:8: `wheel[1].torque.during_s` is {during}; it must be");
+            assert!(message.starts_with(&expected), "{message}\n  expected: {expected}");
+        }
     }
 
     #[test]
