@@ -14,8 +14,8 @@
 //! then removes.)
 
 use super::block::Reading;
-use super::solution::{HARD, Hold};
-use super::unknowns::{BIAS, MOMENTUM, TORQUE, has_bias, has_torque, inertia_of};
+use super::solution::{Hold, hard};
+use super::unknowns::{BIAS, DRAG, MOMENTUM, TORQUE, has_bias, has_drag, has_torque, inertia_of};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor};
@@ -178,7 +178,7 @@ impl<T: Real, const U: usize> LinearStart<T, U> {
         let size = self.size_kg_m2(noise_rad_s).unwrap_or(T::zero());
         let mut hold = |at: usize, weight: Option<T>| {
             for i in at..at + 3 {
-                let hard = information.column_size(i) * T::lit(HARD);
+                let hard = hard(information.column_size(i));
                 let mut row = [T::zero(); U];
                 row[i] = weight.unwrap_or(hard);
                 information.add(row, T::zero());
@@ -201,6 +201,10 @@ impl<T: Real, const U: usize> LinearStart<T, U> {
                     Hold::Within(sigma) => Some(noise_rad_s / sigma),
                 },
             );
+        }
+        // Drag isn't looked for here.
+        if has_drag(U) {
+            hold(DRAG, None);
         }
         information
     }

@@ -18,6 +18,8 @@ const TORQUE_SHOWN: f64 = 11.6;
 /// Residuals whose correlation from block to block is so many sigmas aren't white: once in 10⁴
 /// windows. With the torque's that makes at most one false alarm in a hundred windows.
 const CORRELATED_SIGMA: f64 = 4.0;
+/// Residuals that hang together more than this are taken as if by this much.
+const MOST_CORRELATED: f64 = 0.95;
 /// With fewer residuals nothing is said of them.
 const ENOUGH_RESIDUALS: u32 = 30;
 /// A torque or bias counts as seen once its sigma is below this share of the range that it is held in.
@@ -65,7 +67,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let solution = solving.finish(&held)?;
         let inertia = Inertia::new(solution.point.inertia.map(|x| x * self.typical_kg_m2));
         let unit = noise * self.typical_kg_m2;
-        let covariance = solution.inertia_covariance * (unit * unit);
+        let covariance = solution.inertia_covariance * (unit * unit) * self.inflation(front);
         let residual = (squares / T::count(degrees.max(1))).sqrt();
         let estimate = Estimate {
             residuals_white: self.is_white(front, &solving),
@@ -163,6 +165,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             (None, (_, 0)) => self.noise_rad_s(),
             (None, (squares, degrees)) => (squares / T::count(degrees)).sqrt(),
         }
+    }
+
+    /// What correlation from block to block makes of a variance that is taken from residuals:
+    /// `(1 + ρ) / (1 − ρ)`, for one that fades by ρ a block. Of a gyro whose noise is given nothing is
+    /// taken from the residuals: 1.
+    pub(super) fn inflation(&self, front: &Pass<T, U>) -> T {
+        let residuals = front.residuals();
+        if self.config.gyro_noise_rad_s.is_some() || residuals.squares <= T::zero() {
+            return T::one();
+        }
+        let correlation =
+            (residuals.products / residuals.squares).max(T::zero()).min(T::lit(MOST_CORRELATED));
+        (T::one() + correlation) / (T::one() - correlation)
     }
 
     /// Whether gyro noise explains what a front leaves.

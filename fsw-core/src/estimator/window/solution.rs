@@ -3,7 +3,7 @@
 //! A pass collects what the window's data say and nothing else. To solve it, rows are added to a
 //! copy of its factor, one a slice:
 //!
-//! 1. torque and bias: zero, or within a range;
+//! 1. torque, bias and drag: zero, or within a range;
 //! 2. the past of the inertia, where there is one;
 //! 3. where the inertia is still vague, a sphere of the typical size, loosely: an inertia that no
 //!    data hold may come close to a singular one, which magnifies motion so that noise looks like
@@ -12,11 +12,12 @@
 //! What rows of 1. and 2. leave is how much the data contradict them: with white noise of variance
 //! σ², the sum of their squares over σ² is chi-square with as many degrees of freedom as rows. For a
 //! torque held at zero that is Lagrange's multiplier test for a constant torque, which uses just the
-//! part of it that no change of inertia imitates; for the past, the test for a change.
+//! part of it that no change of inertia imitates; for drag, whether the torque changes with the motion;
+//! for the past, the test for a change.
 
 use super::pass::Pass;
 use super::past::Past;
-use super::unknowns::{BIAS, Point, TORQUE, has_bias, has_torque, inertia_of};
+use super::unknowns::{BIAS, DRAG, Point, TORQUE, has_bias, has_drag, has_torque, inertia_of};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, scalar::Real};
 
@@ -26,7 +27,12 @@ pub const VAGUE: f64 = 0.15;
 /// ten times this is far from any of them, a third is no tensor that moves wildly.
 const SPHERE_SIGMA: f64 = 0.3;
 /// Held at zero, an unknown is as good as known: so many times what the data know of it.
-pub const HARD: f64 = 1.0e3;
+const HARD: f64 = 1.0e3;
+
+/// The weight that holds an unknown at zero, of which a column of this size is known.
+pub fn hard<T: Real>(column_size: T) -> T {
+    if column_size > T::zero() { column_size * T::lit(HARD) } else { T::one() }
+}
 
 /// How a torque or a bias is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +54,8 @@ pub struct Held<T: Real> {
     pub torque: Hold<T>,
     /// rad/s.
     pub bias: Hold<T>,
+    /// 1/s.
+    pub drag: Hold<T>,
     /// The inertia before this window.
     pub past: Option<Past<T>>,
 }
@@ -60,13 +68,16 @@ pub struct Solving<T: Real, const U: usize> {
     row: usize,
     /// Sums of squares that rows left, rad²/s².
     torque_square: T,
+    drag_square: T,
     past_square: T,
 }
 
-/// Rows of each kind begin at.
-const PAST: usize = 6;
-const SPHERE: usize = 12;
-const END: usize = 18;
+/// Rows of each kind begin here, three or six of each.
+const OF_BIAS: usize = 3;
+const OF_DRAG: usize = 6;
+const PAST: usize = 9;
+const SPHERE: usize = 15;
+const END: usize = 21;
 
 /// A solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,6 +102,7 @@ impl<T: Real, const U: usize> Solving<T, U> {
             point: *pass.point(),
             row: 0,
             torque_square: T::zero(),
+            drag_square: T::zero(),
             past_square: T::zero(),
         }
     }
@@ -98,16 +110,23 @@ impl<T: Real, const U: usize> Solving<T, U> {
     /// Adds one row: one slice of work. True once all are in.
     pub fn take_row(&mut self, held: &Held<T>) -> bool {
         match self.row {
-            0..TORQUE if has_torque(U) => {
-                let left =
-                    self.hold(TORQUE + self.row, self.point.torque[self.row], &held.torque, held);
+            0..OF_BIAS if has_torque(U) => {
+                let axis = self.row;
+                let left = self.hold(TORQUE + axis, self.point.torque[axis], &held.torque, held);
                 if held.torque == Hold::AtZero {
                     self.torque_square += left * left;
                 }
             }
-            TORQUE..PAST if has_bias(U) => {
-                let axis = self.row - TORQUE;
+            OF_BIAS..OF_DRAG if has_bias(U) => {
+                let axis = self.row - OF_BIAS;
                 self.hold(BIAS + axis, self.point.bias[axis], &held.bias, held);
+            }
+            OF_DRAG..PAST if has_drag(U) => {
+                let axis = self.row - OF_DRAG;
+                let left = self.hold(DRAG + axis, self.point.drag[axis], &held.drag, held);
+                if held.drag == Hold::AtZero {
+                    self.drag_square += left * left;
+                }
             }
             PAST..SPHERE => {
                 if let Some(past) = &held.past {
@@ -135,7 +154,7 @@ impl<T: Real, const U: usize> Solving<T, U> {
 
     fn hold(&mut self, column: usize, value: T, hold: &Hold<T>, held: &Held<T>) -> T {
         let weight = match hold {
-            Hold::AtZero => self.information.column_size(column) * T::lit(HARD),
+            Hold::AtZero => hard(self.information.column_size(column)),
             Hold::Within(sigma) => held.noise_rad_s / *sigma,
         };
         let mut row = [T::zero(); U];
@@ -173,6 +192,11 @@ impl<T: Real, const U: usize> Solving<T, U> {
     /// freedom.
     pub fn torque_square(&self) -> T {
         self.torque_square
+    }
+
+    /// The same for a drag of zero.
+    pub fn drag_square(&self) -> T {
+        self.drag_square
     }
 
     /// The same for the past, of six degrees of freedom.

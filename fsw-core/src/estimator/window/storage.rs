@@ -84,6 +84,9 @@ impl<T: Real, const N: usize> Storage<T, N> {
             self.scale = Scale { drive_n_m_s, duration_s };
         }
         let Some(free) = self.blocks.get_mut(self.len) else { return false };
+        if !Packed::fits(block, &self.scale) {
+            return false;
+        }
         *free = self.appending.pack(block, &self.scale);
         self.len += 1;
         true
@@ -111,7 +114,8 @@ impl<T: Real, const N: usize> Storage<T, N> {
         self.len + RESERVE >= N
     }
 
-    /// Appends a block, of which a usual one has so many samples; false if there is no room.
+    /// Appends a block, of which a usual one has so many samples; false if there is no
+    /// room, or if it is far longer than that.
     pub fn push(&mut self, block: Block<T>, usual_samples: u32, noise_rad_s: T) -> bool {
         if !self.store(&block, usual_samples) {
             return false;

@@ -1,17 +1,20 @@
 //! Momentum and its sensitivities from block to block.
 //!
-//! From a point θ = (h₀, j) total momentum follows `ḣ = τ − ω × h` with `ω = J⁻¹ (h − h_w)`, and
+//! From a point θ = (h₀, …, j) total momentum follows `ḣ = τ − d ω − ω × h` with `ω = J⁻¹ (h − h_w)`, and
 //! its sensitivities `D = ∂h/∂θ` follow
 //!
-//! `Ḋ = h × S − ω × D + E_τ`, `S = ∂ω/∂θ = J⁻¹ (D − G(ω) E_j)`.
+//! `Ḋ = h × S − ω × D − d S + E_τ − ω E_d`, `S = ∂ω/∂θ = J⁻¹ (D − G(ω) E_j)`.
 //!
-//! A constant disturbance torque acts beside the external one. A gyro bias doesn't move the body:
+//! A constant disturbance torque acts beside the external one, and a drag d ω, axis by axis, stands
+//! for what of it changes with the body's motion. A gyro bias doesn't move the body:
 //! it is added to the rate that the gyro should show.
 //!
 //! All is in units of a typical inertia, so that single precision sees numbers near 1.
 
 use super::block::Block;
-use super::unknowns::{BIAS, MOMENTUM, Point, TORQUE, has_bias, has_torque, inertia_of};
+use super::unknowns::{
+    BIAS, DRAG, MOMENTUM, Point, TORQUE, has_bias, has_drag, has_torque, inertia_of,
+};
 use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor};
 
@@ -62,9 +65,10 @@ pub struct Prediction<T: Real, const U: usize> {
 pub struct Trajectory<T: Real, const U: usize> {
     /// J⁻¹.
     inverse: Mat<T, 3, 3>,
-    /// τ and b.
+    /// τ, b and d.
     torque: Vec3<T>,
     bias: Vec3<T>,
+    drag: Vec3<T>,
     /// h.
     momentum: Vec3<T>,
     /// What rounding took from h, to be given back with the next step: motion about an unstable
@@ -85,6 +89,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
             inverse: Inertia::new(point.inertia).inverse()?,
             torque: point.torque,
             bias: point.bias,
+            drag: point.drag,
             momentum: point.momentum,
             lost: Vec3::zeros(),
             sensitivity,
@@ -102,7 +107,12 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         let torque = block.impulse_n_m_s / dt + self.torque;
         let inverse = self.inverse;
         let rate = |h: &Vec3<T>, wheels: &Vec3<T>| inverse * (h - wheels);
-        let slope = |h: &Vec3<T>, wheels: &Vec3<T>| torque - rate(h, wheels).cross(h);
+        let drag = self.drag;
+        let slope = |h: &Vec3<T>, wheels: &Vec3<T>| {
+            let w = rate(h, wheels);
+            let braked = if has_drag(U) { drag.component_mul(&w) } else { Vec3::zeros() };
+            torque - braked - w.cross(h)
+        };
 
         let start = self.momentum;
         let turn = rate(&start, &span.wheels_at_start) * dt;
@@ -147,7 +157,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     }
 
     /// Carries D across a step by the exponential series of its equation in the middle, with
-    /// `X = Δ (h^× J⁻¹ − ω^×)` and `B = E_τ − h^× J⁻¹ G(ω) E_j`,
+    /// `X = Δ ((h^× − d) J⁻¹ − ω^×)` and `B = E_τ − ω E_d − (h^× − d) J⁻¹ G(ω) E_j`,
     ///
     /// `D₁ = D₀ + (1 + X/2 + X²/6) (X D₀ + Δ B)`,
     ///
@@ -162,7 +172,13 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     ) {
         let half = T::lit(0.5);
         let one = Mat::<T, 3, 3>::identity();
-        let x = (skew(momentum) * self.inverse - skew(rate_rad_s)) * duration_s;
+        let mut by_rate = skew(momentum);
+        if has_drag(U) {
+            for i in 0..3 {
+                by_rate[(i, i)] -= self.drag[i];
+            }
+        }
+        let x = (by_rate * self.inverse - skew(rate_rad_s)) * duration_s;
         let series = one + x * (one * half + x * T::lit(1.0 / 6.0));
         let g = regressor(rate_rad_s);
         let mut carry = |c: usize, pushed: Vec3<T>, by_inertia: Vec3<T>| {
@@ -181,9 +197,16 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
                 carry(TORQUE + i, pushed, Vec3::zeros());
             }
         }
+        if has_drag(U) {
+            for i in 0..3 {
+                let mut pushed = Vec3::zeros();
+                pushed[i] = -rate_rad_s[i] * duration_s;
+                carry(DRAG + i, pushed, Vec3::zeros());
+            }
+        }
         for i in 0..6 {
             let by_inertia = self.inverse * Vec3::from(g.column(i));
-            carry(inertia_of(U) + i, -momentum.cross(&by_inertia) * duration_s, by_inertia);
+            carry(inertia_of(U) + i, -(by_rate * by_inertia) * duration_s, by_inertia);
         }
     }
 
@@ -230,14 +253,15 @@ mod tests {
 
     const INERTIA_ELEMENTS: [f64; 6] = [1.1, 0.9, 1.3, 0.1, -0.15, 0.05];
 
-    /// All three kinds of unknowns beside the inertia.
-    const UNKNOWNS: usize = 15;
+    /// All kinds of unknowns.
+    const UNKNOWNS: usize = 18;
 
     fn point() -> Point<f64> {
         Point {
             momentum: Vec3::new(0.3, -0.2, 0.25),
             torque: Vec3::new(0.002, -0.001, 0.003),
             bias: Vec3::new(0.01, 0.02, -0.01),
+            drag: Vec3::new(0.02, -0.01, 0.03),
             inertia: INERTIA_ELEMENTS,
         }
     }
@@ -329,7 +353,7 @@ mod tests {
         for span in &mut spans {
             span.block.impulse_n_m_s = Vec3::zeros();
         }
-        let free = Point { torque: Vec3::zeros(), ..point() };
+        let free = Point::new(point().momentum, INERTIA_ELEMENTS);
         let (end, _) = fly(&free, &spans);
         assert!((end.momentum.norm() - free.momentum.norm()).abs() < 1e-7);
     }

@@ -6,10 +6,11 @@
 //! | 9 | h₀, momentum at the start of the window |
 //! | 12 | h₀; τ, constant disturbance torque in body axes |
 //! | 15 | h₀; τ; b, gyro bias |
+//! | 18 | h₀; τ; b; d, drag rates: a torque that slows the rate about each axis |
 //!
 //! The inertia comes last, so that the last six rows of a triangular factor are the information on
 //! it alone, whatever the others are. All is in units of a typical inertia: momentum in rad/s,
-//! torque in rad/s².
+//! torque in rad/s², drag in 1/s.
 
 use crate::math::{Vec3, scalar::Real};
 
@@ -19,10 +20,12 @@ pub const MOMENTUM: usize = 0;
 pub const TORQUE: usize = 3;
 /// See [`MOMENTUM`].
 pub const BIAS: usize = 6;
+/// See [`MOMENTUM`].
+pub const DRAG: usize = 9;
 
 /// Whether U unknowns are a number that the table has.
 pub const fn is_a_set(unknowns: usize) -> bool {
-    matches!(unknowns, 9 | 12 | 15)
+    matches!(unknowns, 9 | 12 | 15 | 18)
 }
 
 /// Whether a torque is among U unknowns.
@@ -33,6 +36,11 @@ pub const fn has_torque(unknowns: usize) -> bool {
 /// Whether a gyro bias is among U unknowns.
 pub const fn has_bias(unknowns: usize) -> bool {
     unknowns > BIAS + 6
+}
+
+/// Whether drag rates are among U unknowns.
+pub const fn has_drag(unknowns: usize) -> bool {
+    unknowns > DRAG + 6
 }
 
 /// Where the six elements begin.
@@ -49,14 +57,17 @@ pub struct Point<T: Real> {
     pub torque: Vec3<T>,
     /// b, rad/s.
     pub bias: Vec3<T>,
+    /// d, 1/s: the torque `−d ω` of each axis, of a typical inertia.
+    pub drag: Vec3<T>,
     /// Six elements.
     pub inertia: [T; 6],
 }
 
 impl<T: Real> Point<T> {
-    /// Momentum and inertia, without torque and bias.
+    /// Momentum and inertia, without torque, bias and drag.
     pub fn new(momentum: Vec3<T>, inertia: [T; 6]) -> Self {
-        Self { momentum, torque: Vec3::zeros(), bias: Vec3::zeros(), inertia }
+        let none = Vec3::zeros();
+        Self { momentum, torque: none, bias: none, drag: none, inertia }
     }
 
     /// A step further.
@@ -73,6 +84,9 @@ impl<T: Real> Point<T> {
         if has_bias(U) {
             next.bias += three(BIAS);
         }
+        if has_drag(U) {
+            next.drag += three(DRAG);
+        }
         next
     }
 
@@ -86,6 +100,9 @@ impl<T: Real> Point<T> {
             }
             if has_bias(U) {
                 step[BIAS + i] = self.bias[i] - other.bias[i];
+            }
+            if has_drag(U) {
+                step[DRAG + i] = self.drag[i] - other.drag[i];
             }
         }
         for i in 0..6 {

@@ -8,7 +8,7 @@ use super::{BLOCKS_TO_SEE, Rework, Window, contradicts, storage};
 use crate::Reset;
 use crate::estimator::Prior;
 use crate::estimator::window::block::Reading;
-use crate::math::{Mat, scalar::Real};
+use crate::math::{Mat, Vec3, scalar::Real};
 use crate::tensor::Inertia;
 
 /// No pass before so many blocks: fewer equations than a few per unknown say little.
@@ -16,12 +16,18 @@ const BLOCKS_TO_START: usize = 16;
 /// With a past to start from, so many will do.
 const BLOCKS_TO_RESUME: usize = 2;
 /// A front whose squared residuals exceed what the noise makes of them by this factor hasn't
-/// found the solution yet: it is tried again, from its own point and from the linear start in turn.
+/// found the solution yet: it is tried again, from its own point and now and then from the linear start.
 const UNEXPLAINED: f64 = 1.5;
+/// Each attempt of so many is from the linear start.
+const LINEAR_TURN: u32 = 3;
 /// A solution within so many sigmas of its pass's own point isn't worth another.
 const SETTLED_SIGMA: f64 = 0.01;
 /// Within so many, what linearising left out doesn't show in a chi-square test.
 const NEAR_SIGMA: f64 = 1.0;
+/// Drag that noise alone imitates once in 10⁵ windows: chi-square of three degrees of freedom.
+const DRAG_SHOWN: f64 = 26.0;
+/// Or within this share of a sum of squares.
+const NEAR_SHARE: f64 = 0.01;
 /// Slices until a settled front is looked at again: two hundred rows more.
 const REST: u32 = 256;
 /// An element of more typical inertias than this is a pass that went astray.
@@ -47,6 +53,9 @@ const KNOWN: f64 = 0.01;
 const ARMED_DEGREES: u32 = 45;
 /// A row that would leave so many sigmas isn't the gyro's noise, once in 5·10⁸ rows.
 const SPIKE_SIGMA: f64 = 6.0;
+/// Where sigma is measured from residuals, which vibration and other things that come and go make
+/// uneven, it takes more.
+const SPIKE_SIGMA_UNSURE: f64 = 20.0;
 /// So many blocks in a row aren't spikes: the body has changed.
 const MOST_SPIKES: u32 = 8;
 /// A change too small for that: squares beyond twice the usual sigma add up to this. Noise alone gets
@@ -189,9 +198,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn take_front_row(&mut self) {
         let Some(front) = &self.front else { return };
         let usual = self.scale_rad_s(front).max(self.noise_rad_s());
-        let most = if self.watch.is_armed { usual * T::lit(SPIKE_SIGMA) } else { T::MAX };
+        let is_sure = self.config.gyro_noise_rad_s.is_some();
+        let spike = T::lit(if is_sure { SPIKE_SIGMA } else { SPIKE_SIGMA_UNSURE });
+        let most = if self.watch.is_armed { usual * spike } else { T::MAX };
         let Some(front) = &mut self.front else { return };
-        match front.take_row(self.carried.as_ref(), most) {
+        let taken = front.take_row(self.carried.as_ref(), most);
+        if matches!(taken, Taken::In(_)) && !front.is_busy() {
+            self.watch.refused = 0;
+        }
+        match taken {
             Taken::Silent => {}
             Taken::Refused => {
                 let block = front.next().saturating_sub(1);
@@ -202,10 +217,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                     self.watch.event = Some(Reset::Lockout);
                 }
             }
-            Taken::In(left) if self.watch.is_armed => {
-                if !front.is_busy() {
-                    self.watch.refused = 0;
-                }
+            Taken::In(left) if self.watch.is_armed && is_sure => {
                 let square = left * left / (usual * usual);
                 self.watch.sum = (self.watch.sum + square - T::lit(USUAL_SQUARE)).max(T::zero());
                 if self.watch.sum > T::lit(CHANGED_SUM) {
@@ -238,23 +250,43 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let noise = self.scale_rad_s(front);
         let within = |square: T, sigma: f64| square < noise * noise * T::lit(sigma * sigma);
         let explains = self.has_found(front);
-        let near =
-            within(solving.step_square(), NEAR_SIGMA) || within(step_square(front), NEAR_SIGMA);
+        let step = solving.step_square().min(step_square(front));
+        let near = within(step, NEAR_SIGMA);
         if explains && near && front.residuals().degrees() >= ARMED_DEGREES {
             self.watch.is_armed = true;
         }
-        if explains && near && self.past.is_some() && contradicts(solving.past_square(), noise) {
+        // What is gross needn't be measured finely.
+        let is_measured = |square: T| near || step < square * T::lit(NEAR_SHARE);
+        let past_square = solving.past_square();
+        if explains
+            && is_measured(past_square)
+            && self.past.is_some()
+            && contradicts(past_square, noise)
+        {
             self.past = None;
             self.watch.event = Some(Reset::Changed);
+            return;
+        }
+        // In the units of residuals that hang together: see `report`.
+        let shown = noise * noise * self.inflation(front) * T::lit(DRAG_SHOWN);
+        if explains
+            && (is_measured(solving.drag_square()) || self.config.gyro_noise_rad_s.is_none())
+            && !self.has_drag
+            && self.config.disturbance_torque_n_m.is_some()
+            && solving.drag_square() > shown
+        {
+            self.has_drag = true;
             return;
         }
         if explains && within(solving.step_square(), SETTLED_SIGMA) {
             self.resting = REST;
             return;
         }
-        self.try_linear = !self.try_linear;
+        self.attempts = self.attempts.wrapping_add(1);
         let found = self.plausible_point(front, solving);
-        let is_guided = explains || self.carried.is_some() || !self.try_linear;
+        let is_guided = self.is_at_noise(front)
+            || self.carried.is_some()
+            || !self.attempts.is_multiple_of(LINEAR_TURN);
         let point = match found {
             Some(point) if is_guided => Some(point),
             found => self.linear_point().or(found),
@@ -283,15 +315,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    /// Whether a pass leaves no more than the noise does, where that is given; where it isn't, than
-    /// third differences do, or at least no more than the front.
-    pub(super) fn has_found(&self, pass: &Pass<T, U>) -> bool {
+    /// Whether a pass leaves no more than the noise does, as given or as measured.
+    fn is_at_noise(&self, pass: &Pass<T, U>) -> bool {
         let noise = self.noise_rad_s();
-        let good = noise * noise * T::lit(UNEXPLAINED);
+        pass.residuals().mean_square() < noise * noise * T::lit(UNEXPLAINED)
+    }
+
+    /// Whether a pass is at the noise; or where that isn't given, and so may be more than third
+    /// differences show, leaves no more than the front.
+    fn has_found(&self, pass: &Pass<T, U>) -> bool {
         let ours = pass.residuals().mean_square();
         let front = self.front.as_ref().map_or(T::zero(), |f| f.residuals().mean_square());
-        let is_known = self.config.gyro_noise_rad_s.is_some();
-        ours < good || (!is_known && ours.is_finite() && ours <= front)
+        let is_given = self.config.gyro_noise_rad_s.is_some();
+        self.is_at_noise(pass) || (!is_given && ours.is_finite() && ours <= front)
     }
 
     /// The solution's point, or as far on the way to it as a body could be.
@@ -310,7 +346,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Where a first pass starts: from the past, from linear least squares once there is enough
     /// motion, and where that doesn't come, from a sphere.
     fn first_point(&mut self) -> Option<Point<T>> {
-        self.try_linear = !self.try_linear;
         if self.blocks.len() >= BLOCKS_TO_RESUME
             && let Some(past) = &self.past
             && let Some((inertia, covariance)) = past.solve()
@@ -367,6 +402,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             momentum: start.momentum_n_m_s * per,
             torque: start.torque_n_m * per,
             bias: start.bias_rad_s,
+            drag: Vec3::zeros(),
             inertia: start.inertia.elements_kg_m2().map(|x| x * per),
         })
     }
