@@ -138,6 +138,50 @@ fn mc_flies_what_run_flies_of(scenario: &str) {
     }
 }
 
+/// Gyros too noisy for their motion, so that some spacecraft aren't shown.
+const NOISY_SPACECRAFT: &str = "name = 'noisy'\n[random_spacecraft]\nmass_kg = [1, 100]\n\
+    rate_hz = [10, 20]\nsamples = [500, 600]\nbody_rate_rad_s = [0.01, 0.02]\n\
+    noise_over_rate = [0.02, 0.5]\n";
+
+#[test]
+fn spacecraft_at_random_are_those_of_their_seeds_and_counted_where_they_are_not_shown() {
+    let bench = Bench::new();
+    let path = bench.file("noisy.toml", NOISY_SPACECRAFT);
+    let on_cores = |cores: &str| {
+        let rows = bench.folder.path().join(cores);
+        let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(["mc", text(&path), "--runs", "12", "--json", "--out"])
+            .arg(&rows)
+            .env("RAYON_NUM_THREADS", cores)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        (without_times(&output.stdout), fs::read_to_string(rows).unwrap())
+    };
+    let (report, rows) = on_cores("1");
+    assert_eq!((&report, &rows), (&on_cores("2").0, &on_cores("2").1));
+    let count = |key: &str| report[key].as_u64().unwrap();
+    assert!((1..12).contains(&count("not_shown")), "{report}");
+    assert_eq!(count("used") + count("not_shown") + count("diverged"), 12);
+
+    for row in rows.lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let bound = json(&["crlb", text(&path), "--seed", cells[1], "--json"]);
+        let run = json(&["run", text(&path), "--seed", cells[1], "--json"]);
+        assert_eq!(bound["scenario"], format!("noisy-{}", cells[1]));
+        assert_eq!(
+            (&bound["bound_kg_m2"], &bound["scenario"]),
+            (&run["bound_kg_m2"], &run["scenario"])
+        );
+        let truth = |i: usize| run["truth_kg_m2"][i].as_f64().unwrap();
+        let mean_moment = (truth(0) + truth(1) + truth(2)) / 3.0;
+        let is_shown = (0..6).all(|i| {
+            bound["bound_kg_m2"][i].as_f64().is_some_and(|bound| bound < 0.1 * mean_moment)
+        });
+        assert_eq!(cells[cells.len() - 1], is_shown.to_string(), "{row}");
+    }
+}
+
 #[test]
 fn a_campaign_from_any_start_is_for_a_filter_that_needs_none() {
     let fly = |estimator: &str| {

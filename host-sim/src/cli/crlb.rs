@@ -13,6 +13,10 @@ pub struct Arguments {
     /// A SCENARIO.toml, or the name of a built-in one.
     #[arg(default_value = DEFAULT_SCENARIO)]
     scenario: String,
+    /// What this seed makes of a scenario whose truth differs from run to run; left out: the truth that
+    /// its file gives, or of spacecraft at random that of seed 0.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     /// Print one JSON document instead of a table.
     #[arg(long)]
     json: bool,
@@ -20,6 +24,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = Scenario::load(&arguments.scenario)?;
+    let scenario = arguments.seed.map_or_else(|| scenario.clone(), |seed| scenario.of_seed(seed));
     let bound = Flight::simulate(&scenario)?.bound;
     let report = CrlbReport::new(
         &scenario.name,

@@ -72,8 +72,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
+    let statistics = reduce(runs.iter().map(|run| &run.score));
     let Statistics {
         used,
+        not_shown,
         diverged,
         not_converged,
         rmse_kg_m2,
@@ -84,8 +86,9 @@ fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
         nees_runs,
         nees_95,
         ..
-    } = reduce(runs.iter().map(|run| &run.score));
-    let yardstick = campaign.truths.typical();
+    } = statistics;
+    let shown = runs.iter().filter(|run| run.score.verdict != Verdict::NotShown);
+    let yardstick = campaign.truths.typical(shown.map(|run| run.yardstick));
     let steps = runs.iter().map(|run| run.steps).sum();
     let estimator_s = runs.iter().map(|run| run.estimator_time.as_secs_f64()).sum::<f64>();
     McReport {
@@ -95,6 +98,7 @@ fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
         seed: campaign.first_seed,
         runs: runs.len() as u64,
         used: used as u64,
+        not_shown: not_shown as u64,
         diverged: diverged as u64,
         not_converged: not_converged as u64,
         truth_kg_m2: yardstick.truth_kg_m2,
@@ -102,6 +106,7 @@ fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
         bias_kg_m2,
         bound_kg_m2: yardstick.bound_kg_m2,
         rmse_over_bound,
+        rmse_over_bound_of_all: statistics.rmse_over_bound_of_all(),
         bias_over_bound,
         nees_per_dof,
         nees_runs: nees_runs as u64,
@@ -125,5 +130,6 @@ fn row(run: &Run) -> RunRow {
         converged: score.verdict == Verdict::Converged,
         diverged: score.verdict == Verdict::Diverged,
         restarts: run.restarts,
+        shown: score.verdict != Verdict::NotShown,
     }
 }

@@ -19,6 +19,7 @@ use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::campaign::RunFailed;
 use crate::estimation::{EstimatorName, Precision, SetUpError};
 use crate::input::InputError;
 use crate::papers::PapersFailed;
@@ -44,6 +45,9 @@ enum Verb {
     /// left out of the figures, if it says so, or if an error isn't finite, or is beyond 20 bounds and
     /// five of the estimator's own sigmas: far off, and sure of it. Where runs have different truths,
     /// the table shows their mean and the RMS of their bounds, and each run is measured with its own.
+    ///
+    /// Where each run draws its own spacecraft (`mc random-spacecraft`), those whose motion leaves the
+    /// bound of an element above a tenth of the mean moment are counted, and left out of the figures.
     ///
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
     /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.
@@ -96,6 +100,8 @@ enum Failure {
     NoNoise { file: String, why: &'static str },
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
+    #[error(transparent)]
+    Run(#[from] RunFailed),
     #[error("stopped before the first run was complete; there is no result")]
     Interrupted,
     #[error(transparent)]
@@ -111,8 +117,12 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Input(_) | Self::SetUp(_) | Self::NoNoise { .. } => 2,
+            Self::Input(_)
+            | Self::SetUp(_)
+            | Self::Run(RunFailed::SetUp(_))
+            | Self::NoNoise { .. } => 2,
             Self::Integration(_)
+            | Self::Run(RunFailed::Integration(_))
             | Self::Interrupted
             | Self::Papers(_)
             | Self::Output(_)

@@ -25,6 +25,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::iter::{ParallelBridge, ParallelIterator};
 use thiserror::Error;
 
+use crate::campaign::RunFailed;
 use crate::estimation::SetUpError;
 use crate::input::InputError;
 use crate::report::TablesReport;
@@ -44,6 +45,9 @@ pub enum PapersFailed {
     /// An estimator.
     #[error(transparent)]
     SetUp(#[from] SetUpError),
+    /// A run of a campaign.
+    #[error(transparent)]
+    Run(#[from] RunFailed),
     /// A figure.
     #[error(transparent)]
     Plot(#[from] PlotError),
@@ -122,7 +126,7 @@ impl Papers {
         Ok(flown)
     }
 
-    fn one(&self, seed: u64) -> Result<OneSeed, SetUpError> {
+    fn one(&self, seed: u64) -> Result<OneSeed, PapersFailed> {
         Ok(OneSeed {
             kim_2010: self.kim_2010.fly(seed)?,
             kim_2013: self.kim_2013.fly(seed)?,

@@ -90,7 +90,8 @@ pub struct RunReport {
 ///
 /// A run counts as diverged if its status says so, or if the error of any element isn't finite or is
 /// beyond 20 of its bounds, whatever the status. Diverged runs are counted and left out of `rmse_*`,
-/// `bias_*` and NEES.
+/// `bias_*` and NEES. Where each run draws its own spacecraft, so are those whose motion doesn't show
+/// all six elements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct McReport {
     /// Name of the scenario.
@@ -103,8 +104,11 @@ pub struct McReport {
     pub seed: u64,
     /// Runs that were completed: those asked for, or fewer after Ctrl-C.
     pub runs: u64,
-    /// Runs that the figures are of: those that did not diverge.
+    /// Runs that the figures are of: those neither diverged nor not shown.
     pub used: u64,
+    /// Runs that drew a spacecraft whose motion leaves the bound of an element above a tenth of the mean
+    /// moment.
+    pub not_shown: u64,
     /// Runs that diverged: by their own word, or far from the truth and sure of it.
     pub diverged: u64,
     /// Runs that did not diverge, and say that they haven't converged or are far from the truth.
@@ -120,6 +124,8 @@ pub struct McReport {
     pub bound_kg_m2: [Option<f64>; 6],
     /// RMS of each run's error over its own bound; null where there is no bound.
     pub rmse_over_bound: [Option<f64>; 6],
+    /// The same over all elements; null where any has no bound.
+    pub rmse_over_bound_of_all: Option<f64>,
     /// Mean of each run's error over its own bound; null where there is no bound.
     pub bias_over_bound: [Option<f64>; 6],
     /// Mean normalised estimation error squared over its six degrees of freedom: 1 for an honest
@@ -131,7 +137,7 @@ pub struct McReport {
     pub nees_95: Option<[f64; 2]>,
     /// Samples given to the estimator, all runs together.
     pub steps: u64,
-    /// Time that the runs took, s; truth and bound, simulated before, don't count.
+    /// Time that the runs took, s; truth and bound don't count unless each run has its own.
     pub wall_s: f64,
     /// Samples over the time spent in the estimator, summed over threads, 1/s.
     pub steps_per_s_per_core: Option<f64>,
@@ -284,6 +290,7 @@ pub(super) mod examples {
             seed: 100,
             runs: 50,
             used: 48,
+            not_shown: 0,
             diverged: 2,
             not_converged: 1,
             truth_kg_m2: TRUTH,
@@ -291,6 +298,7 @@ pub(super) mod examples {
             bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
             bound_kg_m2: bound.map(Some),
             rmse_over_bound: [Some(1.25); 6],
+            rmse_over_bound_of_all: Some(1.25),
             bias_over_bound: [Some(-0.1); 6],
             nees_per_dof: Some(1.0923),
             nees_runs: 48,
@@ -381,9 +389,11 @@ mod tests {
             "nees_per_dof",
             "nees_runs",
             "not_converged",
+            "not_shown",
             "precision",
             "rmse_kg_m2",
             "rmse_over_bound",
+            "rmse_over_bound_of_all",
             "runs",
             "scenario",
             "seed",

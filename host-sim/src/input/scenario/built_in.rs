@@ -3,11 +3,12 @@
 /// What `run` simulates if it is told nothing.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
-const BUILT_IN: [(&str, &str); 8] = [
+const BUILT_IN: [(&str, &str); 9] = [
     (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
     ("cubesat-pyramid", include_str!("../../../scenarios/cubesat-pyramid.toml")),
     ("kim-2010-slew", include_str!("../../../scenarios/kim-2010-slew.toml")),
     ("microsat-slew", include_str!("../../../scenarios/microsat-slew.toml")),
+    ("random-spacecraft", include_str!("../../../scenarios/random-spacecraft.toml")),
     ("bellar-2019", include_str!("../../../scenarios/bellar-2019.toml")),
     ("bellar-2019-campaign", include_str!("../../../scenarios/bellar-2019-campaign.toml")),
     ("kim-2013", include_str!("../../../scenarios/kim-2013.toml")),

@@ -36,7 +36,8 @@
 //! sigma_kg_m2 = [30, 30, 30, 10, 10, 10]
 //! ```
 //!
-//! What differs from run to run of a campaign: see [`dispersion`].
+//! What differs from run to run of a campaign: see [`dispersion`], and [`random_spacecraft`] where
+//! each run has a spacecraft of its own.
 
 mod built_in;
 mod control;
@@ -44,6 +45,7 @@ pub mod dispersion;
 mod file;
 mod profile;
 mod profile_file;
+pub mod random_spacecraft;
 
 use std::path::Path;
 
@@ -58,6 +60,7 @@ pub use built_in::{DEFAULT_SCENARIO, built_in_names};
 pub use control::Control;
 pub use dispersion::Dispersion;
 pub use profile::{ExternalTorque, Sine, TorqueProfile};
+pub use random_spacecraft::RandomSpacecraft;
 
 /// Most samples a simulation may have: twelve days at 10 Hz, a gigabyte or so of memory.
 pub const MAX_SAMPLES: f64 = 1e7;

@@ -71,7 +71,7 @@ impl Study {
         elements: std::ops::Range<usize>,
         runs: &[Run],
     ) -> Result<String, PlotError> {
-        let typical = self.truths.typical();
+        let typical = self.truths.typical(runs.iter().map(|run| run.campaign[0].yardstick));
         let panel = |i: usize| {
             let bound_percent =
                 typical.bound_kg_m2[i].map_or(1.0, |b| 100.0 * b / typical.truth_kg_m2[i].abs());

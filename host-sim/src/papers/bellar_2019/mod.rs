@@ -9,7 +9,7 @@ use super::PapersFailed;
 use super::course::{Course, Method, OWN};
 use super::distribution::Distribution;
 use crate::campaign::statistics::{FAR, SURE, Verdict};
-use crate::campaign::{self, Campaign, Truths};
+use crate::campaign::{self, Campaign, RunFailed, Truths};
 use crate::estimation::{EstimatorName, OnBoard, Precision, SetUpError};
 use crate::input::{ELEMENT_NAMES, Scenario};
 use crate::report::published::{PublishedTable, Row};
@@ -82,7 +82,7 @@ impl Study {
     }
 
     /// Flies one seed.
-    pub fn fly(&self, seed: u64) -> Result<Run, SetUpError> {
+    pub fn fly(&self, seed: u64) -> Result<Run, RunFailed> {
         let [a, b, c, d, e] = CAMPAIGN.map(|method| self.campaign_run(method, seed));
         Ok(Run {
             published: self.one_flight(PUBLISHED, seed)?,
@@ -91,7 +91,7 @@ impl Study {
         })
     }
 
-    fn campaign_run(&self, method: Method, seed: u64) -> Result<campaign::Run, SetUpError> {
+    fn campaign_run(&self, method: Method, seed: u64) -> Result<campaign::Run, RunFailed> {
         let Method { estimator, precision } = method;
         let (scenario, truths) = (&self.campaign, &self.truths);
         Campaign { scenario, truths, estimator, precision, first_seed: seed, runs: 1 }.run(0)
