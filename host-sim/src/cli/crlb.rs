@@ -6,7 +6,7 @@ use super::{Failure, print};
 use crate::input::Scenario;
 use crate::input::scenario::DEFAULT_SCENARIO;
 use crate::report::{CrlbReport, table};
-use crate::truth::Flight;
+use crate::truth::{Bound, Flight, IntegrationFailed, TorqueEffect};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -33,5 +33,25 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         bound.sigma_kg_m2,
         bound.observed_directions,
     );
+    let report = match torque_effect(&scenario, bound)? {
+        Some(asked) if scenario.solve_for.torque => report.with_torque(None, asked.together_n_m),
+        Some(unmodelled) => {
+            report.with_torque(Some(unmodelled.inertia_error_kg_m2_per_n_m), unmodelled.alone_n_m)
+        }
+        None => report,
+    };
     print(arguments.json, &report, &table::crlb(&report))
+}
+
+/// What a constant torque does, which takes another flight if the scenario doesn't ask for it.
+fn torque_effect(
+    scenario: &Scenario,
+    bound: Bound,
+) -> Result<Option<TorqueEffect>, IntegrationFailed> {
+    if scenario.solve_for.torque {
+        return Ok(bound.torque);
+    }
+    let mut asking = scenario.clone();
+    asking.solve_for.torque = true;
+    Ok(Flight::simulate(&asking)?.bound.torque)
 }

@@ -156,6 +156,13 @@ pub struct CrlbReport {
     pub bound_percent: [Option<f64>; 6],
     /// Directions of the six-dimensional space of tensors that the motion shows, 0 to 6.
     pub observed_directions: usize,
+    /// Error of each element by a constant body torque about x, y and z that isn't modelled, to first
+    /// order, kg m² per N m; null where the element is not observed, and altogether where the torque is
+    /// among the unknowns.
+    pub inertia_error_kg_m2_per_n_m: Option<[Option<[f64; 3]>; 6]>,
+    /// One sigma with which a constant torque about each axis stands out of the residuals, N m, the
+    /// unknowns adapting to it; null where they imitate it.
+    pub torque_bound_n_m: [Option<f64>; 3],
 }
 
 impl ReplayReport {
@@ -204,9 +211,24 @@ impl CrlbReport {
         bound_kg_m2: [Option<f64>; 6],
         observed_directions: usize,
     ) -> Self {
-        let bound_percent = std::array::from_fn(|i| percent(bound_kg_m2[i]?, truth_kg_m2[i].abs()));
-        let scenario = scenario.to_owned();
-        Self { scenario, unknowns, bound_kg_m2, bound_percent, observed_directions }
+        Self {
+            scenario: scenario.to_owned(),
+            unknowns,
+            bound_kg_m2,
+            bound_percent: std::array::from_fn(|i| percent(bound_kg_m2[i]?, truth_kg_m2[i].abs())),
+            observed_directions,
+            inertia_error_kg_m2_per_n_m: None,
+            torque_bound_n_m: [None; 3],
+        }
+    }
+
+    /// Adds what a constant torque does.
+    pub fn with_torque(
+        self,
+        inertia_error_kg_m2_per_n_m: Option<[Option<[f64; 3]>; 6]>,
+        torque_bound_n_m: [Option<f64>; 3],
+    ) -> Self {
+        Self { inertia_error_kg_m2_per_n_m, torque_bound_n_m, ..self }
     }
 }
 
@@ -312,7 +334,10 @@ pub(super) mod examples {
     pub fn crlb() -> CrlbReport {
         let bound = [Some(0.002_75), Some(0.002_49), None, Some(0.001_12), None, Some(8.54e-9)];
         let unknowns = ["rate", "inertia"].map(str::to_owned).to_vec();
+        let error = [-1350.0, 12.5, -0.2];
+        let rows = [Some(error), Some(error), None, Some(error), None, Some([0.0; 3])];
         CrlbReport::new("stsat3-spin-up", unknowns, TRUTH, bound, 4)
+            .with_torque(Some(rows), [Some(3.21e-7), Some(4.5e-5), None])
     }
 }
 
@@ -414,6 +439,9 @@ mod tests {
         assert!(document["bound_kg_m2"][2].is_null() && document["bound_percent"][2].is_null());
         assert!((document["bound_percent"][3].as_f64().unwrap() - 1.2918).abs() < 1e-3);
         assert_eq!(document["observed_directions"], 4);
+        assert_eq!(document["inertia_error_kg_m2_per_n_m"][0], json!([-1350.0, 12.5, -0.2]));
+        assert!(document["inertia_error_kg_m2_per_n_m"][2].is_null());
+        assert_eq!(document["torque_bound_n_m"], json!([3.21e-7, 4.5e-5, null]));
 
         let mut truth = examples::TRUTH;
         truth[3] = 0.0;

@@ -184,8 +184,33 @@ pub fn crlb(report: &CrlbReport) -> String {
         heading("observed", &format!("{} of 6 directions", report.observed_directions)),
         "\n".to_owned(),
         table.finish(),
+        "\n".to_owned(),
+        torque(report),
     ]
     .concat()
+}
+
+/// What a constant torque does to the estimate, and how well it is seen.
+fn torque(report: &CrlbReport) -> String {
+    let mut table = Table::new(&[
+        ("a constant body torque", ""),
+        ("about x", ""),
+        ("about y", ""),
+        ("about z", ""),
+    ]);
+    for (name, row) in ELEMENT_NAMES.iter().zip(report.inertia_error_kg_m2_per_n_m.iter().flatten())
+    {
+        let cells = match row {
+            Some(error) => error.map(|error| significant(error, DIGITS)),
+            None => [UNSEEN; 3].map(str::to_owned),
+        };
+        let [x, y, z] = cells;
+        table.row([format!("  error of {name}, kg m² per N m"), x, y, z]);
+    }
+    let sigma = |sigma: Option<f64>| or(sigma.map(|sigma| significant(sigma, DIGITS)), UNSEEN);
+    let [x, y, z] = report.torque_bound_n_m.map(sigma);
+    table.row(["  one sigma with which it is seen, N m".to_owned(), x, y, z]);
+    table.finish()
 }
 
 /// The lines above a table of estimates.
@@ -460,6 +485,15 @@ jzz       unseen        -
 jxy      0.00112     1.29
 jxz       unseen        -
 jyz      8.54e-9  1.42e-6
+
+a constant body torque                  about x  about y  about z
+  error of jxx, kg m² per N m             -1350     12.5   -0.200
+  error of jyy, kg m² per N m             -1350     12.5   -0.200
+  error of jzz, kg m² per N m            unseen   unseen   unseen
+  error of jxy, kg m² per N m             -1350     12.5   -0.200
+  error of jxz, kg m² per N m            unseen   unseen   unseen
+  error of jyz, kg m² per N m                 0        0        0
+  one sigma with which it is seen, N m  3.21e-7  4.50e-5   unseen
 "
         );
     }
