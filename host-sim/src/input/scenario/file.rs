@@ -13,7 +13,9 @@ use super::super::error::{InputError, Problem};
 use super::super::toml_source::TomlSource;
 use super::control::{ControlFile, attitude, control};
 use super::dispersion::DispersionFile;
-use super::profile_file::{ExternalProfileFile, WheelProfileFile, external_profile, wheel_profile};
+use super::profile_file::{
+    ExternalProfileFile, Surroundings, WheelProfileFile, external_profile, wheel_profile,
+};
 use super::random_spacecraft::RandomSpacecraftFile;
 use super::{
     Dispersion, ExternalTorque, MAX_RATE_HZ, MAX_SAMPLES, Scenario, SimulatedGyro, SimulatedWheel,
@@ -53,16 +55,17 @@ fn read_one(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> 
     let gyro = file.gyro.check(check)?;
     check_sample_count(check, &file.duration_s, duration_s * gyro.rate_hz)?;
     let spacecraft = file.spacecraft.check(check)?;
+    let surroundings = Surroundings { folder, duration_s };
     check_wheel_count(check, &file.wheel)?;
     let wheels = (file.wheel.iter().enumerate())
-        .map(|(index, wheel)| wheel.get_ref().check(check, &wheel_key(index), folder))
+        .map(|(index, wheel)| wheel.get_ref().check(check, &wheel_key(index), surroundings))
         .collect::<Result<Vec<_>, _>>()?;
     check_wheels_fit(check, &file.spacecraft.inertia_kg_m2, &spacecraft, &wheels)?;
     let carries_wheels =
         |factor| without_wheels(&spacecraft.inertia_kg_m2.map(|j| j * factor), &wheels)[0] > 0.0;
     let dispersion = file.dispersion.check(check, carries_wheels)?;
     let torque = match &file.torque {
-        Some(profile) => external_profile(check, profile, folder)?,
+        Some(profile) => external_profile(check, profile, surroundings)?,
         None => ExternalTorque::ZERO,
     };
 
@@ -204,7 +207,7 @@ impl WheelFile {
         &self,
         check: &Check<'_>,
         key: &str,
-        folder: &Path,
+        surroundings: Surroundings<'_>,
     ) -> Result<SimulatedWheel, InputError> {
         let inertia_key = format!("{key}.spin_inertia_kg_m2");
         let wheel = Wheel {
@@ -217,7 +220,7 @@ impl WheelFile {
             None => 0.0,
         };
         let torque = match &self.torque {
-            Some(profile) => wheel_profile(check, &format!("{key}.torque"), profile, folder)?,
+            Some(profile) => wheel_profile(check, &format!("{key}.torque"), profile, surroundings)?,
             None => TorqueProfile::ZERO,
         };
         Ok(SimulatedWheel { wheel, speed_rad_s, torque })

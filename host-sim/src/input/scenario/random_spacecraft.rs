@@ -153,6 +153,7 @@ impl Scale {
             Sine {
                 amplitude_n_m: momentum_n_m_s * share * TAU * frequency_hz,
                 frequency_hz,
+                sweep_hz_s: 0.0,
                 phase_rad: random.random_range(0.0..TAU),
             }
         };
