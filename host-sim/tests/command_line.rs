@@ -58,6 +58,25 @@ fn crlb_gives_the_known_bound_of_the_spin_up() {
 }
 
 #[test]
+fn crlb_says_what_a_torque_does_unless_it_is_among_the_unknowns() {
+    let report = json(&["crlb", "stsat3-spin-up", "--json"]);
+    // Along the commanded torque: the whole inertia by the whole torque.
+    for (i, truth) in [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016].iter().enumerate() {
+        let row = &report["inertia_error_kg_m2_per_n_m"][i];
+        let error = |axis: usize, torque_n_m: f64| row[axis].as_f64().unwrap() * torque_n_m;
+        let error = error(0, 1e-3) + error(1, 1e-3) + error(2, -2e-3);
+        assert!((error + truth).abs() < 1e-3, "element {i}: {error}");
+    }
+    assert!(report["torque_bound_n_m"][0].as_f64().unwrap() < 1e-6);
+
+    let bench = Bench::new();
+    let path = bench.file("asks.toml", &format!("{SCENARIO}[disturbance]\ntorque = true\n"));
+    let report = json(&["crlb", text(&path), "--json"]);
+    assert_eq!(report["unknowns"].as_array().unwrap().len(), 12);
+    assert!(report["inertia_error_kg_m2_per_n_m"].is_null());
+}
+
+#[test]
 fn mc_finds_the_filter_near_the_bound_and_honest() {
     let report = json(&["mc", "stsat3-spin-up", "--runs", "50", "--json"]);
     assert_eq!(report["scenario"], "stsat3-spin-up");
@@ -485,6 +504,7 @@ fn tables_has_every_published_table_and_figure_on_any_number_of_cores() {
         ("Kim2016", "6", 1, 12),
         ("Bellar2019", "3", 1, 12),
         ("Bellar2019", "text", 6, 0),
+        ("ElHariry2026", "rung 3", 3, 0),
     ] {
         let is_it = |t: &&Value| t["paper"] == paper && t["table"] == table;
         let found: Vec<&Value> = tables.iter().filter(is_it).collect();
@@ -511,6 +531,7 @@ fn tables_has_every_published_table_and_figure_on_any_number_of_cores() {
         "bellar-2019/figure-1.svg",
         "bellar-2019/figure-8.svg",
         "bellar-2019/tables.csv",
+        "elhariry-2026/tables.csv",
     ] {
         assert!(folder.path().join("two").join(figure).is_file(), "{figure}");
     }

@@ -24,7 +24,10 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = Scenario::load(&arguments.scenario)?;
-    let scenario = arguments.seed.map_or_else(|| scenario.clone(), |seed| scenario.of_seed(seed));
+    let scenario = match arguments.seed {
+        Some(seed) => scenario.of_seed(seed),
+        None => scenario,
+    };
     let bound = Flight::simulate(&scenario)?.bound;
     let report = CrlbReport::new(
         &scenario.name,

@@ -52,7 +52,7 @@ enum Verb {
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
     /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.
     Mc(mc::Arguments),
-    /// The tables of four papers: published, reproduced, and what is possible.
+    /// The tables of five papers: published, reproduced, and what is possible.
     ///
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used; the
     /// numbers are the same on any number of them.
