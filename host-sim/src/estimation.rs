@@ -336,11 +336,20 @@ fn configure<T: Real>(mut config: joint_ekf::Config<T>, setup: &Setup<'_>) -> jo
     if let Some(walk) = setup.craft.rate_walk_rad_s_sqrt_s {
         config.rate_walk_rad_s_sqrt_s = T::lit(walk);
     }
+    if let Some(walk) = inertia_walk_kg_m2_sqrt_s(setup) {
+        config.inertia_walk_kg_m2_sqrt_s = [walk; 6];
+    }
     if !setup.refuse_spikes {
         config.spike_sigma = T::MAX;
     }
     configure_gate(&mut config.gate, setup);
     config
+}
+
+/// How fast each element of the inertia may wander, if anything is known of that.
+fn inertia_walk_kg_m2_sqrt_s<T: Real>(setup: &Setup<'_>) -> Option<T> {
+    const SQRT_SECONDS_PER_HOUR: f64 = 60.0;
+    setup.craft.inertia_walk_kg_m2_sqrt_hour.map(|walk| T::lit(walk / SQRT_SECONDS_PER_HOUR))
 }
 
 fn configure_gate<T: Real>(gate: &mut gate::Config<T>, setup: &Setup<'_>) {
@@ -431,6 +440,13 @@ pub struct Flown {
     pub counts: OutcomeCounts,
     /// The estimate after the last one.
     pub estimate: Estimate<f64>,
+}
+
+impl Flown {
+    /// How often what was known before was dropped, since new data contradicted it.
+    pub fn changes(&self) -> u32 {
+        self.counts.change_resets.saturating_add(self.counts.lockout_resets)
+    }
 }
 
 /// Streams a log through an estimator, and shows each step to `watch`.

@@ -97,10 +97,34 @@ fn mc_finds_the_filter_near_the_bound_and_honest() {
     }
     let nees = number(&report["nees_per_dof"]);
     assert!((0.6..1.5).contains(&nees), "{nees}");
+    assert_eq!((&report["changes"], &report["residuals_not_white"]), (&0.into(), &0.into()));
     // Chi-square with 300 degrees of freedom: 253.912 and 349.874.
     assert!((number(&report["nees_95"][0]) - 0.846_375).abs() < 1e-4);
     assert!((number(&report["nees_95"][1]) - 1.166_248).abs() < 1e-4);
     assert!(number(&report["wall_s"]) > 0.0 && number(&report["steps_per_s_per_core"]) > 0.0);
+}
+
+#[test]
+fn what_changes_in_flight_is_measured_at_its_end_and_said() {
+    for (scenario, note, jyy) in [
+        ("deployment", "the bound is of what follows the last change, at 750 s", 1.05 * 2.31),
+        (
+            "fuel-burn",
+            "the inertia drifts; the truth is that at the end",
+            2.31 * (1.0 - 0.11 / 3.6),
+        ),
+    ] {
+        let output = host_sim(&["run", scenario, "--json"]);
+        assert!(String::from_utf8_lossy(&output.stderr).contains(note), "{output:?}");
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let truth = report["truth_kg_m2"][1].as_f64().unwrap();
+        assert!((truth - jyy).abs() < 1e-9, "{scenario}: {truth}");
+        // Three moments to a few tenths of a per cent in the last manoeuvre, or better by all.
+        for i in 0..3 {
+            let share = report["bound_kg_m2"][i].as_f64().unwrap() / truth;
+            assert!((1e-4..5e-3).contains(&share), "{scenario}, element {i}: {share}");
+        }
+    }
 }
 
 #[test]

@@ -176,10 +176,8 @@ mod tests {
         let last = s.last::<2>().covariance_factor().unwrap();
         for i in 0..2 {
             let row = |m: &[f64]| variance(m);
-            let (a, b): (std::vec::Vec<f64>, std::vec::Vec<f64>) = (
-                all.row(i + 1).iter().copied().collect(),
-                last.row(i).iter().copied().collect(),
-            );
+            let (a, b): (std::vec::Vec<f64>, std::vec::Vec<f64>) =
+                (all.row(i + 1).iter().copied().collect(), last.row(i).iter().copied().collect());
             assert!((row(&a) - row(&b)).abs() < 1e-12);
         }
     }

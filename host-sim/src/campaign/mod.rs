@@ -52,6 +52,10 @@ pub struct Run {
     /// How often the estimator gave up and started anew: its state was no longer finite, its inertia
     /// had no inverse, or too many spikes came in a row.
     pub restarts: u32,
+    /// How often it dropped what it knew before, since new data contradicted it.
+    pub changes: u32,
+    /// Whether its last residuals look like white noise; none where that isn't tested.
+    pub residuals_white: Option<bool>,
     /// Samples that the estimator was given.
     pub steps: u64,
     /// Time that it took over them; sensors and set-up don't count.
@@ -114,7 +118,17 @@ impl Campaign<'_> {
             score.verdict = Verdict::NotShown;
         }
         let restarts = flown.counts.divergence_resets + flown.counts.lockout_resets;
-        Ok(Run { index, seed, yardstick, score, restarts, steps: log.len() as u64, estimator_time })
+        Ok(Run {
+            index,
+            seed,
+            yardstick,
+            score,
+            restarts,
+            changes: flown.changes(),
+            residuals_white: flown.estimate.residuals_white,
+            steps: log.len() as u64,
+            estimator_time,
+        })
     }
 }
 
@@ -122,6 +136,7 @@ impl Campaign<'_> {
 mod tests {
     use std::sync::atomic::AtomicU64;
 
+    use crate::input::scenario::change::SuddenChange;
     use crate::input::scenario::dispersion::{Dispersion, InitialSpread};
 
     use super::statistics::Verdict;
@@ -201,6 +216,33 @@ mod tests {
             let verdicts: Vec<Verdict> = scores.iter().map(|(_, _, score)| score.verdict).collect();
             assert!(verdicts.iter().any(|verdict| *verdict != Verdict::Converged), "{verdicts:?}");
         }
+    }
+
+    #[test]
+    fn a_run_counts_how_often_what_was_known_was_dropped() {
+        let still = Scenario::load("cubesat-pyramid").unwrap();
+        // Twice the inertia from half-time on: no sample fits what the filter knew.
+        let mut doubled = still.clone();
+        doubled.changes.sudden = vec![SuddenChange {
+            time_s: 30.0,
+            inertia_kg_m2: still.spacecraft.inertia_kg_m2.map(|j| 2.0 * j),
+        }];
+        let run = |scenario: &Scenario| {
+            let campaign = Campaign {
+                scenario,
+                truths: &Truths::simulate(scenario).unwrap(),
+                estimator: EstimatorName::JointEkf,
+                precision: Precision::F32,
+                first_seed: 3,
+                runs: 1,
+            };
+            campaign.run(0).unwrap()
+        };
+        assert_eq!(run(&still).changes, 0);
+        let run = run(&doubled);
+        assert!(run.changes > 0);
+        let true_kg_m2 = run.score.inertia_kg_m2[0] - run.score.error_kg_m2[0];
+        assert!((true_kg_m2 - 2.0 * still.spacecraft.inertia_kg_m2[0]).abs() < 1e-12);
     }
 
     #[test]

@@ -28,7 +28,7 @@ const DEGREES: f64 = 6.0;
 /// What runs are measured with. Elements are ordered `jxx jyy jzz jxy jxz jyz`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Yardstick {
-    /// The true elements, kg m².
+    /// The true elements at the end of the flight, kg m².
     pub truth_kg_m2: [f64; 6],
     /// Cramér-Rao bound of each, one sigma, kg m²; none where the motion doesn't show it.
     pub bound_kg_m2: [Option<f64>; 6],

@@ -29,7 +29,7 @@ impl Truth {
     fn simulate(scenario: &Scenario) -> Result<Self, IntegrationFailed> {
         let flight = Flight::simulate(scenario)?;
         let yardstick = Yardstick {
-            truth_kg_m2: scenario.spacecraft.inertia_kg_m2,
+            truth_kg_m2: scenario.final_inertia_kg_m2(),
             bound_kg_m2: flight.bound.sigma_kg_m2,
         };
         Ok(Self { yardstick, flight })

@@ -2,6 +2,7 @@
 
 use clap::Args;
 
+use super::estimate::note_what_changes;
 use super::{Failure, print};
 use crate::input::Scenario;
 use crate::input::scenario::DEFAULT_SCENARIO;
@@ -28,11 +29,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(seed) => scenario.of_seed(seed),
         None => scenario,
     };
+    note_what_changes(&scenario);
     let bound = Flight::simulate(&scenario)?.bound;
     let report = CrlbReport::new(
         &scenario.name,
         bound.unknowns.names().into_iter().map(str::to_owned).collect(),
-        scenario.spacecraft.inertia_kg_m2,
+        scenario.final_inertia_kg_m2(),
         bound.sigma_kg_m2,
         bound.observed_directions,
     );

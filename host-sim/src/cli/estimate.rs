@@ -4,8 +4,8 @@ use fsw_core::Status as CoreStatus;
 
 use super::{Failure, Method, Options};
 use crate::estimation::{Flown, SetUpError, Setup, fly, set_up};
-use crate::input::Craft;
 use crate::input::log::LogRow;
+use crate::input::{Craft, Scenario};
 use crate::recording::history_row;
 use crate::report::HistoryRow;
 use crate::report::json::{ReplayReport, Status, matrix};
@@ -58,6 +58,22 @@ pub(super) fn note_ignored_unknowns(method: &Method, craft: &Craft) {
         eprintln!(
             "note: {} doesn't estimate a disturbance torque or gyro bias; [disturbance] is ignored",
             method.estimator
+        );
+    }
+}
+
+/// Says what an estimate is measured with where the inertia changes in flight.
+pub(super) fn note_what_changes(scenario: &Scenario) {
+    if let Some(last) = scenario.changes.sudden.last() {
+        eprintln!(
+            "note: the inertia changes in flight; the bound is of what follows the last change, at {} s",
+            last.time_s
+        );
+    }
+    if scenario.changes.drifts() {
+        eprintln!(
+            "note: the inertia drifts; the truth is that at the end of the flight, and the bound that \
+             of whoever knows the drift, which no estimator does: look at NEES"
         );
     }
 }
@@ -123,7 +139,7 @@ fn report(options: &Options, samples: usize, flown: &Flown) -> ReplayReport {
         residual_rms_rad_s: estimate.residual_rms_rad_s,
         residuals_white: estimate.residuals_white,
         projected: estimate.projected,
-        changes: u64::from(counts.change_resets),
+        changes: u64::from(flown.changes()),
     }
 }
 

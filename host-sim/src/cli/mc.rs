@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::campaign::{progress_bar, stop_on_ctrl_c};
-use super::estimate::{note_ignored_unknowns, status};
+use super::estimate::{note_ignored_unknowns, note_what_changes, status};
 use super::{Failure, Method, print};
 use crate::campaign::statistics::Verdict;
 use crate::campaign::statistics::{Statistics, reduce};
@@ -39,6 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, runs: asked, seed, method, out, json } = arguments;
     let scenario = Scenario::load(scenario)?;
     note_ignored_unknowns(method, &scenario.craft());
+    note_what_changes(&scenario);
     let truths = Truths::simulate(&scenario)?;
     let campaign = Campaign {
         scenario: &scenario,
@@ -89,6 +90,7 @@ fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
     } = statistics;
     let shown = runs.iter().filter(|run| run.score.verdict != Verdict::NotShown);
     let yardstick = campaign.truths.typical(shown.map(|run| run.yardstick));
+    let count = |is: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| is(run)).count() as u64;
     let steps = runs.iter().map(|run| run.steps).sum();
     let estimator_s = runs.iter().map(|run| run.estimator_time.as_secs_f64()).sum::<f64>();
     McReport {
@@ -101,6 +103,8 @@ fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
         not_shown: not_shown as u64,
         diverged: diverged as u64,
         not_converged: not_converged as u64,
+        changes: count(&|run| run.changes > 0),
+        residuals_not_white: count(&|run| run.residuals_white == Some(false)),
         truth_kg_m2: yardstick.truth_kg_m2,
         rmse_kg_m2,
         bias_kg_m2,
@@ -130,6 +134,8 @@ fn row(run: &Run) -> RunRow {
         converged: score.verdict == Verdict::Converged,
         diverged: score.verdict == Verdict::Diverged,
         restarts: run.restarts,
+        changes: run.changes,
+        residuals_white: run.residuals_white,
         shown: score.verdict != Verdict::NotShown,
     }
 }

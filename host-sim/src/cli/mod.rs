@@ -49,6 +49,13 @@ enum Verb {
     /// Where each run draws its own spacecraft (`mc random-spacecraft`), those whose motion leaves the
     /// bound of an element above a tenth of the mean moment are counted, and left out of the figures.
     ///
+    /// A change is found in a run where the estimator dropped what it knew before, at least once, since
+    /// new data contradicted it. Residuals aren't white where they don't look like the gyro's noise at
+    /// the end of a run; not every estimator tests that.
+    ///
+    /// Where the inertia changes in flight, the truth is that at the end, and the bound is of what follows
+    /// the last sudden change.
+    ///
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
     /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.
     Mc(mc::Arguments),

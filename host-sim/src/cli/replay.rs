@@ -38,7 +38,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             table: &table,
             result: &estimated.report,
             history: &estimated.history,
-            truth_kg_m2: None,
             simulated: None,
         }
         .write(folder)?;

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::estimate::estimate;
+use super::estimate::{estimate, note_what_changes};
 use super::{Failure, Options, command_line, print};
 use crate::input::Scenario;
 use crate::input::scenario::DEFAULT_SCENARIO;
@@ -25,11 +25,12 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, seed, options } = arguments;
     let scenario = Scenario::load(scenario)?.of_seed(*seed);
+    note_what_changes(&scenario);
     let flight = Flight::simulate(&scenario)?;
     let log = log_of(&scenario, &flight, *seed);
     let craft = scenario.craft();
     let estimated = estimate(options, &craft, &log, &scenario.name)?;
-    let truth_kg_m2 = scenario.spacecraft.inertia_kg_m2;
+    let truth_kg_m2 = scenario.final_inertia_kg_m2();
     let bound_kg_m2 = flight.bound.sigma_kg_m2;
     let report = RunReport::new(&scenario.name, *seed, estimated.report, truth_kg_m2, bound_kg_m2);
     let table = table::run(&report);
@@ -41,7 +42,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             table: &table,
             result: &report,
             history: &estimated.history,
-            truth_kg_m2: Some(truth_kg_m2),
             simulated: Some(Simulated { log: &log, craft: &craft, flight: &flight }),
         }
         .write(folder)?;

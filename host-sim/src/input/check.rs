@@ -117,10 +117,7 @@ impl<'a> Check<'a> {
     ) -> Result<[f64; 6], InputError> {
         let elements = self.list(key, value)?;
         let moments = principal_moments(&tensor(&elements));
-        let [smallest, middle, largest] = moments;
-        let is_physical =
-            smallest > 0.0 && largest <= (smallest + middle) * (1.0 + TRIANGLE_TOLERANCE);
-        if is_physical {
+        if is_physical(&moments) {
             return Ok(elements);
         }
         let problem =
@@ -150,6 +147,12 @@ impl<'a> Check<'a> {
         let found = numbers(value.get_ref());
         self.error(value, Problem::BadValue { key: key.to_owned(), found, required })
     }
+}
+
+/// Whether a body can have these principal moments, ascending.
+pub(super) fn is_physical(moments: &[f64; 3]) -> bool {
+    let [smallest, middle, largest] = moments;
+    *smallest > 0.0 && *largest <= (smallest + middle) * (1.0 + TRIANGLE_TOLERANCE)
 }
 
 /// The tensor of the six elements `jxx jyy jzz jxy jxz jyz`.

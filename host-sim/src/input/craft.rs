@@ -14,6 +14,7 @@
 //! sigma_kg_m2 = [30, 30, 30, 10, 10, 10]
 //! [filter]                           # optional
 //! rate_walk_rad_s_sqrt_s = 1.0e-6    # process noise of the rate, where an estimator has one
+//! inertia_walk_kg_m2_sqrt_hour = 0.02 # and of each element of the inertia (fuel): one sigma after an hour
 //! [disturbance]                      # optional: what else to estimate
 //! torque = true
 //! gyro_bias = false
@@ -43,6 +44,8 @@ pub struct Craft {
     pub prior: Option<Prior>,
     /// Process noise of the rate that filters are told, (rad/s)/√s; each has its own if none.
     pub rate_walk_rad_s_sqrt_s: Option<f64>,
+    /// Random walk of each element of the inertia that filters are told, kg m²/√h; none if none.
+    pub inertia_walk_kg_m2_sqrt_hour: Option<f64>,
     /// What is to be estimated besides the inertia.
     pub solve_for: SolveFor,
     /// Where a filter that starts from a guess, whatever it be, starts: drawn by a campaign, never in
@@ -142,8 +145,15 @@ impl Craft {
             text += &format!("[prior]\ninertia_kg_m2 = {inertia_kg_m2:?}\n");
             text += &format!("sigma_kg_m2 = {sigma_kg_m2:?}\n");
         }
-        if let Some(walk) = self.rate_walk_rad_s_sqrt_s {
-            text += &format!("[filter]\nrate_walk_rad_s_sqrt_s = {walk:?}\n");
+        let walks = [
+            ("rate_walk_rad_s_sqrt_s", self.rate_walk_rad_s_sqrt_s),
+            ("inertia_walk_kg_m2_sqrt_hour", self.inertia_walk_kg_m2_sqrt_hour),
+        ];
+        text += "[filter]\n";
+        for (key, walk) in walks {
+            if let Some(walk) = walk {
+                text += &format!("{key} = {walk:?}\n");
+            }
         }
         if self.solve_for != SolveFor::default() {
             let SolveFor { torque, gyro_bias } = self.solve_for;
@@ -179,7 +189,8 @@ impl Craft {
                 quantum_rad_s: positive("gyro.quantum_rad_s", &file.gyro.quantum_rad_s)?,
             },
             prior: file.prior.map(|prior| prior.check(&check)).transpose()?,
-            rate_walk_rad_s_sqrt_s: file.filter.check(&check)?,
+            rate_walk_rad_s_sqrt_s: file.filter.rate_walk(&check)?,
+            inertia_walk_kg_m2_sqrt_hour: file.filter.inertia_walk(&check)?,
             solve_for: SolveFor {
                 torque: file.disturbance.torque,
                 gyro_bias: file.disturbance.gyro_bias,
@@ -264,17 +275,23 @@ struct DisturbanceFile {
     gyro_bias: bool,
 }
 
-/// What filters are told of the motion, as a file has it.
+/// What filters are told of how their states may wander, as a file has it.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FilterFile {
     rate_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
+    inertia_walk_kg_m2_sqrt_hour: Option<Spanned<f64>>,
 }
 
 impl FilterFile {
-    pub(super) fn check(&self, check: &Check<'_>) -> Result<Option<f64>, InputError> {
+    pub(super) fn rate_walk(&self, check: &Check<'_>) -> Result<Option<f64>, InputError> {
         let walk = self.rate_walk_rad_s_sqrt_s.as_ref();
         walk.map(|walk| check.not_negative("filter.rate_walk_rad_s_sqrt_s", walk)).transpose()
+    }
+
+    pub(super) fn inertia_walk(&self, check: &Check<'_>) -> Result<Option<f64>, InputError> {
+        let walk = self.inertia_walk_kg_m2_sqrt_hour.as_ref();
+        walk.map(|walk| check.not_negative("filter.inertia_walk_kg_m2_sqrt_hour", walk)).transpose()
     }
 }
 
@@ -304,6 +321,7 @@ mod tests {
                 sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
             }),
             rate_walk_rad_s_sqrt_s: Some(1e-6),
+            inertia_walk_kg_m2_sqrt_hour: Some(0.25),
             solve_for: SolveFor { torque: true, gyro_bias: false },
             initial_estimate: None,
         };
@@ -314,6 +332,7 @@ mod tests {
             (again.gyro, again.prior, again.rate_walk_rad_s_sqrt_s, again.solve_for),
             (craft.gyro, craft.prior, craft.rate_walk_rad_s_sqrt_s, craft.solve_for)
         );
+        assert_eq!(again.inertia_walk_kg_m2_sqrt_hour, Some(0.25));
         let bare = Craft::default();
         assert_eq!(Craft::from_toml("craft.toml", &bare.to_toml()).unwrap(), bare);
     }

@@ -177,6 +177,31 @@ pub enum Problem {
         principal_moments_kg_m2: [f64; 3],
     },
 
+    /// A change of the inertia that leads to none of a real body.
+    #[error(
+        "`{key}` makes principal moments of {} kg m² by t = {time_s} s, which no body that carries \
+         these wheels has; check the numbers and their order ({})",
+        numbers(.principal_moments_kg_m2),
+        ELEMENT_NAMES.join(" ")
+    )]
+    ChangesToNoBody {
+        /// The key.
+        key: String,
+        /// When, s since the start.
+        time_s: f64,
+        /// Eigenvalues of the tensor then, ascending, kg m².
+        principal_moments_kg_m2: [f64; 3],
+    },
+
+    /// None or several of keys that exclude each other.
+    #[error("`{key}` takes one of {}; give just one", list(.keys))]
+    NotOneOf {
+        /// The table.
+        key: String,
+        /// The keys.
+        keys: &'static [&'static str],
+    },
+
     /// A controller whose wheels can't give every torque.
     #[error(
         "[control] turns the body with its wheels, but the axes of the {found} [[wheel]] tables \

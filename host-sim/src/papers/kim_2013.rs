@@ -199,7 +199,7 @@ impl Study {
         let moments = flight::inertia(
             &by("Moments of inertia by RLS", 16),
             &history,
-            Some(inertia),
+            Some(truth),
             &[0, 1, 2],
         )?;
         let percent =

@@ -78,7 +78,7 @@ pub struct RunReport {
     /// What `replay` would say of the flight's log.
     #[serde(flatten)]
     pub estimate: ReplayReport,
-    /// The true elements, kg m².
+    /// The true elements at the end of the flight, kg m².
     pub truth_kg_m2: [f64; 6],
     /// Estimated minus true, in per cent of the true element; null where that is zero.
     pub error_percent: [Option<f64>; 6],
@@ -113,7 +113,12 @@ pub struct McReport {
     pub diverged: u64,
     /// Runs that did not diverge, and say that they haven't converged or are far from the truth.
     pub not_converged: u64,
-    /// The true elements, kg m²; their mean where runs have different ones.
+    /// Runs, of all, in which what was known before was dropped at least once, since new data
+    /// contradicted it.
+    pub changes: u64,
+    /// Runs, of all, whose last residuals don't look like white noise; none where that isn't tested.
+    pub residuals_not_white: u64,
+    /// The true elements at the end of the flight, kg m²; their mean where runs have different ones.
     pub truth_kg_m2: [f64; 6],
     /// RMS of estimated minus true, kg m²; null if all runs diverged.
     pub rmse_kg_m2: [Option<f64>; 6],
@@ -315,6 +320,8 @@ pub(super) mod examples {
             not_shown: 0,
             diverged: 2,
             not_converged: 1,
+            changes: 3,
+            residuals_not_white: 0,
             truth_kg_m2: TRUTH,
             rmse_kg_m2: bound.map(|bound| Some(1.25 * bound)),
             bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
@@ -408,6 +415,7 @@ mod tests {
             "bias_kg_m2",
             "bias_over_bound",
             "bound_kg_m2",
+            "changes",
             "diverged",
             "estimator",
             "nees_95",
@@ -416,6 +424,7 @@ mod tests {
             "not_converged",
             "not_shown",
             "precision",
+            "residuals_not_white",
             "rmse_kg_m2",
             "rmse_over_bound",
             "rmse_over_bound_of_all",

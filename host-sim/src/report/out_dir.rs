@@ -56,8 +56,6 @@ pub struct ReportFolder<'a, R> {
     pub result: &'a R,
     /// The estimate over time.
     pub history: &'a [HistoryRow],
-    /// The true elements of the inertia tensor, kg m², if they are known.
-    pub truth_kg_m2: Option<[f64; 6]>,
     /// Where the log comes from, if it was simulated.
     pub simulated: Option<Simulated<'a>>,
 }
@@ -112,13 +110,12 @@ impl<R: Serialize> ReportFolder<'_, R> {
         let mut plots = Vec::new();
         let mut add = |file, what, svg: String| plots.push(Plot { file, what, svg });
 
-        let inertia =
-            flight::inertia(&settled, history, self.truth_kg_m2.as_ref(), &flight::ALL_ELEMENTS)?;
+        let truth = self.simulated.map(|simulated| simulated.flight.instants.as_slice());
+        let inertia = flight::inertia(&settled, history, truth, &flight::ALL_ELEMENTS)?;
         add("inertia.svg", "Inertia over time", inertia);
         add("rates.svg", "Body rate over time", flight::rates(&titled("Body rate"), history)?);
         let innovations = flight::innovations(&titled("Rate innovation"), history)?;
         add("innovations.svg", "Rate innovation over time", innovations);
-        let truth = self.simulated.map(|simulated| simulated.flight.instants.as_slice());
         if history.iter().any(|row| row.acceleration.is_some()) {
             let svg = flight::accelerations(&titled("Angular acceleration"), history, truth)?;
             add("accelerations.svg", "Angular acceleration over time", svg);
@@ -199,7 +196,6 @@ mod tests {
             table: &table::run(&result),
             result: &result,
             history: &[],
-            truth_kg_m2: Some(examples::TRUTH),
             simulated: Some(Simulated {
                 log: &log.unwrap().rows,
                 craft: &scenario.craft(),

@@ -31,6 +31,10 @@ pub struct RunRow {
     pub diverged: bool,
     /// How often the estimator gave up and started anew.
     pub restarts: u32,
+    /// How often it dropped what it knew before, since new data contradicted it.
+    pub changes: u32,
+    /// Whether its last residuals look like white noise, if that is tested.
+    pub residuals_white: Option<bool>,
     /// Whether the motion shows all six elements; asked only where each run has its own spacecraft.
     pub shown: bool,
 }
@@ -65,7 +69,9 @@ fn write_runs<W: io::Write>(out: W, rows: impl IntoIterator<Item = RunRow>) -> i
         cells.extend(numbers.iter().map(|x| format!("{x:?}")));
         cells.push(row.nees.map_or(String::new(), |x| format!("{x:?}")));
         cells.extend([row.converged.to_string(), row.diverged.to_string()]);
-        cells.extend([row.restarts.to_string(), row.shown.to_string()]);
+        cells.extend([row.restarts.to_string(), row.changes.to_string()]);
+        cells.push(row.residuals_white.map_or(String::new(), |white| white.to_string()));
+        cells.push(row.shown.to_string());
         out.write_record(&cells)?;
     }
     out.flush()
@@ -76,7 +82,8 @@ fn header() -> Vec<String> {
     for quantity in ["", "sigma_", "error_"] {
         names.extend(ELEMENT_NAMES.map(|element| format!("{quantity}{element}_kg_m2")));
     }
-    names.extend(["nees", "converged", "diverged", "restarts", "shown"].map(str::to_owned));
+    names.extend(["nees", "converged", "diverged"].map(str::to_owned));
+    names.extend(["restarts", "changes", "residuals_white", "shown"].map(str::to_owned));
     names
 }
 
@@ -97,6 +104,8 @@ mod tests {
             converged: true,
             diverged: false,
             restarts: 0,
+            changes: 2,
+            residuals_white: None,
             shown: true,
         };
         let bad = RunRow {
@@ -107,6 +116,7 @@ mod tests {
             nees: None,
             converged: false,
             diverged: true,
+            residuals_white: Some(false),
             ..good.clone()
         };
         let mut bytes = Vec::new();
@@ -115,15 +125,15 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("run,seed,status,jxx_kg_m2,"), "{}", lines[0]);
         assert!(
-            lines[0].ends_with(",error_jyz_kg_m2,nees,converged,diverged,restarts,shown"),
+            lines[0].ends_with(",nees,converged,diverged,restarts,changes,residuals_white,shown"),
             "{}",
             lines[0]
         );
         assert!(lines[1].starts_with("0,7,converged,1.0,2.0,"), "{}", lines[1]);
-        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0,true"), "{}", lines[1]);
-        assert!(lines[2].ends_with(",NaN,,false,true,0,true"), "{}", lines[2]);
+        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0,2,,true"), "{}", lines[1]);
+        assert!(lines[2].ends_with(",NaN,,false,true,0,2,false,true"), "{}", lines[2]);
         for line in &lines {
-            assert_eq!(line.split(',').count(), 26, "{line}");
+            assert_eq!(line.split(',').count(), 28, "{line}");
         }
     }
 

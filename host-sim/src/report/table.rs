@@ -112,6 +112,8 @@ pub fn mc(report: &McReport) -> String {
         heading("scenario", &format!("{}, seeds {} to {last_seed}", report.scenario, report.seed)),
         heading("estimator", &format!("{}, {}", report.estimator, report.precision)),
         heading("runs", &runs(report)),
+        heading("changes", &format!("found in {} runs", report.changes)),
+        heading("residuals", &format!("not white in {} runs", report.residuals_not_white)),
         heading("NEES", &honesty(report)),
         heading("RMS/bound", &of_all(report)),
         heading("speed", &speed(report)),
@@ -429,6 +431,8 @@ jyz         0.01161    1.66e-5
 scenario            stsat3-spin-up, seeds 100 to 149
 estimator           joint-ekf, f32
 runs                50: 2 diverged (left out below), 1 of the others not converged
+changes             found in 3 runs
+residuals           not white in 0 runs
 NEES                1.092 per degree of freedom (honest: 0.8881 to 1.119, 95 %)
 RMS/bound           1.250 over all elements of 48 runs
 speed               300050 steps in 1.26 s; the estimator alone 512346 steps/s per core

@@ -6,12 +6,18 @@
 //! speeds are measured and so known functions of time, in a closed loop too: what the controller
 //! would have done with another inertia doesn't matter, since what the wheels did is known. Then
 //!
-//! `J Ṡ = ([J ω + h_w]^× − ω^× J) S − [G(ω̇) + ω^× G(ω)] E_j + E_τ`.
+//! `J Ṡ = ([J ω + h_w]^× − ω^× J − J̇) S − [G(ω̇) + ω^× G(ω)] E_j + E_τ`.
+//!
+//! After a sudden change of the inertia all begins anew: the bound is of what the flight shows from
+//! then on, to whoever knows nothing of before. Where the inertia drifts, the unknown is a constant
+//! added to its course, which is the same at the end as at any time: the bound is of whoever knows how
+//! it drifts. Nobody on board does, so that an estimate may well be above it by some factor, and NEES
+//! is what it is judged by.
 
-use nalgebra::{DMatrix, Matrix3, Matrix3x6, Vector3};
+use nalgebra::{DMatrix, Matrix3x6, Vector3};
 
 use super::integrate::Equations;
-use super::spacecraft::Spacecraft;
+use super::spacecraft::{Spacecraft, inverse};
 use super::unmodelled::{Columns, TorqueEffect};
 use crate::input::scenario::Scenario;
 
@@ -69,21 +75,17 @@ impl Unknowns {
 pub struct Sensitivities<'a> {
     craft: &'a Spacecraft<'a>,
     unknowns: Unknowns,
-    inverse: Matrix3<f64>,
 }
 
 impl<'a> Sensitivities<'a> {
     /// Sensitivities of this spacecraft's motion.
     pub fn new(craft: &'a Spacecraft<'a>, unknowns: Unknowns) -> Self {
-        // Positive definite on loading.
-        let inverse = craft.inertia_kg_m2().try_inverse();
-        Self { craft, unknowns, inverse: inverse.unwrap_or_else(|| Matrix3::repeat(f64::NAN)) }
+        Self { craft, unknowns }
     }
 
-    /// Motion at the start, and `S = [1 0 …]`.
-    pub fn initial_state(&self) -> Vec<f64> {
+    /// This motion, and `S = [1 0 …]`.
+    pub fn from_motion(&self, mut state: Vec<f64>) -> Vec<f64> {
         let start = self.craft.dimension();
-        let mut state = self.craft.initial_state();
         state.resize(start + 3 * self.unknowns.dynamic(), 0.0);
         for i in 0..3 {
             state[start + 3 * i + i] = 1.0;
@@ -102,8 +104,8 @@ impl<'a> Sensitivities<'a> {
         s
     }
 
-    /// A bound that has seen nothing yet.
-    pub fn empty_bound(&self) -> Information {
+    /// Nothing seen yet.
+    pub fn empty_information(&self) -> Information {
         let count = self.unknowns.count();
         Information {
             unknowns: self.unknowns,
@@ -121,10 +123,12 @@ impl Equations for Sensitivities<'_> {
         let motion = self.craft.motion(&state[..start]);
         let w = motion.rate_rad_s;
         let acceleration = Vector3::new(derivative[0], derivative[1], derivative[2]);
-        let j = self.craft.inertia_kg_m2();
+        let j = self.craft.inertia_kg_m2(time_s);
+        let inverse = inverse(&j);
         let momentum = j * w + motion.wheel_momentum_n_m_s;
-        let by_rate = self.inverse * (momentum.cross_matrix() - w.cross_matrix() * j);
-        let by_inertia = self.inverse
+        let by_rate = inverse
+            * (momentum.cross_matrix() - w.cross_matrix() * j - self.craft.inertia_slope_kg_m2_s());
+        let by_inertia = inverse
             * (regressor(&acceleration) + w.cross_matrix() * regressor(&w))
             * -self.craft.typical_kg_m2();
         for column in 0..self.unknowns.dynamic() {
@@ -134,7 +138,7 @@ impl Equations for Sensitivities<'_> {
             match column {
                 0..3 => {}
                 3..9 => slope += by_inertia.column(column - 3),
-                _ => slope += self.inverse.column(column - 9) * self.craft.typical_kg_m2(),
+                _ => slope += inverse.column(column - 9) * self.craft.typical_kg_m2(),
             }
             derivative[at..at + 3].copy_from_slice(slope.as_slice());
         }
@@ -235,7 +239,12 @@ pub struct Bound {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use nalgebra::Matrix3;
+
     use super::*;
+    use crate::input::scenario::change::Stretch;
     use crate::truth::Flight;
     use crate::truth::integrate::advance;
 
@@ -289,12 +298,16 @@ mod tests {
         let craft = Spacecraft::new(&scenario);
         let equations = Sensitivities::new(&craft, Unknowns::of(&scenario));
         let end_s = 60.0;
-        let state = advance(&equations, 0.0, end_s, equations.initial_state()).unwrap();
+        let state = {
+            let start = equations.from_motion(craft.initial_state());
+            advance(&equations, 0.0, end_s, start)
+        }
+        .unwrap();
         let expected = equations.of_rate(&state);
         let end_rate = |unknowns: [f64; 9]| {
             let [_, _, _, xx, yy, zz, xy, xz, yz] = unknowns.map(|u| u * craft.typical_kg_m2());
             let change = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-            let inertia = craft.inertia_kg_m2() + change;
+            let inertia = craft.inertia_kg_m2(0.0) + change;
             let neighbour = Neighbour { craft: &craft, scenario: &scenario, inertia };
             let mut state = craft.initial_state();
             let rate: Vec<f64> = (0..3).map(|i| state[i] + unknowns[i]).collect();
@@ -311,6 +324,115 @@ mod tests {
             let error = (slope - expected.column(column)).norm();
             // Third derivatives times the step squared, and rounding over the step.
             assert!(error < 1e-7 * expected.column(column).norm().max(1e-2), "{column}: {error}");
+        }
+    }
+
+    #[test]
+    fn sensitivities_of_a_drifting_body_are_differences_between_flights_of_the_same_drift() {
+        let mut scenario = Scenario::load("stsat3-spin-up").unwrap();
+        scenario.changes.drift_per_hour = [0.5, -0.5, 0.3, 4.0, 4.0, -2.0];
+        let stretch = scenario.stretch(0);
+        let craft = Spacecraft::new(&scenario);
+        let equations = Sensitivities::new(&craft, Unknowns::of(&scenario));
+        let end_s = 600.0;
+        let start = equations.from_motion(craft.initial_state());
+        let expected = equations.of_rate(&advance(&equations, 0.0, end_s, start).unwrap());
+        let step = 1e-5;
+        for element in 0..6 {
+            let at = |sign: f64| {
+                let mut inertia_kg_m2 = stretch.inertia_kg_m2;
+                inertia_kg_m2[element] += sign * step * craft.typical_kg_m2();
+                let neighbour =
+                    Spacecraft::of_stretch(&scenario, &Stretch { inertia_kg_m2, ..stretch });
+                let end = advance(&neighbour, 0.0, end_s, craft.initial_state()).unwrap();
+                craft.motion(&end).rate_rad_s
+            };
+            let slope = (at(1.0) - at(-1.0)) / (2.0 * step);
+            let expected = expected.column(3 + element);
+            let error = (slope - expected).norm();
+            // Third derivatives times the step squared, and rounding over the step.
+            assert!(error < 1e-7 * expected.norm().max(1e-2), "{element}: {error}");
+        }
+    }
+
+    #[test]
+    fn sensitivities_to_a_disturbance_torque_are_differences_between_flights_that_feel_it() {
+        let mut scenario = Scenario::load("stsat3-spin-up").unwrap();
+        scenario.solve_for.torque = true;
+        let craft = Spacecraft::new(&scenario);
+        let equations = Sensitivities::new(&craft, Unknowns::of(&scenario));
+        let end_s = 600.0;
+        let start = equations.from_motion(craft.initial_state());
+        let expected = equations.of_rate(&advance(&equations, 0.0, end_s, start).unwrap());
+        let step_n_m = 1e-6;
+        for axis in 0..3 {
+            let at = |sign: f64| {
+                let mut disturbed = scenario.clone();
+                disturbed.disturbance_torque_n_m[axis] = sign * step_n_m;
+                let craft = Spacecraft::new(&disturbed);
+                let end = advance(&craft, 0.0, end_s, craft.initial_state()).unwrap();
+                craft.motion(&end).rate_rad_s
+            };
+            let slope = (at(1.0) - at(-1.0)) / (2.0 * step_n_m) * craft.typical_kg_m2();
+            let expected = expected.column(9 + axis);
+            let error = (slope - expected).norm();
+            // Third derivatives times the step squared, and rounding over the step.
+            assert!(error < 1e-5 * expected.norm(), "{axis}: {error} of {}", expected.norm());
+        }
+    }
+
+    #[test]
+    fn who_must_find_a_disturbance_too_finds_the_inertia_less_well() {
+        let mut scenario = Scenario::load("microsat-slew").unwrap();
+        scenario.disturbance_torque_n_m = Vector3::new(1e-5, -1e-5, 0.0);
+        let alone = Flight::simulate(&scenario).unwrap().bound;
+        scenario.solve_for.torque = true;
+        let both = Flight::simulate(&scenario).unwrap().bound;
+        assert_eq!(both.unknowns.names().len(), 12);
+        for i in 0..6 {
+            let ratio = both.sigma_kg_m2[i].unwrap() / alone.sigma_kg_m2[i].unwrap();
+            assert!(ratio > 1.01, "element {i}: {ratio}");
+        }
+    }
+
+    /// A body that is shaken during these times, s, and whatever else happens to it.
+    fn shaken(duration_s: f64, during_s: &str, other: &str) -> Scenario {
+        let text = format!(
+            r#"
+            name = "shaken"
+            duration_s = {duration_s}
+            [spacecraft]
+            inertia_kg_m2 = [3, 4, 5.25, 0.1, 0.2, -0.1]
+            [gyro]
+            rate_hz = 4
+            noise_rad_s = 1e-4
+            [torque]
+            kind = "multisine"
+            amplitude_n_m = [[0.05], [0.05], [0.05]]
+            frequency_hz = [[0.05], [0.1], [0.15]]
+            phase_rad = [[0], [0], [0]]
+            during_s = {during_s}
+            [disturbance]
+            gyro_bias = true
+            {other}
+            "#
+        );
+        Scenario::from_toml("s.toml", &text, Path::new("")).unwrap()
+    }
+
+    #[test]
+    fn after_a_sudden_change_the_bound_is_that_of_a_flight_that_begins_there() {
+        let change = "[[change]]\ntime_s = 40\ninertia_kg_m2 = [3, 4, 5.25, 0.1, 0.2, -0.1]\n";
+        let mut scenario = shaken(110.0, "[[0, 20], [50, 110]]", change);
+        scenario.spacecraft.inertia_kg_m2 = [3.0, 4.0, 5.0, 0.0, 0.0, 0.0];
+        let flight = Flight::simulate(&scenario).unwrap();
+        let mut fresh = shaken(70.0, "[[10, 70]]", "");
+        let at_change = flight.instants.iter().find(|instant| instant.time_us == 40_000_000);
+        fresh.spacecraft.rate_rad_s = at_change.unwrap().rate_rad_s;
+        let fresh = Flight::simulate(&fresh).unwrap();
+        for i in 0..6 {
+            let ratio = flight.bound.sigma_kg_m2[i].unwrap() / fresh.bound.sigma_kg_m2[i].unwrap();
+            assert!((ratio - 1.0).abs() < 1e-9, "element {i}: {ratio}");
         }
     }
 

@@ -36,11 +36,15 @@ pub trait Equations {
     fn derivative(&self, time_s: f64, state: &[f64], derivative: &mut [f64]);
 }
 
-struct Adapter<'a, E>(&'a E);
+struct Adapter<'a, E> {
+    equations: &'a E,
+    /// The last instant before the end: what jumps there is the next stretch's.
+    last_s: f64,
+}
 
 impl<E: Equations> ODE<f64, Vec<f64>> for Adapter<'_, E> {
     fn diff(&self, time_s: f64, state: &Vec<f64>, derivative: &mut Vec<f64>) {
-        self.0.derivative(time_s, state, derivative);
+        self.equations.derivative(time_s.min(self.last_s), state, derivative);
     }
 }
 
@@ -57,7 +61,7 @@ pub fn advance(
         .atol(ABSOLUTE_TOLERANCE)
         .h0(to_s - from_s)
         .max_steps(MOST_STEPS);
-    let adapter = Adapter(equations);
+    let adapter = Adapter { equations, last_s: to_s.next_down() };
     let solution = IVP::ode(&adapter, from_s, to_s, state)
         .method(method)
         .solve()
@@ -102,6 +106,19 @@ mod tests {
             state = advance(&Forced, t, t + 0.1, state).unwrap();
         }
         assert!((state[0] - 10.0f64.cos()).abs() < 1e-11, "{}", state[0] - 10.0f64.cos());
+    }
+
+    #[test]
+    fn a_jump_at_the_end_is_not_felt() {
+        struct SwitchedOff;
+        impl Equations for SwitchedOff {
+            fn derivative(&self, time_s: f64, _: &[f64], derivative: &mut [f64]) {
+                derivative[0] = if time_s < 1.0 { 3.0 } else { 0.0 };
+            }
+        }
+        let before = advance(&SwitchedOff, 0.0, 1.0, vec![0.0]).unwrap();
+        let after = advance(&SwitchedOff, 1.0, 2.0, before).unwrap();
+        assert!((after[0] - 3.0).abs() < 1e-14, "{}", after[0]);
     }
 
     #[test]

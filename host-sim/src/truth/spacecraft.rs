@@ -5,6 +5,9 @@
 //!
 //! `J_b ω̇ = τ − Σ uᵢ aᵢ − ω × (J_b ω + Σ hᵢ aᵢ)`.
 //!
+//! Where the inertia drifts, `J̇ ω` comes off the torque. At a sudden change total momentum and each
+//! `hᵢ` stay, so `J_b ω` does: see [`change`](crate::input::scenario::change) for what that assumes.
+//!
 //! A motor's torque is its profile's and, where the loop is closed, the controller's.
 //!
 //! This is another form of the gyrostat equation than the flight core's, on purpose.
@@ -13,6 +16,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::controller::Controller;
 use super::integrate::Equations;
+use crate::input::scenario::change::Stretch;
 use crate::input::scenario::{Scenario, SimulatedWheel};
 
 /// Where the parts of the state vector stand.
@@ -20,18 +24,20 @@ const RATE: usize = 0;
 const ATTITUDE: usize = 3;
 const WHEELS: usize = 7;
 
-/// A scenario's spacecraft as physics.
+/// A scenario's spacecraft as physics, from one sudden change of its inertia to the next.
 pub struct Spacecraft<'a> {
     scenario: &'a Scenario,
     controller: Option<Controller<'a>>,
-    /// `J`, wheels locked and included, kg m².
+    /// When what follows began, s.
+    from_s: f64,
+    /// `J` then, wheels locked and included, kg m².
     inertia: Matrix3<f64>,
-    /// `J_b⁻¹`, 1/(kg m²).
-    body_inverse: Matrix3<f64>,
-    /// `J_b`, kg m².
+    /// `J_b` then, kg m².
     body: Matrix3<f64>,
-    /// Mean moment, kg m²: wheel momenta are kept as hᵢ over this, so that every state but the
-    /// attitude is of the size of a rate and one tolerance fits all.
+    /// `J̇`, kg m²/s.
+    slope: Matrix3<f64>,
+    /// Mean moment at the start of the flight, kg m²: wheel momenta are kept as hᵢ over this, so that
+    /// every state but the attitude is of the size of a rate and one tolerance fits all.
     typical_kg_m2: f64,
 }
 
@@ -49,32 +55,53 @@ pub struct Motion {
 }
 
 impl<'a> Spacecraft<'a> {
-    /// The scenario's spacecraft. Its inertia has been checked on loading.
+    /// The scenario's spacecraft at the start. Its inertia has been checked on loading.
     pub fn new(scenario: &'a Scenario) -> Self {
-        let [xx, yy, zz, xy, xz, yz] = scenario.spacecraft.inertia_kg_m2;
-        let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        Self::of_stretch(scenario, &scenario.stretch(0))
+    }
+
+    /// The spacecraft over one of the scenario's stretches.
+    pub fn of_stretch(scenario: &'a Scenario, stretch: &Stretch) -> Self {
+        let inertia = tensor(&stretch.inertia_kg_m2);
         let body = scenario.wheels.iter().fold(inertia, |j, SimulatedWheel { wheel, .. }| {
             j - wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2
         });
-        // Positive definite on loading; a NaN here would be told by the integrator.
-        let body_inverse = body.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         let control = scenario.control.as_ref();
         Self {
             controller: control.map(|control| Controller::new(control, &scenario.wheels)),
             scenario,
+            from_s: stretch.from_s,
             inertia,
-            body_inverse,
             body,
-            typical_kg_m2: inertia.trace() / 3.0,
+            slope: tensor(&stretch.slope_kg_m2_s),
+            typical_kg_m2: tensor(&scenario.spacecraft.inertia_kg_m2).trace() / 3.0,
         }
     }
 
-    /// `J`, kg m².
-    pub fn inertia_kg_m2(&self) -> &Matrix3<f64> {
-        &self.inertia
+    /// The state of a flight in which this spacecraft's inertia suddenly becomes `next`'s, just after
+    /// that: `J_b' ω' = J_b ω`.
+    pub fn becomes(&self, next: &Self, state: &[f64]) -> Vec<f64> {
+        let momentum = self.body_kg_m2(next.from_s) * rate(state);
+        let mut after = state.to_vec();
+        after[RATE..RATE + 3].copy_from_slice((inverse(&next.body) * momentum).as_slice());
+        after
     }
 
-    /// Mean moment of inertia, kg m².
+    /// `J`, kg m².
+    pub fn inertia_kg_m2(&self, time_s: f64) -> Matrix3<f64> {
+        self.inertia + self.slope * (time_s - self.from_s)
+    }
+
+    /// `J̇`, kg m²/s.
+    pub fn inertia_slope_kg_m2_s(&self) -> &Matrix3<f64> {
+        &self.slope
+    }
+
+    fn body_kg_m2(&self, time_s: f64) -> Matrix3<f64> {
+        self.body + self.slope * (time_s - self.from_s)
+    }
+
+    /// Mean moment of inertia at the start of the flight, kg m².
     pub fn typical_kg_m2(&self) -> f64 {
         self.typical_kg_m2
     }
@@ -142,23 +169,26 @@ impl<'a> Spacecraft<'a> {
         motor_torque_n_m: &[f64],
     ) -> Vector3<f64> {
         let rate = rate(state);
-        let mut momentum = self.body * rate;
+        let body = self.body_kg_m2(time_s);
+        let mut momentum = body * rate;
         let mut torque = self.scenario.torque.at(time_s) + self.scenario.disturbance_torque_n_m;
+        torque -= self.slope * rate;
         for (i, motor) in self.scenario.wheels.iter().enumerate() {
             momentum += motor.wheel.axis * (state[WHEELS + i] * self.typical_kg_m2);
             torque -= motor.wheel.axis * motor_torque_n_m[i];
         }
-        self.body_inverse * (torque - rate.cross(&momentum))
+        inverse(&body) * (torque - rate.cross(&momentum))
     }
 
     /// Total angular momentum in inertial axes, N m s.
-    pub fn inertial_momentum_n_m_s(&self, state: &[f64]) -> Vector3<f64> {
+    pub fn inertial_momentum_n_m_s(&self, time_s: f64, state: &[f64]) -> Vector3<f64> {
         let motion = self.motion(state);
-        motion.attitude * (self.inertia * motion.rate_rad_s + motion.wheel_momentum_n_m_s)
+        motion.attitude
+            * (self.inertia_kg_m2(time_s) * motion.rate_rad_s + motion.wheel_momentum_n_m_s)
     }
 
     /// Kinetic energy of body and wheels, J.
-    pub fn energy_j(&self, state: &[f64]) -> f64 {
+    pub fn energy_j(&self, time_s: f64, state: &[f64]) -> f64 {
         let rate = rate(state);
         let wheels: f64 = self
             .scenario
@@ -170,8 +200,20 @@ impl<'a> Spacecraft<'a> {
                 axial * axial / wheel.spin_inertia_kg_m2
             })
             .sum();
-        0.5 * (rate.dot(&(self.body * rate)) + wheels)
+        0.5 * (rate.dot(&(self.body_kg_m2(time_s) * rate)) + wheels)
     }
+}
+
+/// The symmetric tensor of `jxx jyy jzz jxy jxz jyz`.
+fn tensor(elements: &[f64; 6]) -> Matrix3<f64> {
+    let [xx, yy, zz, xy, xz, yz] = *elements;
+    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+}
+
+/// Of a tensor that has been checked on loading to be positive definite; a NaN here would be told by
+/// the integrator.
+pub(super) fn inverse(tensor: &Matrix3<f64>) -> Matrix3<f64> {
+    tensor.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN))
 }
 
 fn rate(state: &[f64]) -> Vector3<f64> {
@@ -236,14 +278,15 @@ mod tests {
         .unwrap();
         let craft = Spacecraft::new(&scenario);
         let mut state = craft.initial_state();
-        let (momentum, energy) = (craft.inertial_momentum_n_m_s(&state), craft.energy_j(&state));
+        let (momentum, energy) =
+            (craft.inertial_momentum_n_m_s(0.0, &state), craft.energy_j(0.0, &state));
         let mut moved = 0.0f64;
         for second in 0..600 {
             let t = f64::from(second);
             state = advance(&craft, t, t + 1.0, state).unwrap();
-            let now = craft.inertial_momentum_n_m_s(&state);
+            let now = craft.inertial_momentum_n_m_s(t + 1.0, &state);
             assert!((now - momentum).norm() < DRIFT * momentum.norm(), "t = {t}");
-            assert!((craft.energy_j(&state) / energy - 1.0).abs() < DRIFT, "t = {t}");
+            assert!((craft.energy_j(t + 1.0, &state) / energy - 1.0).abs() < DRIFT, "t = {t}");
             let rate = craft.motion(&state).rate_rad_s;
             moved = moved.max((rate - scenario.spacecraft.rate_rad_s).norm());
         }
@@ -261,12 +304,122 @@ mod tests {
         for second in 0..200 {
             let t = f64::from(second);
             state = advance(&craft, t, t + 1.0, state).unwrap();
-            assert!(craft.inertial_momentum_n_m_s(&state).norm() < 1e-12, "t = {t}");
+            assert!(craft.inertial_momentum_n_m_s(t + 1.0, &state).norm() < 1e-12, "t = {t}");
             // Gains are proportional to J, and the motors turn J less the wheels: 3e-5 apart.
             let rate = craft.motion(&state).rate_rad_s;
             assert!(rate.cross(&axis).norm() < 1e-4 * 4e-3, "t = {t}: {rate}");
         }
         assert!(angle(&state) < 2e-3 * before);
+    }
+
+    const CHANGING: &str = r#"
+        name = "changing"
+        duration_s = 7200.0
+        [spacecraft]
+        inertia_kg_m2 = [0.06, 0.09, 0.11, 0.004, -0.006, 0.003]
+        rate_rad_s = [0.03, -0.05, 0.04]
+        [[wheel]]
+        axis = [1.0, 1.0, 1.0]
+        spin_inertia_kg_m2 = 2e-5
+        speed_rad_s = 400.0
+        [[wheel]]
+        axis = [-1.0, 1.0, 1.0]
+        spin_inertia_kg_m2 = 2e-5
+        speed_rad_s = -250.0
+        torque = { kind = "multisine", amplitude_n_m = [1e-5], frequency_hz = [0.01], phase_rad = [0] }
+        [gyro]
+        rate_hz = 1.0
+        noise_rad_s = 1e-4
+        "#;
+
+    #[test]
+    fn momentum_of_body_and_wheels_is_kept_across_a_sudden_change() {
+        let text = format!(
+            "{CHANGING}[[change]]\ntime_s = 60.0\ninertia_kg_m2 = [0.09, 0.1, 0.13, 0, 0.01, 0.01]"
+        );
+        let scenario = Scenario::from_toml("s.toml", &text, Path::new("")).unwrap();
+        let [before, after] =
+            [0, 1].map(|index| Spacecraft::of_stretch(&scenario, &scenario.stretch(index)));
+        let state = advance(&before, 0.0, 60.0, before.initial_state()).unwrap();
+        let next = before.becomes(&after, &state);
+        let momentum = before.inertial_momentum_n_m_s(60.0, &state);
+        let change = after.inertial_momentum_n_m_s(60.0, &next) - momentum;
+        assert!(change.norm() < 1e-15 * momentum.norm().max(1.0), "{change}");
+
+        // The rate jumps, and each wheel's speed relative to the body by the opposite along its axis.
+        let (old, new) = (before.motion(&state), after.motion(&next));
+        let jump = new.rate_rad_s - old.rate_rad_s;
+        assert!(jump.norm() > 0.01, "{jump}");
+        assert_eq!(old.attitude, new.attitude);
+        for (i, SimulatedWheel { wheel, .. }) in scenario.wheels.iter().enumerate() {
+            let speed = new.wheel_speed_rad_s[i] - old.wheel_speed_rad_s[i];
+            assert!((speed + wheel.axis.dot(&jump)).abs() < 1e-12 * 400.0, "{speed}");
+        }
+    }
+
+    /// Total momentum in body axes and the momenta of the wheels, integrated by itself:
+    /// `ḣ = −ω × h`, `J(t) ω = h − h_w`, with `J` and not `J_b`, and no `J̇`.
+    struct MomentumAlone<'a> {
+        scenario: &'a Scenario,
+    }
+
+    impl MomentumAlone<'_> {
+        fn inertia(&self, time_s: f64) -> Matrix3<f64> {
+            let start = tensor(&self.scenario.spacecraft.inertia_kg_m2);
+            let share = tensor(&self.scenario.changes.drift_per_hour) * (time_s / 3600.0);
+            start + start.component_mul(&share)
+        }
+
+        /// With `hᵢ = Iₛᵢ (Ωᵢ + aᵢ · ω)` kept, `h_w = Σ (hᵢ − Iₛᵢ aᵢ · ω) aᵢ`.
+        fn rate(&self, time_s: f64, state: &[f64]) -> Vector3<f64> {
+            let mut momentum = Vector3::from_column_slice(&state[..3]);
+            let mut left = self.inertia(time_s);
+            for (SimulatedWheel { wheel, .. }, axial) in
+                self.scenario.wheels.iter().zip(&state[3..])
+            {
+                momentum -= wheel.axis * *axial;
+                left -= wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2;
+            }
+            left.lu().solve(&momentum).unwrap()
+        }
+    }
+
+    impl Equations for MomentumAlone<'_> {
+        fn derivative(&self, time_s: f64, state: &[f64], derivative: &mut [f64]) {
+            let momentum = Vector3::from_column_slice(&state[..3]);
+            let turn = -self.rate(time_s, state).cross(&momentum);
+            derivative[..3].copy_from_slice(turn.as_slice());
+            for (i, motor) in self.scenario.wheels.iter().enumerate() {
+                derivative[3 + i] = motor.torque.at(time_s);
+            }
+        }
+    }
+
+    #[test]
+    fn a_drift_moves_as_conservation_of_momentum_alone_says() {
+        let text =
+            format!("{CHANGING}[drift]\ninertia_rate_per_hour = [0.2, -0.1, 0.15, 1.0, 0, -0.5]");
+        let scenario = Scenario::from_toml("s.toml", &text, Path::new("")).unwrap();
+        let (craft, alone) = (Spacecraft::new(&scenario), MomentumAlone { scenario: &scenario });
+        let mut state = craft.initial_state();
+        let motion = craft.motion(&state);
+        let start = craft.inertia_kg_m2(0.0) * motion.rate_rad_s + motion.wheel_momentum_n_m_s;
+        let axial = state[WHEELS..].iter().map(|h| h * craft.typical_kg_m2());
+        let mut other: Vec<f64> = start.iter().copied().chain(axial).collect();
+        let without = Scenario { changes: Default::default(), ..scenario.clone() };
+        let steady = Spacecraft::new(&without);
+        let mut undrifted = state.clone();
+        for minute in 0..20 {
+            let (from_s, to_s) = (60.0 * f64::from(minute), 60.0 * f64::from(minute + 1));
+            state = advance(&craft, from_s, to_s, state).unwrap();
+            other = advance(&alone, from_s, to_s, other).unwrap();
+            undrifted = advance(&steady, from_s, to_s, undrifted).unwrap();
+            let apart = rate(&state) - alone.rate(to_s, &other);
+            assert!(apart.norm() < DRIFT * 0.07, "t = {to_s}: {apart}");
+            let turned = craft.inertial_momentum_n_m_s(to_s, &state) - start;
+            assert!(turned.norm() < DRIFT * start.norm(), "t = {to_s}: {turned}");
+        }
+        assert!((rate(&undrifted) - rate(&state)).norm() > 0.01, "a drift that matters");
     }
 
     #[test]

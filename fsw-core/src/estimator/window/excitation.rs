@@ -80,8 +80,8 @@ impl<T: Real> Mean<T> {
         let variance = noise_rad_s * noise_rad_s * (samples(self) + samples(before));
         let per = T::one() / inertia_kg_m2;
         let moved = |x: Vec3<T>| x.dot(&x) > variance * T::lit(CHANGED);
-        let is_driven = moved((self.drive_n_m_s - before.drive_n_m_s) * per)
-            || moved(self.impulse_n_m_s * per);
+        let is_driven =
+            moved((self.drive_n_m_s - before.drive_n_m_s) * per) || moved(self.impulse_n_m_s * per);
         (moved(self.rate_rad_s - before.rate_rad_s), is_driven)
     }
 }

@@ -21,12 +21,13 @@ use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor};
 
 /// Passes over the noise correction. Each shrinks its error by [`LARGEST_CORRECTION`] or more:
-/// sixteen leave 2e-5 of the correction.
-const CORRECTION_PASSES: usize = 16;
+/// eight leave 3e-6 of the correction.
+const CORRECTION_PASSES: usize = 8;
 
-/// The noise's share of the information in any element, at most: beyond, the motion doesn't
-/// stand out of the noise, and the correction would not converge.
-const LARGEST_CORRECTION: f64 = 0.5;
+/// The noise's share of the information in any element, at most. From a half on the correction
+/// wouldn't converge; already from a third on, what is left of the motion is as uncertain as the noise
+/// that a hundred blocks happen to have.
+const LARGEST_CORRECTION: f64 = 0.2;
 
 /// An element whose sigma is above this share of the mean moment is too vague to start from.
 const VAGUE: f64 = 0.2;
@@ -184,16 +185,22 @@ impl<T: Real, const U: usize> LinearStart<T, U> {
             }
         };
         if has_torque(U) {
-            hold(TORQUE, match holds.torque {
-                Hold::AtZero => None,
-                Hold::Within(sigma) => Some(noise_rad_s * size / sigma),
-            });
+            hold(
+                TORQUE,
+                match holds.torque {
+                    Hold::AtZero => None,
+                    Hold::Within(sigma) => Some(noise_rad_s * size / sigma),
+                },
+            );
         }
         if has_bias(U) {
-            hold(BIAS, match holds.bias {
-                Hold::AtZero => None,
-                Hold::Within(sigma) => Some(noise_rad_s / sigma),
-            });
+            hold(
+                BIAS,
+                match holds.bias {
+                    Hold::AtZero => None,
+                    Hold::Within(sigma) => Some(noise_rad_s / sigma),
+                },
+            );
         }
         information
     }
@@ -323,7 +330,10 @@ mod tests {
     fn finds_the_inertia_without_a_guess_in_both_precisions() {
         let double = fly::<f64>(20.0).solve(1e-6, &NONE).unwrap().inertia.elements_kg_m2();
         let single = fly::<f32>(20.0)
-            .solve(1e-6, &Holds { torque: Hold::AtZero, bias: Hold::AtZero }).unwrap().inertia.elements_kg_m2();
+            .solve(1e-6, &Holds { torque: Hold::AtZero, bias: Hold::AtZero })
+            .unwrap()
+            .inertia
+            .elements_kg_m2();
         for i in 0..6 {
             assert!((double[i] - INERTIA[i]).abs() < TRAPEZOID, "{double:?}");
             assert!((f64::from(single[i]) - INERTIA[i]).abs() < TRAPEZOID, "{single:?}");

@@ -257,6 +257,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.carried = None;
         self.rework = Rework::Idle;
         self.resting = 0;
+        self.ended = report::Ended::nothing();
         self.watch.is_armed = false;
         self.watch.refused = 0;
         self.watch.sum = T::zero();
@@ -331,7 +332,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 open.linear = LinearStart::new(reading);
             }
         }
-        self.blocks.push(block, noise);
+        self.blocks.push(block, self.block_samples, noise);
         self.excitation.add(&block, noise, self.typical_kg_m2);
         if self.front.is_some() && self.excitation.is_over(self.config.quiet_s) {
             self.close_window();
@@ -405,8 +406,8 @@ fn contradicts<T: Real>(square: T, noise_rad_s: T) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::{Prior, Status};
     use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
+    use crate::estimator::{Prior, Status};
     use proptest::prelude::*;
     use std::vec::Vec;
 

@@ -148,8 +148,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
             Waiting::Nothing => Taken::Silent,
             Waiting::Carried(done) => {
                 let is_last = done + 1 >= U;
-                self.waiting =
-                    if is_last { Waiting::Nothing } else { Waiting::Carried(done + 1) };
+                self.waiting = if is_last { Waiting::Nothing } else { Waiting::Carried(done + 1) };
                 if let Some(carried) = carried {
                     let (row, y) = carried.about(&self.point, done);
                     self.information.add(row, y);

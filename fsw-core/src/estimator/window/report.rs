@@ -1,9 +1,9 @@
 //! What the window estimator says of itself: the estimate at any time.
 
+use super::Window;
 use super::pass::{Pass, Residuals};
 use super::solution::{Solution, Solving, solve_past};
 use super::unknowns::{has_bias, has_torque};
-use super::Window;
 use crate::estimator::{Estimate, Prior, Status};
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;

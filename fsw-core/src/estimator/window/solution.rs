@@ -14,8 +14,8 @@
 //! torque held at zero that is Lagrange's multiplier test for a constant torque, which uses just the
 //! part of it that no change of inertia imitates; for the past, the test for a change.
 
-use super::past::Past;
 use super::pass::Pass;
+use super::past::Past;
 use super::unknowns::{BIAS, Point, TORQUE, has_bias, has_torque, inertia_of};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, scalar::Real};
@@ -99,7 +99,8 @@ impl<T: Real, const U: usize> Solving<T, U> {
     pub fn take_row(&mut self, held: &Held<T>) -> bool {
         match self.row {
             0..TORQUE if has_torque(U) => {
-                let left = self.hold(TORQUE + self.row, self.point.torque[self.row], &held.torque, held);
+                let left =
+                    self.hold(TORQUE + self.row, self.point.torque[self.row], &held.torque, held);
                 if held.torque == Hold::AtZero {
                     self.torque_square += left * left;
                 }

@@ -1,7 +1,7 @@
 //! The window's blocks in fixed storage, and their merging when it is full.
 
 use super::block::Block;
-use super::packed::{Packed, Packer};
+use super::packed::{Packed, Packer, Scale};
 use super::trajectory::Span;
 use crate::math::{Vec3, scalar::Real};
 
@@ -21,8 +21,7 @@ const BEND_BY_NOISE: f64 = 18.0;
 pub struct Storage<T: Real, const N: usize> {
     blocks: [Packed; N],
     len: usize,
-    /// Drive of the window's first block, from which the others are counted, N m s.
-    origin: Vec3<T>,
+    scale: Scale<T>,
     /// Carry on what rounding takes: along the end, and along the pairs that are merged.
     appending: Packer<T>,
     pairing: Packer<T>,
@@ -40,7 +39,7 @@ impl<T: Real, const N: usize> Default for Storage<T, N> {
         Self {
             blocks: [Packed::default(); N],
             len: 0,
-            origin: Vec3::zeros(),
+            scale: Scale { drive_n_m_s: Vec3::zeros(), duration_s: T::one() },
             appending: Packer::default(),
             pairing: Packer::default(),
             turn_square: T::zero(),
@@ -61,25 +60,31 @@ impl<T: Real, const N: usize> Storage<T, N> {
     }
 
     /// Forgets all blocks but the newest.
-    pub fn keep_newest(&mut self) {
+    pub fn keep_newest(&mut self, usual_samples: u32) {
         let newest = self.len.checked_sub(1).and_then(|last| self.block(last));
         self.clear();
         if let Some(block) = newest {
-            self.store(&block);
+            self.store(&block, usual_samples);
         }
     }
 
     /// Block `index` as it is stored.
     fn block(&self, index: usize) -> Option<Block<T>> {
-        Some(self.blocks.get(..self.len)?.get(index)?.block(&self.origin))
+        self.block_in(index, &self.scale)
     }
 
-    fn store(&mut self, block: &Block<T>) -> bool {
+    fn block_in(&self, index: usize, scale: &Scale<T>) -> Option<Block<T>> {
+        Some(self.blocks.get(..self.len)?.get(index)?.block(scale))
+    }
+
+    fn store(&mut self, block: &Block<T>, usual_samples: u32) -> bool {
         if self.len == 0 {
-            self.origin = block.drive_n_m_s;
+            let share = T::count(usual_samples) / T::count(block.samples.max(1));
+            let (drive_n_m_s, duration_s) = (block.drive_n_m_s, block.duration_s * share);
+            self.scale = Scale { drive_n_m_s, duration_s };
         }
         let Some(free) = self.blocks.get_mut(self.len) else { return false };
-        *free = self.appending.pack(block, &self.origin);
+        *free = self.appending.pack(block, &self.scale);
         self.len += 1;
         true
     }
@@ -106,18 +111,19 @@ impl<T: Real, const N: usize> Storage<T, N> {
         self.len + RESERVE >= N
     }
 
-    /// Appends a block; false if there is no room.
-    pub fn push(&mut self, block: Block<T>, noise_rad_s: T) -> bool {
-        if !self.store(&block) {
+    /// Appends a block, of which a usual one has so many samples; false if there is no room.
+    pub fn push(&mut self, block: Block<T>, usual_samples: u32, noise_rad_s: T) -> bool {
+        if !self.store(&block, usual_samples) {
             return false;
         }
-        self.note_motion(self.len - 1, noise_rad_s);
+        let scale = self.scale;
+        self.note_motion(self.len - 1, &scale, noise_rad_s);
         true
     }
 
     /// Notes how far the block at `index` turns and bends, whose two predecessors are in place.
-    fn note_motion(&mut self, index: usize, noise_rad_s: T) {
-        let at = |back: usize| index.checked_sub(back).and_then(|i| self.block(i));
+    fn note_motion(&mut self, index: usize, scale: &Scale<T>, noise_rad_s: T) {
+        let at = |back: usize| index.checked_sub(back).and_then(|i| self.block_in(i, scale));
         let (Some(c), b, a) = (at(0), at(1), at(2)) else { return };
         let turn = c.rate_rad_s * c.duration_s;
         let turn_square = turn.dot(&turn);
@@ -161,16 +167,17 @@ impl<T: Real, const N: usize> Storage<T, N> {
     /// Merges some pairs: one slice of work. True when all are done.
     pub fn merge_some(&mut self, noise_rad_s: T) -> bool {
         let Some((done, pairs)) = self.merging else { return true };
+        // Twice as long: so is their unit.
+        let two = T::lit(2.0);
+        let longer = Scale { duration_s: self.scale.duration_s * two, ..self.scale };
         let end = pairs.min(done + PAIRS_PER_STEP);
         for pair in done..end {
             let (Some(first), Some(second)) = (self.block(2 * pair), self.block(2 * pair + 1))
             else {
                 break;
             };
-            if let Some(place) = self.blocks.get_mut(pair) {
-                *place = self.pairing.pack(&first.merge(&second), &self.origin);
-            }
-            self.note_motion(pair, noise_rad_s);
+            self.put(pair, &first.merge(&second), &longer);
+            self.note_motion(pair, &longer, noise_rad_s);
         }
         if end < pairs {
             self.merging = Some((end, pairs));
@@ -178,43 +185,49 @@ impl<T: Real, const N: usize> Storage<T, N> {
         }
         // Those that came meanwhile, or had no partner, follow.
         for from in 2 * pairs..self.len {
-            let block = self.blocks.get(from).copied();
-            if let (Some(block), Some(place)) = (block, self.blocks.get_mut(from - pairs)) {
-                *place = block;
+            if let Some(block) = self.block(from) {
+                self.put(from - pairs, &block, &longer);
             }
         }
         self.len -= pairs;
+        self.scale = longer;
         self.merging = None;
         true
+    }
+
+    fn put(&mut self, index: usize, block: &Block<T>, scale: &Scale<T>) {
+        if let Some(place) = self.blocks.get_mut(index) {
+            *place = self.pairing.pack(block, scale);
+        }
     }
 
     /// Block `index` in units of an inertia, whose inverse is `per`, with what its neighbours tell
     /// of its inside.
     pub fn span(&self, index: usize, per: T) -> Option<Span<T>> {
-        let here = self.block(index)?;
-        let before = index.checked_sub(1).and_then(|i| self.block(i));
-        let after = self.block(index + 1);
-        Some(span(before.as_ref(), &here, after.as_ref(), per))
+        let at = |offset: usize| (index + offset).checked_sub(2).and_then(|i| self.block(i));
+        let [first, before, here, after, last] = [at(0), at(1), at(2), at(3), at(4)];
+        Some(span([first, before], &here?, [after, last], per))
     }
 }
 
-/// A block between its neighbours, where it has them, in units of an inertia, whose inverse is `per`.
+/// A block between two neighbours on either side, where it has them, in units of an inertia, whose
+/// inverse is `per`.
 pub fn span<T: Real>(
-    before: Option<&Block<T>>,
+    before: [Option<Block<T>>; 2],
     here: &Block<T>,
-    after: Option<&Block<T>>,
+    after: [Option<Block<T>>; 2],
     per: T,
 ) -> Span<T> {
-    let beyond_ramp = beyond_ramp(before, here, after);
-    let wheels_of = |block: &Block<T>| wheel_momentum(block, &beyond_ramp);
-    let half_way = |a: &Block<T>, b: &Block<T>| {
-        let share = b.duration_s / (a.duration_s + b.duration_s);
-        wheels_of(a) * share + wheels_of(b) * (T::one() - share)
+    let ([second_before, before], [after, second_after]) = (before, after);
+    let beyond_here = beyond_ramp(before.as_ref(), here, after.as_ref());
+    let mean = wheel_momentum(here, &beyond_here);
+    let half_way = |other: &Block<T>, beyond: &Vec3<T>| {
+        let share = here.duration_s / (other.duration_s + here.duration_s);
+        wheel_momentum(other, beyond) * share + mean * (T::one() - share)
     };
-    let mean = wheels_of(here);
     // Half-way between the means of two blocks, and beyond the ends as before them.
-    let start = before.map(|before| half_way(before, here));
-    let end = after.map(|after| half_way(here, after));
+    let start = before.map(|b| half_way(&b, &beyond_ramp(second_before.as_ref(), &b, Some(here))));
+    let end = after.map(|b| half_way(&b, &beyond_ramp(Some(here), &b, second_after.as_ref())));
     let mirror = |known: Vec3<T>| mean + mean - known;
     let (start, end) = match (start, end) {
         (Some(start), Some(end)) => (start, end),
@@ -237,7 +250,7 @@ pub fn span<T: Real>(
         wheels_at_start: start * per,
         wheels_in_the_middle: middle * per,
         wheels_at_end: end * per,
-        beyond_ramp: beyond_ramp * per,
+        beyond_ramp: beyond_here * per,
     }
 }
 

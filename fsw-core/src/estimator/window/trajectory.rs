@@ -273,7 +273,10 @@ mod tests {
             .collect()
     }
 
-    fn fly(point: &Point<f64>, spans: &[Span<f64>]) -> (Trajectory<f64, UNKNOWNS>, Vec<Prediction<f64, UNKNOWNS>>) {
+    fn fly(
+        point: &Point<f64>,
+        spans: &[Span<f64>],
+    ) -> (Trajectory<f64, UNKNOWNS>, Vec<Prediction<f64, UNKNOWNS>>) {
         let mut trajectory = Trajectory::new(point).unwrap();
         let predictions = spans.iter().map(|span| trajectory.advance(span)).collect();
         (trajectory, predictions)

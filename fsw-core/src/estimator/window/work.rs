@@ -30,6 +30,10 @@ const ASTRAY: f64 = 10.0;
 /// trace is about the share of the smallest moment in the trace, and a rod of one to a hundred has
 /// 2e-4.
 const THIN: f64 = 1.0e-4;
+/// A point may break the triangle inequality by this share of the trace.
+const UNPHYSICAL: f64 = 0.05;
+/// A linear start larger or smaller than the typical inertia by this factor is another body.
+const OTHER_SIZE: f64 = 3.0;
 /// A step that leads astray is halved so often before it is given up.
 const HALVINGS: u32 = 5;
 /// A window ends where a change of the momentum at its start has grown by this factor: motion about
@@ -114,7 +118,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             let carried = front.carry(&solution.step)?;
             Some((carried, Pass::new(carried.point, Some(&carried))?, front))
         });
-        let Some((carried, front, before)) = carried else {
+        let Some((carried, front, before)) = carried.filter(|(.., front)| self.explains(front))
+        else {
             // Nothing found in as much motion as there is storage for.
             return self.open_at(reading);
         };
@@ -123,7 +128,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.front = Some(front);
         self.rework = Rework::Idle;
         self.resting = 0;
-        self.blocks.keep_newest();
+        self.blocks.keep_newest(self.block_samples);
     }
 
     /// Whether the motion since the window opened magnifies a change of its start so far that
@@ -233,9 +238,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let noise = self.scale_rad_s(front);
         let within = |square: T, sigma: f64| square < noise * noise * T::lit(sigma * sigma);
         let explains = self.has_found(front);
-        let near = within(solving.step_square(), NEAR_SIGMA)
-            || within(step_square(front), NEAR_SIGMA);
-        if explains && front.residuals().degrees() >= ARMED_DEGREES {
+        let near =
+            within(solving.step_square(), NEAR_SIGMA) || within(step_square(front), NEAR_SIGMA);
+        if explains && near && front.residuals().degrees() >= ARMED_DEGREES {
             self.watch.is_armed = true;
         }
         if explains && near && self.past.is_some() && contradicts(solving.past_square(), noise) {
@@ -349,8 +354,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if self.carried.is_some() || !start.inertia.is_positive_definite() {
             return None;
         }
-        if self.front.is_none() {
-            self.typical_kg_m2 = start.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
+        let size = start.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
+        let is_near = size < self.typical_kg_m2 * T::lit(OTHER_SIZE)
+            && size * T::lit(OTHER_SIZE) > self.typical_kg_m2;
+        if self.front.is_none() || !is_near {
+            // A front in other units can't be compared; and it explains nothing.
+            self.front = None;
+            self.typical_kg_m2 = size;
         }
         let per = T::one() / self.typical_kg_m2;
         Some(Point {
@@ -385,10 +395,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         let filling = self.open.and_then(|open| open.averager.block());
         let per = T::one() / self.typical_kg_m2;
-        front.advance(&storage::span(Some(&before), &newest, filling.as_ref(), per));
+        front.advance(&storage::span([None, Some(before)], &newest, [filling, None], per));
         front.take_all_rows(self.carried.as_ref());
         if let Some(filling) = filling {
-            front.advance(&storage::span(Some(&newest), &filling, None, per));
+            front.advance(&storage::span(
+                [Some(before), Some(newest)],
+                &filling,
+                [None, None],
+                per,
+            ));
             front.take_all_rows(self.carried.as_ref());
         }
         Some(front)
@@ -400,13 +415,18 @@ fn step_square<T: Real, const U: usize>(pass: &Pass<T, U>) -> T {
     pass.information().equations().iter().fold(T::zero(), |sum, (_, y)| sum + *y * *y)
 }
 
-/// Whether a pass from there has a chance: positive definite, not far too thin, and no larger than
+/// Whether a pass from there has a chance: of a body or nearly so, not far too thin, and no larger than
 /// the unit allows.
 fn is_plausible<T: Real>(point: &Point<T>) -> bool {
     let inertia = Inertia::new(point.inertia);
     let trace = inertia.trace_kg_m2();
     let [_, _, determinant] = inertia.leading_minors();
+    // ½ tr(J) 1 − J is that of a body; a little more than half leaves room for noise.
+    let [xx, yy, zz, xy, xz, yz] = point.inertia;
+    let most = trace * T::lit(0.5 + UNPHYSICAL);
+    let shape = Inertia::new([most - xx, most - yy, most - zz, -xy, -xz, -yz]);
     inertia.is_positive_definite()
+        && shape.is_positive_definite()
         && determinant > T::lit(THIN) * trace * trace * trace
         && point.inertia.iter().all(|x| x.abs() < T::lit(ASTRAY))
 }

@@ -3,12 +3,15 @@
 /// What `run` simulates if it is told nothing.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
-const BUILT_IN: [(&str, &str); 23] = [
+const BUILT_IN: [(&str, &str); 26] = [
     (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
     ("cubesat-pyramid", include_str!("../../../scenarios/cubesat-pyramid.toml")),
     ("kim-2010-slew", include_str!("../../../scenarios/kim-2010-slew.toml")),
     ("microsat-slew", include_str!("../../../scenarios/microsat-slew.toml")),
     ("random-spacecraft", include_str!("../../../scenarios/random-spacecraft.toml")),
+    ("deployment", include_str!("../../../scenarios/deployment.toml")),
+    ("no-change", include_str!("../../../scenarios/no-change.toml")),
+    ("fuel-burn", include_str!("../../../scenarios/fuel-burn.toml")),
     ("bellar-2019", include_str!("../../../scenarios/bellar-2019.toml")),
     ("bellar-2019-campaign", include_str!("../../../scenarios/bellar-2019-campaign.toml")),
     ("kim-2013", include_str!("../../../scenarios/kim-2013.toml")),
@@ -67,6 +70,13 @@ mod tests {
         for name in built_in_names() {
             assert_eq!(Scenario::load(name).unwrap().name, name);
         }
+    }
+
+    #[test]
+    fn no_change_is_deployment_without_the_deployment() {
+        let load = |name| Scenario::load(name).unwrap();
+        let (name, changes) = (load("no-change").name, load("no-change").changes);
+        assert_eq!(Scenario { name, changes, ..load("deployment") }, load("no-change"));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! ```toml
 //! [dispersion]                                 # optional, as each of its keys
-//! inertia_factor = [0.9, 0.8, 0.7, 0.6, 0.5]   # the true tensor times these, in turn
+//! inertia_factor = [0.9, 0.8, 0.7, 0.6, 0.5]   # the true tensor times these, in turn; after a change too
 //! [dispersion.initial_estimate]                # where a filter starts: uniform within ± of these
 //! rate_rad_s = 1.0e-3
 //! moments_kg_m2 = 30.0
@@ -89,8 +89,9 @@ impl Scenario {
     pub fn of_truth(&self, index: usize) -> Self {
         let mut scenario = self.clone();
         if let Some(factor) = self.dispersion.inertia_factors.get(index) {
-            scenario.spacecraft.inertia_kg_m2 =
-                scenario.spacecraft.inertia_kg_m2.map(|j| j * factor);
+            let scale = |elements: &mut [f64; 6]| *elements = elements.map(|j| j * factor);
+            scale(&mut scenario.spacecraft.inertia_kg_m2);
+            scenario.changes.sudden.iter_mut().for_each(|change| scale(&mut change.inertia_kg_m2));
         }
         scenario
     }

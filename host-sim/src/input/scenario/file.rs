@@ -11,6 +11,7 @@ use super::super::check::{Check, principal_moments, tensor};
 use super::super::craft::{FilterFile, PriorFile, SolveFor, Wheel, check_wheel_count, wheel_key};
 use super::super::error::{InputError, Problem};
 use super::super::toml_source::TomlSource;
+use super::change::{ChangeFile, DriftFile, changes};
 use super::control::{ControlFile, attitude, control};
 use super::dispersion::DispersionFile;
 use super::profile_file::{
@@ -61,8 +62,14 @@ fn read_one(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> 
         .map(|(index, wheel)| wheel.get_ref().check(check, &wheel_key(index), surroundings))
         .collect::<Result<Vec<_>, _>>()?;
     check_wheels_fit(check, &file.spacecraft.inertia_kg_m2, &spacecraft, &wheels)?;
-    let carries_wheels =
-        |factor| without_wheels(&spacecraft.inertia_kg_m2.map(|j| j * factor), &wheels)[0] > 0.0;
+    let body = (&spacecraft.inertia_kg_m2, wheels.as_slice());
+    let changes = changes(check, &file.change, file.drift.as_ref(), body, duration_s)?;
+    let later = changes.sudden.iter().map(|change| change.inertia_kg_m2);
+    let tensors: Vec<[f64; 6]> = later.chain([spacecraft.inertia_kg_m2]).collect();
+    let carries_wheels = |factor: f64| {
+        let rest = |tensor: &[f64; 6]| without_wheels(&tensor.map(|j| j * factor), &wheels)[0];
+        tensors.iter().all(|tensor| rest(tensor) > 0.0)
+    };
     let dispersion = file.dispersion.check(check, carries_wheels)?;
     let torque = match &file.torque {
         Some(profile) => external_profile(check, profile, surroundings)?,
@@ -78,6 +85,7 @@ fn read_one(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> 
         name: file.name,
         duration_s,
         spacecraft,
+        changes,
         wheels,
         torque,
         control,
@@ -85,7 +93,8 @@ fn read_one(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> 
         disturbance_torque_n_m: disturbance.torque_n_m,
         solve_for: disturbance.solve_for,
         prior: file.prior.map(|prior| prior.check(check)).transpose()?,
-        rate_walk_rad_s_sqrt_s: file.filter.check(check)?,
+        rate_walk_rad_s_sqrt_s: file.filter.rate_walk(check)?,
+        inertia_walk_kg_m2_sqrt_hour: file.filter.inertia_walk(check)?,
         dispersion,
         initial_estimate: None,
     })
@@ -119,7 +128,7 @@ fn check_wheels_fit(
 }
 
 /// Principal moments of `J − Σ Iₛ a aᵀ`, ascending, kg m².
-fn without_wheels(inertia_kg_m2: &[f64; 6], wheels: &[SimulatedWheel]) -> [f64; 3] {
+pub(super) fn without_wheels(inertia_kg_m2: &[f64; 6], wheels: &[SimulatedWheel]) -> [f64; 3] {
     let mut rest = tensor(inertia_kg_m2);
     for SimulatedWheel { wheel, .. } in wheels {
         rest -= wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2;
@@ -156,6 +165,9 @@ struct ScenarioFile {
     name: String,
     duration_s: Spanned<f64>,
     spacecraft: SpacecraftFile,
+    #[serde(default)]
+    change: Vec<Spanned<ChangeFile>>,
+    drift: Option<DriftFile>,
     #[serde(default)]
     wheel: Vec<Spanned<WheelFile>>,
     torque: Option<ExternalProfileFile>,
@@ -377,6 +389,10 @@ noise_rad_s = 1e-4
             ("range_rad_s = 0", "`gyro.range_rad_s` is 0; it must be positive"),
             ("[disturbance]\ntorque_n_m = [1]", "`disturbance.torque_n_m` has 1 entries"),
             ("[filter]\nrate_walk_rad_s_sqrt_s = -1", "`filter.rate_walk_rad_s_sqrt_s` is -1; it"),
+            (
+                "[filter]\ninertia_walk_kg_m2_sqrt_hour = nan",
+                "`filter.inertia_walk_kg_m2_sqrt_hour` is NaN; it must be zero or positive",
+            ),
             ("[disturbance]\nbias = true", "unknown key `bias` (did you mean `gyro_bias`?)"),
         ] {
             let message = message(&format!("{GOOD}{extra}\n"));

@@ -31,15 +31,17 @@
 //! torque_n_m = [0.0, 0.0, 0.0]                                 # the truth, untold to the estimator
 //! [filter]                                                     # optional
 //! rate_walk_rad_s_sqrt_s = 1.0e-6                              # process noise, where there is one
+//! inertia_walk_kg_m2_sqrt_hour = 0.02                          # of each element: one sigma after an hour
 //! [prior]                                                      # optional
 //! inertia_kg_m2 = [25, 25, 25, 2, 2, 2]
 //! sigma_kg_m2 = [30, 30, 30, 10, 10, 10]
 //! ```
 //!
-//! What differs from run to run of a campaign: see [`dispersion`], and [`random_spacecraft`] where
-//! each run has a spacecraft of its own.
+//! How the inertia changes in flight: see [`change`]. What differs from run to run of a campaign: see
+//! [`dispersion`], and [`random_spacecraft`] where each run has a spacecraft of its own.
 
 mod built_in;
+pub mod change;
 mod control;
 pub mod dispersion;
 mod file;
@@ -57,6 +59,7 @@ use super::error::{InputError, Place, Problem};
 use super::toml_source::TomlSource;
 
 pub use built_in::{DEFAULT_SCENARIO, built_in_names};
+pub use change::Changes;
 pub use control::Control;
 pub use dispersion::Dispersion;
 pub use profile::{ExternalTorque, Sine, TorqueProfile};
@@ -76,6 +79,8 @@ pub struct Scenario {
     pub duration_s: f64,
     /// The body at the start.
     pub spacecraft: Spacecraft,
+    /// How its inertia changes in flight.
+    pub changes: Changes,
     /// The reaction wheels, in the order of the estimator's wheel speeds.
     pub wheels: Vec<SimulatedWheel>,
     /// External torque that is commanded, hence known to the estimator.
@@ -92,6 +97,8 @@ pub struct Scenario {
     pub prior: Option<Prior>,
     /// Process noise of the rate that filters are told, (rad/s)/√s; each has its own if none.
     pub rate_walk_rad_s_sqrt_s: Option<f64>,
+    /// Random walk of each element of the inertia that filters are told, kg m²/√h; none if none.
+    pub inertia_walk_kg_m2_sqrt_hour: Option<f64>,
     /// What differs from run to run of a campaign.
     pub dispersion: Dispersion,
     /// Where the estimator of this run starts, once drawn: see [`Scenario::of_seed`].
@@ -182,6 +189,7 @@ impl Scenario {
             },
             prior: physical.or_else(|| self.prior.clone()),
             rate_walk_rad_s_sqrt_s: self.rate_walk_rad_s_sqrt_s,
+            inertia_walk_kg_m2_sqrt_hour: self.inertia_walk_kg_m2_sqrt_hour,
             solve_for: self.solve_for,
             initial_estimate: self.initial_estimate.clone(),
         }

@@ -1,4 +1,5 @@
-//! Torque over time: constant, a sum of sines or chirps, or straight lines between points.
+//! Torque over time: constant, a sum of sines or chirps, or straight lines between points; always, or
+//! now and then.
 
 use nalgebra::Vector3;
 
@@ -21,6 +22,13 @@ pub enum TorqueProfile {
         time_s: Vec<f64>,
         /// Torque at each, N m.
         value_n_m: Vec<f64>,
+    },
+    /// Another profile now and then, and nothing in between.
+    During {
+        /// Start and end of each time, ascending and apart, s since the start of the flight.
+        intervals_s: Vec<[f64; 2]>,
+        /// The profile, whose own time begins with each interval.
+        profile: Box<TorqueProfile>,
     },
 }
 
@@ -54,6 +62,13 @@ impl TorqueProfile {
             Self::Constant { value_n_m } => *value_n_m,
             Self::Multisine { terms } => terms.iter().map(|term| term.at(t_s)).sum(),
             Self::Table { time_s, value_n_m } => interpolate(time_s, value_n_m, t_s),
+            Self::During { intervals_s, profile } => {
+                let begun = intervals_s.partition_point(|[start_s, _]| *start_s <= t_s);
+                match intervals_s[..begun].last() {
+                    Some([start_s, end_s]) if t_s < *end_s => profile.at(t_s - start_s),
+                    _ => 0.0,
+                }
+            }
         }
     }
 
@@ -67,11 +82,22 @@ impl TorqueProfile {
         Self::Table { time_s, value_n_m }
     }
 
-    /// Times at which the slope may jump, ascending, s; an integrator should step onto these.
-    pub fn breakpoints_s(&self) -> &[f64] {
+    /// Times at which torque or its slope may jump, ascending, s; an integrator should step onto
+    /// these. At one of them the torque is already what follows.
+    pub fn breakpoints_s(&self) -> Vec<f64> {
         match self {
-            Self::Constant { .. } | Self::Multisine { .. } => &[],
-            Self::Table { time_s, .. } => time_s,
+            Self::Constant { .. } | Self::Multisine { .. } => Vec::new(),
+            Self::Table { time_s, .. } => time_s.clone(),
+            Self::During { intervals_s, profile } => {
+                let inside = profile.breakpoints_s();
+                let of = |&[start_s, end_s]: &[f64; 2]| {
+                    let shifted = inside.iter().map(move |t_s| start_s + t_s);
+                    let within: Vec<f64> =
+                        shifted.filter(|t_s| start_s < *t_s && *t_s < end_s).collect();
+                    [vec![start_s], within, vec![end_s]].concat()
+                };
+                intervals_s.iter().flat_map(of).collect()
+            }
         }
     }
 }
@@ -95,9 +121,10 @@ impl ExternalTorque {
         Vector3::new(x.at(t_s), y.at(t_s), z.at(t_s))
     }
 
-    /// Times at which the slope may jump, ascending, s; an integrator should step onto these.
-    pub fn breakpoints_s(&self) -> &[f64] {
-        // The axes of a table share its times.
+    /// Times at which torque or its slope may jump, ascending, s; an integrator should step onto
+    /// these.
+    pub fn breakpoints_s(&self) -> Vec<f64> {
+        // The axes share the times of a table, and when they act.
         let [x, _, _] = &self.axes;
         x.breakpoints_s()
     }
@@ -174,6 +201,29 @@ mod tests {
             assert_eq!(profile.at(t_s), expected, "{t_s}");
         }
         assert_eq!(profile.breakpoints_s(), [1.0, 2.0, 4.0]);
+    }
+
+    #[test]
+    fn a_profile_begins_anew_with_each_interval_and_is_zero_between() {
+        let table = TorqueProfile::Table { time_s: vec![0.0, 2.0], value_n_m: vec![4.0, 8.0] };
+        let profile = TorqueProfile::During {
+            intervals_s: vec![[10.0, 13.0], [20.0, 21.0]],
+            profile: Box::new(table),
+        };
+        for (t_s, expected) in [
+            (0.0, 0.0),
+            (10.0, 4.0),
+            (11.0, 6.0),
+            (12.5, 8.0),
+            (13.0, 0.0),
+            (19.9, 0.0),
+            (20.5, 5.0),
+            (21.0, 0.0),
+        ] {
+            assert_eq!(profile.at(t_s), expected, "{t_s}");
+        }
+        // The second interval ends before the table does.
+        assert_eq!(profile.breakpoints_s(), [10.0, 12.0, 13.0, 20.0, 21.0]);
     }
 
     #[test]

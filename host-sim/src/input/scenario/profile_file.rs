@@ -11,6 +11,9 @@
 //!
 //! Between the rows of a table, and between points, torque runs in straight lines.
 //!
+//! Any of them may have `during_s` = list of `[start, end]`: it then acts only during these, its own
+//! time counted from each start, and is zero in between.
+//!
 //! The keys of all kinds are fields of one struct, rather than variants of an enum tagged by
 //! `kind`: serde forgets the line numbers inside such an enum.
 
@@ -21,7 +24,7 @@ use toml::Spanned;
 
 use super::super::check::Check;
 use super::super::csv_source::CsvSource;
-use super::super::error::{CsvProblem, InputError, Problem};
+use super::super::error::{CsvProblem, InputError, Problem, numbers};
 use super::{ExternalTorque, MAX_SAMPLES, Sine, TorqueProfile};
 
 /// A list of numbers that knows where it stands.
@@ -45,6 +48,7 @@ pub(super) struct ProfileFile<Value, Lists> {
     csv: Option<Spanned<String>>,
     time_s: Option<List>,
     point_n_m: Option<Spanned<Lists>>,
+    during_s: Option<Spanned<Vec<Vec<f64>>>>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -108,7 +112,11 @@ pub(super) fn wheel_profile(
         }
         Parts::Points { time, value } => points(check, key, "", time, value)?,
     };
-    in_points(check, key, file.get_ref(), surroundings, profile)
+    let profile = in_points(check, key, file.get_ref(), surroundings, profile)?;
+    Ok(match intervals_s(check, key, file)? {
+        Some(intervals_s) => during(intervals_s, profile),
+        None => profile,
+    })
 }
 
 /// Reads and checks the profile of the external torque.
@@ -148,7 +156,45 @@ pub(super) fn external_profile(
         }
     };
     let [x, y, z] = axes.map(|axis| in_points(check, KEY, file.get_ref(), surroundings, axis));
-    Ok(ExternalTorque { axes: [x?, y?, z?] })
+    let axes = [x?, y?, z?];
+    Ok(match intervals_s(check, KEY, file)? {
+        Some(intervals_s) => {
+            ExternalTorque { axes: axes.map(|profile| during(intervals_s.clone(), profile)) }
+        }
+        None => ExternalTorque { axes },
+    })
+}
+
+fn during(intervals_s: Vec<[f64; 2]>, profile: TorqueProfile) -> TorqueProfile {
+    TorqueProfile::During { intervals_s, profile: Box::new(profile) }
+}
+
+/// When a profile acts, if not always.
+fn intervals_s<Value, Lists>(
+    check: &Check<'_>,
+    key: &str,
+    file: &Spanned<ProfileFile<Value, Lists>>,
+) -> Result<Option<Vec<[f64; 2]>>, InputError> {
+    let Some(during_s) = &file.get_ref().during_s else { return Ok(None) };
+    let lists = during_s.get_ref();
+    let pairs: Option<Vec<[f64; 2]>> =
+        lists.iter().map(|list| <[f64; 2]>::try_from(list.as_slice()).ok()).collect();
+    let times: Vec<f64> = lists.concat();
+    let are_in_order = times.iter().all(|time_s| time_s.is_finite())
+        && lists.iter().all(|list| list.is_sorted_by(|a, b| a < b))
+        && times.is_sorted();
+    match pairs {
+        Some(pairs) if are_in_order && !pairs.is_empty() => Ok(Some(pairs)),
+        _ => {
+            let found: Vec<String> = lists.iter().map(|list| numbers(list)).collect();
+            let problem = Problem::BadValue {
+                key: format!("{key}.during_s"),
+                found: format!("[{}]", found.join(", ")),
+                required: "one or more [start, end], each after the one before",
+            };
+            Err(check.error(during_s, problem))
+        }
+    }
 }
 
 /// Sees that the keys of the profile's kind are there, and only those.
@@ -414,6 +460,27 @@ duration_s = 60
         let points = "kind = 'points'\ntime_s = [0, 10]\npoint_n_m = [[0, 10], [1, 1], [2, 2]]";
         let torque = parse(&with_torque(points)).unwrap().torque;
         assert_eq!(torque.at(5.0).as_slice(), [5.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn any_kind_may_act_now_and_then() {
+        let wheel = "{ kind = 'constant', value_n_m = 1, during_s = [[1, 2], [2, 4], [7, 9]] }";
+        let torque = &parse(&with_wheel(wheel)).unwrap().wheels[0].torque;
+        assert_eq!([0.5, 1.0, 3.0, 4.0, 8.0].map(|t| torque.at(t)), [0.0, 1.0, 1.0, 0.0, 1.0]);
+        let external = "kind = 'constant'\nvalue_n_m = [1, 2, 3]\nduring_s = [[1, 2]]";
+        let torque = parse(&with_torque(external)).unwrap().torque;
+        assert_eq!((torque.at(0.5).norm(), torque.at(1.5).as_slice()), (0.0, &[1.0, 2.0, 3.0][..]));
+        assert_eq!(torque.breakpoints_s(), [1.0, 2.0]);
+    }
+
+    #[test]
+    fn times_that_are_not_in_order_are_refused() {
+        for during in ["[]", "[[1]]", "[[1, 2, 3]]", "[[2, 1]]", "[[1, 1]]", "[[1, 3], [2, 4]]"] {
+            let wheel = format!("{{ kind = 'constant', value_n_m = 1, during_s = {during} }}");
+            let message = message(&with_wheel(&wheel));
+            let expected = format!("s.toml:8: `wheel[1].torque.during_s` is {during}; it must be");
+            assert!(message.starts_with(&expected), "{message}\n  expected: {expected}");
+        }
     }
 
     #[test]

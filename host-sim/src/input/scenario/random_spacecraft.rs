@@ -33,8 +33,8 @@ use super::super::check::Check;
 use super::super::craft::Wheel;
 use super::super::error::InputError;
 use super::{
-    Dispersion, ExternalTorque, MAX_RATE_HZ, MAX_SAMPLES, Scenario, SimulatedGyro, SimulatedWheel,
-    Sine, Spacecraft, TorqueProfile,
+    Changes, Dispersion, ExternalTorque, MAX_RATE_HZ, MAX_SAMPLES, Scenario, SimulatedGyro,
+    SimulatedWheel, Sine, Spacecraft, TorqueProfile,
 };
 
 /// Density of a CubeSat, 1.33 kg per litre, kg/m³.
@@ -106,6 +106,7 @@ impl RandomSpacecraft {
                 rate_rad_s: initial_rate_rad_s,
                 attitude: UnitQuaternion::identity(),
             },
+            changes: Changes::default(),
             wheels,
             torque,
             gyro: SimulatedGyro {
@@ -121,6 +122,7 @@ impl RandomSpacecraft {
             prior: None,
             control: None,
             rate_walk_rad_s_sqrt_s: None,
+            inertia_walk_kg_m2_sqrt_hour: None,
             dispersion: Dispersion::default(),
             initial_estimate: None,
         }

@@ -17,7 +17,6 @@ impl Study {
     pub fn figures(&self, seed: u64, runs: &[Run]) -> Result<Vec<PaperFigure>, PapersFailed> {
         let (_, history) = self.course.history(PUBLISHED, seed)?;
         let truth = &self.course.flight.instants;
-        let inertia = self.course.truth_kg_m2();
         let by = |what: &str, number: &str| {
             format!("{what}, joint-ekf-published, seed {seed} ([Bellar2019] {number})")
         };
@@ -25,7 +24,7 @@ impl Study {
         let errors = flight::rate_errors(&by("Error of the rate", "Fig. 3"), &history, truth)?;
         let variances = flight::rate_variances(&by("Variance of the rate", "Fig. 4"), &history)?;
         let estimates = |what: &str, number: &str, elements: &[usize]| {
-            flight::inertia(&by(what, number), &history, Some(inertia), elements)
+            flight::inertia(&by(what, number), &history, Some(truth), elements)
         };
         Ok(vec![
             figure(PAPER, "figure-1.svg", self.ranks()?),

@@ -114,7 +114,7 @@ pub fn innovations(title: &str, history: &[HistoryRow]) -> Result<String, PlotEr
 pub fn inertia(
     title: &str,
     history: &[HistoryRow],
-    truth_kg_m2: Option<&[f64; 6]>,
+    truth: Option<&[Instant]>,
     elements: &[usize],
 ) -> Result<String, PlotError> {
     let panel = |&i: &usize| {
@@ -125,8 +125,9 @@ pub fn inertia(
             .with(Series::band("±3 sigma", Colour::Main, band))
             .with(Series::curve("estimated", Mark::Line, Colour::Main, estimate))
             .fit_after(SETTLING);
-        if let Some(truth) = truth_kg_m2 {
-            let truth = over_time(history, move |_| Some(truth[i]));
+        if let Some(truth) = truth {
+            let truth =
+                truth.iter().map(move |instant| (seconds(instant), instant.inertia_kg_m2[i]));
             panel = panel.with(Series::curve("true", Mark::Dashes, Colour::Truth, truth));
         }
         panel

@@ -21,8 +21,11 @@ pub use style::{Colour, Mark};
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{UnitQuaternion, Vector3};
+
     use super::super::history::HistoryRow;
     use super::flight::{ALL_ELEMENTS, inertia, innovations, rates};
+    use crate::truth::Instant;
 
     /// A filter that settles, 6,000 samples long.
     fn history() -> Vec<HistoryRow> {
@@ -51,14 +54,25 @@ mod tests {
             .collect()
     }
 
-    const TRUTH: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
+    /// What never changes, at the first and the last sample.
+    fn truth(inertia_kg_m2: [f64; 6]) -> [Instant; 2] {
+        [0, 599_900_000].map(|time_us| Instant {
+            time_us,
+            rate_rad_s: Vector3::zeros(),
+            inertia_kg_m2,
+            attitude: UnitQuaternion::identity(),
+            wheel_speed_rad_s: Vec::new(),
+            torque_n_m: Vector3::zeros(),
+        })
+    }
 
     #[test]
     fn plots_name_what_they_show() {
         let history = history();
         let rates = rates("Body rate", &history).unwrap();
         let innovations = innovations("Rate innovation", &history).unwrap();
-        let inertia = inertia("Inertia", &history, Some(&TRUTH), &ALL_ELEMENTS).unwrap();
+        let truth = truth([14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016]);
+        let inertia = inertia("Inertia", &history, Some(&truth), &ALL_ELEMENTS).unwrap();
         for (svg, words) in [
             (&rates, ["Body rate", "measured", "estimated", "rate z, rad/s", "time, s"]),
             (
@@ -91,7 +105,7 @@ mod tests {
         rates("", &[]).unwrap();
         rows[0].inertia_kg_m2 = [f64::NAN; 6];
         rows[0].measured_rate_rad_s = [f64::INFINITY, 1e300, -1e-300];
-        inertia("Inertia", &rows, Some(&[0.0; 6]), &ALL_ELEMENTS).unwrap();
+        inertia("Inertia", &rows, Some(&truth([0.0; 6])), &ALL_ELEMENTS).unwrap();
         rates("", &rows).unwrap();
     }
 }
