@@ -250,13 +250,8 @@ fn mc_refuses_bad_input() {
         &["mc", "--runs", "5"],
     ];
     for arguments in bad {
-        let output = host_sim(arguments);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-        assert!(String::from_utf8_lossy(&output.stderr).contains(if arguments[1] == "--runs" {
-            "<SCENARIO>"
-        } else {
-            "--runs"
-        }));
+        let missing = if arguments[1] == "--runs" { "<SCENARIO>" } else { "--runs" };
+        refused(&host_sim(arguments), &[missing]);
     }
     refused(&host_sim(&["mc", "no-such-scenario", "--runs", "5"]), &["no-such-scenario"]);
 
@@ -609,8 +604,23 @@ fn a_folder_that_cannot_be_written_is_a_failed_run() {
 }
 
 #[test]
-fn usage_errors_exit_with_2() {
-    for arguments in [&["fly"][..], &["run", "--precision", "f16"], &["replay", "log.csv"], &[]] {
-        assert_eq!(host_sim(arguments).status.code(), Some(2), "{arguments:?}");
+fn misuse_is_told_in_two_lines() {
+    let misuses: [(&[&str], &[&str]); 9] = [
+        (&[], &["requires a subcommand", "run, mc,", "--help"]),
+        (&["fly"], &["'fly'", "Usage: host-sim"]),
+        (&["run", "--precision", "f16"], &["'f16'", "--precision", "f32, f64"]),
+        (&["run", "--estimator", "windows"], &["'windows'", "tip", "'window'"]),
+        (&["run", "--sed", "5"], &["'--sed'", "'--seed'", "Usage: host-sim run"]),
+        (&["run", "a", "b"], &["'b'", "Usage: host-sim run"]),
+        (&["replay", "log.csv"], &["--craft <CRAFT.toml>", "Usage: host-sim replay"]),
+        (&["mc", "stsat3-spin-up", "--runs", "0"], &["'0'", "--runs", "--help"]),
+        (&["tables", "--runs", "-1"], &["'-1'"]),
+    ];
+    for (arguments, named) in misuses {
+        refused(&host_sim(arguments), named);
+    }
+    for asked in ["--help", "--version"] {
+        let output = host_sim(&[asked]);
+        assert!(output.status.success() && output.stderr.is_empty() && !output.stdout.is_empty());
     }
 }

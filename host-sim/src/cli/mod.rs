@@ -28,7 +28,7 @@ use crate::truth::IntegrationFailed;
 
 /// Simulate a spacecraft or replay its log, and estimate its inertia tensor with the flight core.
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = true)]
+#[command(version, arg_required_else_help = false)]
 pub struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -127,7 +127,7 @@ impl Failure {
             Self::Input(_)
             | Self::SetUp(_)
             | Self::Run(RunFailed::SetUp(_))
-            | Self::NoNoise { .. } => 2,
+            | Self::NoNoise { .. } => MISUSE,
             Self::Integration(_)
             | Self::Run(RunFailed::Integration(_))
             | Self::Interrupted
@@ -139,9 +139,20 @@ impl Failure {
     }
 }
 
+/// Exit code of bad input.
+const MISUSE: u8 = 2;
+
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().verb {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(misuse) if misuse.use_stderr() => {
+            eprintln!("{}", in_two_lines(&misuse.render().to_string()));
+            return ExitCode::from(MISUSE);
+        }
+        Err(help_or_version) => help_or_version.exit(),
+    };
+    let result = match cli.verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Mc(arguments) => mc::run(&arguments),
         Verb::Tables(arguments) => tables::run(&arguments),
@@ -155,6 +166,16 @@ pub fn main() -> ExitCode {
             ExitCode::from(failure.exit_code())
         }
     }
+}
+
+/// What is wrong with the command line, and then what to do. Clap says it in paragraphs of several
+/// lines.
+fn in_two_lines(message: &str) -> String {
+    let lines = |paragraph: &str| paragraph.lines().map(str::trim).collect::<Vec<_>>().join(" ");
+    let mut paragraphs = message.trim().split("\n\n").map(lines);
+    let what = paragraphs.next().unwrap_or_default();
+    let to_do: Vec<String> = paragraphs.collect();
+    format!("{what}\n  {}", to_do.join(". "))
 }
 
 /// Prints a table, or its report as one JSON document.
