@@ -105,7 +105,7 @@ impl Campaign<'_> {
             estimator: self.estimator,
             precision: self.precision,
             craft: &scenario.craft(),
-            gyro_noise_rad_s: scenario.gyro.noise_rad_s,
+            gyro_noise_rad_s: Some(scenario.gyro.noise_rad_s),
             sample_period_s: 1.0 / scenario.gyro.rate_hz,
             refuse_spikes: true,
         })?;

@@ -38,7 +38,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, runs: asked, seed, method, out, json } = arguments;
     let scenario = Scenario::load(scenario)?;
-    note_ignored_unknowns(method, &scenario.craft());
+    note_ignored_unknowns(method.estimator, &scenario.craft());
     note_what_changes(&scenario);
     let truths = Truths::simulate(&scenario)?;
     let campaign = Campaign {

@@ -8,11 +8,11 @@
 use nalgebra::{Matrix3x6, Matrix6, Vector3, Vector6};
 
 use super::PapersFailed;
-use super::course::{Course, Method};
+use super::course::{Course, OWN};
 use super::distribution::Distribution;
 use super::observability::regressor;
 use crate::campaign::statistics::{Score, Statistics, Verdict, reduce};
-use crate::estimation::{EstimatorName, Precision, SetUpError};
+use crate::estimation::{Precision, SetUpError};
 use crate::input::log::LogRow;
 use crate::report::published::{PublishedTable, Row};
 use crate::simulation::log_of;
@@ -47,7 +47,6 @@ const INSTRUMENTAL_MEDIAN_PERCENT: f64 = 0.02;
 /// Samples by which the instruments lag behind the regressors.
 const LAG: usize = 3;
 
-const OWN: Method = Method { estimator: EstimatorName::Window, precision: Precision::F32 };
 const PLAIN: &str = "plain least squares";
 const INSTRUMENTAL: &str = "instrumental variables";
 
