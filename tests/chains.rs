@@ -30,7 +30,7 @@ fn errors_percent(name: &str, estimator: EstimatorName, at_s: &[f64]) -> Vec<Vec
             estimator,
             precision: Precision::F32,
             craft: &craft,
-            gyro_noise_rad_s: scenario.gyro.noise_rad_s,
+            gyro_noise_rad_s: Some(scenario.gyro.noise_rad_s),
             sample_period_s: 1.0 / scenario.gyro.rate_hz,
             refuse_spikes: true,
         })

@@ -93,7 +93,7 @@ fn the_simulator_replays_the_committed_flight_to_the_same_bits() -> Result<()> {
         estimator: EstimatorName::JointEkf,
         precision: Precision::F32,
         craft: &craft,
-        gyro_noise_rad_s: craft.gyro.noise_rad_s.context("the craft states its noise")?,
+        gyro_noise_rad_s: craft.gyro.noise_rad_s,
         sample_period_s: 0.1,
         refuse_spikes: true,
     })?;

@@ -26,7 +26,7 @@ use crate::input::log::LogRow;
 /// The estimators by the names that others rely on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EstimatorName {
-    /// The whole manoeuvre fitted at once.
+    /// Our own: each manoeuvre fitted as a whole, at the Cramér-Rao bound.
     Window,
     /// Nine-state filter in UD form: the one that flies.
     JointEkf,
@@ -49,6 +49,16 @@ pub enum EstimatorName {
 }
 
 impl EstimatorName {
+    /// Whether it can be left to find the gyro's noise while it estimates.
+    pub fn measures_gyro_noise(self) -> bool {
+        self == Self::Window
+    }
+
+    /// Whether it can solve for a disturbance torque and the gyro's bias.
+    pub fn solves_for_disturbances(self) -> bool {
+        self == Self::Window
+    }
+
     /// Whether it can't work without the attitude.
     pub fn needs_attitude(self) -> bool {
         match self {
@@ -116,6 +126,12 @@ pub enum SetUpError {
         /// Which.
         estimator: EstimatorName,
     },
+    /// An estimator that must be told the gyro's noise, and isn't.
+    #[error("{estimator} must be told the gyro's noise: give noise_rad_s under [gyro]")]
+    NoGyroNoise {
+        /// Which.
+        estimator: EstimatorName,
+    },
     /// An estimator that conserves momentum in inertial space, and a log that doesn't tell where
     /// that is.
     #[error(
@@ -170,8 +186,9 @@ pub struct Setup<'a> {
     pub precision: Precision,
     /// The craft.
     pub craft: &'a Craft,
-    /// Gyro noise, one sigma per sample, rad/s: the craft's, or measured from the log.
-    pub gyro_noise_rad_s: f64,
+    /// Gyro noise, one sigma per sample, rad/s: the craft's, or measured from the log. None: the
+    /// estimator measures it itself, if it can.
+    pub gyro_noise_rad_s: Option<f64>,
     /// The typical time between samples, s.
     pub sample_period_s: f64,
     /// Whether samples far from their prediction are passed over. Not while the noise itself is
@@ -227,15 +244,15 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
         }
         EstimatorName::Window => window::<T, W, WITH_TORQUE>(setup, wheels)?,
         EstimatorName::JointEkf => {
-            let config = configure(joint_ekf::Config::new(T::lit(setup.gyro_noise_rad_s)), setup);
+            let config = configure(joint_ekf::Config::new(gyro_noise_rad_s(setup)?), setup);
             Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(config, wheels)?, setup))
         }
         EstimatorName::JointEkfPublished => {
-            let filter = JointEkfPublished::new(bellar_2019(setup), wheels)?;
+            let filter = JointEkfPublished::new(bellar_2019(setup)?, wheels)?;
             Box::new(Adapter::<T, _, W>::new(filter, setup))
         }
         EstimatorName::JointEkfUnaligned => {
-            Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(bellar_2019(setup), wheels)?, setup))
+            Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(bellar_2019(setup)?, wheels)?, setup))
         }
         EstimatorName::EkfSgfRls => chain::<T, W>(chain::Config::kim_2013, setup, wheels)?,
         EstimatorName::EkfSgfLls => chain::<T, W>(chain::Config::kim_2016, setup, wheels)?,
@@ -256,8 +273,12 @@ fn window<T: Real, const W: usize, const U: usize>(
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn OnBoard>, SetUpError> {
     let asked = &setup.craft.solve_for;
-    let mut config = window::Config::new(T::lit(setup.gyro_noise_rad_s));
+    let mut config = window::Config::of_unknown_noise();
+    config.gyro_noise_rad_s = setup.gyro_noise_rad_s.map(T::lit);
     config.prior = prior(setup);
+    if let Some(walk) = inertia_walk_kg_m2_sqrt_s(setup) {
+        config.inertia_walk_kg_m2_sqrt_s = walk;
+    }
     config.disturbance_torque_n_m = asked.torque.then_some(T::lit(TORQUE_RANGE_N_M));
     config.gyro_bias_rad_s = asked.gyro_bias.then_some(T::lit(BIAS_RANGE_RAD_S));
     configure_gate(&mut config.gate, setup);
@@ -266,8 +287,8 @@ fn window<T: Real, const W: usize, const U: usize>(
 }
 
 /// The nine-state filter as its paper starts it, from whatever initial estimate is drawn.
-fn bellar_2019<T: Real>(setup: &Setup<'_>) -> joint_ekf::Config<T> {
-    let published = joint_ekf::Config::bellar_2019(T::lit(setup.gyro_noise_rad_s));
+fn bellar_2019<T: Real>(setup: &Setup<'_>) -> Result<joint_ekf::Config<T>, SetUpError> {
+    let published = joint_ekf::Config::bellar_2019(gyro_noise_rad_s(setup)?);
     let mut config = configure(published, setup);
     if let (Some(start), Some(prior)) = (&setup.craft.initial_estimate, published.prior) {
         config.initial_rate = Some(InitialRate {
@@ -278,7 +299,7 @@ fn bellar_2019<T: Real>(setup: &Setup<'_>) -> joint_ekf::Config<T> {
         let sigma_kg_m2 = start.sigma_kg_m2.map(T::lit);
         config.prior = Some(Prior { sigma_kg_m2, ..prior });
     }
-    config
+    Ok(config)
 }
 
 /// Filter, differentiator and regression, with the prior's inertia as the nominal one.
@@ -289,7 +310,7 @@ fn chain<T: Real, const W: usize>(
 ) -> Result<Box<dyn OnBoard>, SetUpError> {
     let missing = SetUpError::NoNominalInertia { estimator: setup.estimator };
     let nominal = prior(setup).ok_or(missing)?;
-    let mut config = published(T::lit(setup.gyro_noise_rad_s), nominal);
+    let mut config = published(gyro_noise_rad_s(setup)?, nominal);
     if let Some(walk) = setup.craft.rate_walk_rad_s_sqrt_s {
         // Told the whole process noise, as the papers' filters are.
         config.rate_ekf.rate_walk_rad_s_sqrt_s = T::lit(walk);
@@ -316,10 +337,16 @@ fn momentum<T: Real, const W: usize>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn OnBoard>, SetUpError> {
-    let mut config = momentum::Config::kim_2010(method, T::lit(setup.gyro_noise_rad_s));
+    let mut config = momentum::Config::kim_2010(method, gyro_noise_rad_s(setup)?);
     config.prior = prior(setup);
     configure_gate(&mut config.gate, setup);
     Ok(Box::new(Adapter::<T, _, W>::new(Momentum::new(config, wheels)?, setup)))
+}
+
+/// The gyro's noise, for an estimator that must be told.
+fn gyro_noise_rad_s<T: Real>(setup: &Setup<'_>) -> Result<T, SetUpError> {
+    let missing = SetUpError::NoGyroNoise { estimator: setup.estimator };
+    setup.gyro_noise_rad_s.map(T::lit).ok_or(missing)
 }
 
 /// What the craft's file says of the inertia.
@@ -363,14 +390,14 @@ fn configure_gate<T: Real>(gate: &mut gate::Config<T>, setup: &Setup<'_>) {
 /// An estimator of the core, its precision and its number of wheels hidden.
 struct Adapter<T, E, const W: usize> {
     estimator: E,
-    gyro_variance_rad2_s2: f64,
+    gyro_variance_rad2_s2: Option<f64>,
     acceleration: fn(&E) -> Option<Acceleration>,
     precision: PhantomData<T>,
 }
 
 impl<T: Real, E: Estimator<T, W>, const W: usize> Adapter<T, E, W> {
     fn new(estimator: E, setup: &Setup<'_>) -> Self {
-        let gyro_variance_rad2_s2 = setup.gyro_noise_rad_s * setup.gyro_noise_rad_s;
+        let gyro_variance_rad2_s2 = setup.gyro_noise_rad_s.map(|sigma| sigma * sigma);
         Self { estimator, gyro_variance_rad2_s2, acceleration: |_| None, precision: PhantomData }
     }
 }
@@ -415,7 +442,7 @@ impl<T: Real, E: Estimator<T, W>, const W: usize> OnBoard for Adapter<T, E, W> {
     }
 
     fn rate_sigma_rad_s(&self) -> Option<Vector3<f64>> {
-        let gyro = self.gyro_variance_rad2_s2;
+        let gyro = self.gyro_variance_rad2_s2?;
         self.innovation().map(|innovation| {
             innovation.variance_rad2_s2.map(|s| ((s - gyro).max(0.0) * gyro / s).sqrt())
         })

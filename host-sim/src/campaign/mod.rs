@@ -1,8 +1,8 @@
 //! Monte Carlo: many draws of the gyro's noise, and of what the scenario disperses.
 //!
 //! Run `i` has the seed `first_seed + i`, and all that differs from run to run follows from that.
-//! Truth and bound don't depend on the noise: the few that a scenario has are simulated once. Runs
-//! are spread over rayon's threads and put back in order, and each draws from a generator of its
+//! Truth and bound don't depend on the noise: the few that a scenario has are simulated once, unless
+//! each run draws a spacecraft of its own. Runs are spread over rayon's threads and put back in order, and each draws from a generator of its
 //! own, so the numbers are the same however many threads there are.
 
 pub mod statistics;
@@ -12,11 +12,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use rayon::iter::{ParallelBridge, ParallelIterator};
+use thiserror::Error;
 
 use crate::estimation::{EstimatorName, Precision, SetUpError, Setup, fly, set_up};
 use crate::input::Scenario;
 use crate::simulation::log_of;
-use statistics::Score;
+use crate::truth::IntegrationFailed;
+use statistics::{Score, Verdict, Yardstick};
 pub use truths::Truths;
 
 /// What to fly, with what, how often.
@@ -43,6 +45,8 @@ pub struct Run {
     pub index: u64,
     /// Seed of its noise and of its dispersion: `run --seed` flies it again.
     pub seed: u64,
+    /// The truth that it flew, and its bound.
+    pub yardstick: Yardstick,
     /// What came of it.
     pub score: Score,
     /// How often the estimator gave up and started anew: its state was no longer finite, its inertia
@@ -58,12 +62,23 @@ pub struct Run {
     pub estimator_time: Duration,
 }
 
+/// A run could not be flown.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum RunFailed {
+    /// Its estimator.
+    #[error(transparent)]
+    SetUp(#[from] SetUpError),
+    /// The motion of a spacecraft of its own.
+    #[error(transparent)]
+    Integration(#[from] IntegrationFailed),
+}
+
 impl Campaign<'_> {
     /// Flies the runs on all of rayon's threads, and calls `done` after each.
     ///
     /// Once `stop` is set no further run is begun. Runs are begun in order and those begun are
     /// completed, so what comes back is what a campaign of fewer runs would have given.
-    pub fn fly(&self, stop: &AtomicBool, done: impl Fn() + Sync) -> Result<Vec<Run>, SetUpError> {
+    pub fn fly(&self, stop: &AtomicBool, done: impl Fn() + Sync) -> Result<Vec<Run>, RunFailed> {
         let fly_one = |index| {
             let run = self.run(index);
             done();
@@ -79,28 +94,34 @@ impl Campaign<'_> {
     }
 
     /// Flies one of the runs.
-    pub fn run(&self, index: u64) -> Result<Run, SetUpError> {
+    pub fn run(&self, index: u64) -> Result<Run, RunFailed> {
         // Seeds go round at the end of the numbers rather than run out.
         let seed = self.first_seed.wrapping_add(index);
         let scenario = self.scenario.of_seed(seed);
-        let (yardstick, flight) = self.truths.get(scenario.dispersion.truth_of(seed));
-        let log = log_of(&scenario, flight, seed);
+        let truth = self.truths.of_run(&scenario, seed)?;
+        let yardstick = truth.yardstick;
+        let log = log_of(&scenario, &truth.flight, seed);
         let on_board = set_up(&Setup {
             estimator: self.estimator,
             precision: self.precision,
             craft: &scenario.craft(),
-            gyro_noise_rad_s: scenario.gyro.noise_rad_s,
+            gyro_noise_rad_s: Some(scenario.gyro.noise_rad_s),
             sample_period_s: 1.0 / scenario.gyro.rate_hz,
             refuse_spikes: true,
         })?;
         let begun = Instant::now();
         let flown = fly(&log, on_board, |_, _, _| ());
         let estimator_time = begun.elapsed();
-        let score = yardstick.score(&flown.estimate);
+        let mut score = yardstick.score(&flown.estimate);
+        // Of a spacecraft that the scenario names, what the motion doesn't show is its point.
+        if matches!(self.truths, Truths::OfEachRun) && !yardstick.is_shown() {
+            score.verdict = Verdict::NotShown;
+        }
         let restarts = flown.counts.divergence_resets + flown.counts.lockout_resets;
         Ok(Run {
             index,
             seed,
+            yardstick,
             score,
             restarts,
             changes: flown.changes(),
@@ -133,6 +154,7 @@ mod tests {
                 rate_sigma_rad_s: 1e-3,
                 sigma_kg_m2: [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
             }),
+            spacecraft: None,
         };
         scenario
     }

@@ -5,7 +5,7 @@
 //! come from anywhere: all that is asked of one is its last [`Estimate`].
 //!
 //! Diverged runs are counted and left out of every other figure: a single one would drown the rest
-//! in any mean.
+//! in any mean. So are those whose drawn spacecraft doesn't move enough to show its inertia.
 
 use fsw_core::{Estimate, Real, Status};
 use nalgebra::{Matrix6, Vector6};
@@ -18,6 +18,9 @@ pub const FAR: f64 = 20.0;
 /// An error that is as far as that, and of more than this many of the estimator's own sigmas, is
 /// diverged: far off, and sure of it. Honest sigmas are exceeded so far once in 2 million.
 pub const SURE: f64 = 5.0;
+
+/// An element whose bound is above this share of the mean moment isn't shown by the motion.
+pub const SHOWN: f64 = 0.1;
 
 /// Degrees of freedom of one run's error: the six elements.
 const DEGREES: f64 = 6.0;
@@ -61,9 +64,18 @@ pub enum Verdict {
     /// It says so; or an error isn't finite, or is beyond both [`FAR`] bounds and [`SURE`] of its own
     /// sigmas, if its covariance is one at all.
     Diverged,
+    /// Its spacecraft was drawn, and the motion doesn't show all six elements: see [`SHOWN`]. A
+    /// campaign says so, not the score by itself.
+    NotShown,
 }
 
 impl Yardstick {
+    /// Whether the motion shows all six elements.
+    pub fn is_shown(&self) -> bool {
+        let mean_moment = self.truth_kg_m2[..3].iter().sum::<f64>() / 3.0;
+        self.bound_kg_m2.iter().all(|bound| bound.is_some_and(|bound| bound < SHOWN * mean_moment))
+    }
+
     /// Sets an estimate beside the truth.
     pub fn score<T: Real>(&self, estimate: &Estimate<T>) -> Score {
         let inertia_kg_m2 = estimate.inertia.elements_kg_m2().map(T::to_f64);
@@ -112,14 +124,16 @@ fn nees(error_kg_m2: &[f64; 6], covariance_kg2_m4: &Matrix6<f64>) -> Option<f64>
     Some(whitened.norm_squared()).filter(|nees| nees.is_finite())
 }
 
-/// What the runs come to. All figures but the counts are of the runs that did not diverge, and
-/// none where there are none.
+/// What the runs come to. All figures but the counts are of the runs that are used, and none where
+/// there are none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
     /// How many runs there are.
     pub runs: usize,
-    /// How many did not diverge.
+    /// How many are neither diverged nor not shown.
     pub used: usize,
+    /// How many have a spacecraft whose motion doesn't show it: see [`Verdict`].
+    pub not_shown: usize,
     /// How many diverged: see [`Verdict`].
     pub diverged: usize,
     /// How many of those used have not converged.
@@ -141,10 +155,18 @@ pub struct Statistics {
     pub nees_95: Option<[f64; 2]>,
 }
 
+impl Statistics {
+    /// RMS over runs and elements of error over bound; none where any run has no bound.
+    pub fn rmse_over_bound_of_all(&self) -> Option<f64> {
+        let squares: Option<f64> = self.rmse_over_bound.iter().map(|rms| rms.map(|x| x * x)).sum();
+        squares.map(|sum| (sum / 6.0).sqrt())
+    }
+}
+
 /// Reduces the scores in their order: the same scores give the same bits.
 pub fn reduce<'a>(scores: impl IntoIterator<Item = &'a Score>) -> Statistics {
     let mut runs = 0;
-    let mut not_converged = 0;
+    let (mut not_shown, mut diverged, mut not_converged) = (0, 0, 0);
     let mut error = [Moments::default(); 6];
     let mut over_bound = [Moments::default(); 6];
     let mut nees = Moments::default();
@@ -153,7 +175,14 @@ pub fn reduce<'a>(scores: impl IntoIterator<Item = &'a Score>) -> Statistics {
         match score.verdict {
             Verdict::Converged => {}
             Verdict::NotConverged => not_converged += 1,
-            Verdict::Diverged => continue,
+            Verdict::Diverged => {
+                diverged += 1;
+                continue;
+            }
+            Verdict::NotShown => {
+                not_shown += 1;
+                continue;
+            }
         }
         for i in 0..6 {
             error[i].add(score.error_kg_m2[i]);
@@ -170,7 +199,8 @@ pub fn reduce<'a>(scores: impl IntoIterator<Item = &'a Score>) -> Statistics {
     Statistics {
         runs,
         used,
-        diverged: runs - used,
+        not_shown,
+        diverged,
         not_converged,
         rmse_kg_m2: error.map(|moments| moments.rms()),
         bias_kg_m2: error.map(|moments| moments.mean()),
@@ -306,6 +336,23 @@ mod tests {
         // (1 + 0.04 + 16 and 9) / 2 / 6.
         near(statistics.nees_per_dof, 26.04 / 12.0);
         assert_eq!(statistics.nees_runs, 2);
+    }
+
+    #[test]
+    fn what_the_motion_does_not_show_is_counted_and_no_more() {
+        let seen = Yardstick { bound_kg_m2: [Some(0.1); 6], ..YARDSTICK };
+        assert!(seen.is_shown() && !YARDSTICK.is_shown());
+        // A tenth of the mean moment is 1.1.
+        assert!(!Yardstick { bound_kg_m2: [Some(1.2); 6], ..YARDSTICK }.is_shown());
+        let hidden = Score { verdict: Verdict::NotShown, ..score([9.0; 6], 0.1) };
+        let kept = seen.score(&estimate([0.1, 0.2, 0.3, 0.1, 0.2, 0.3], 0.1, Status::Converged));
+        let statistics = reduce([&hidden, &kept]);
+        assert_eq!((statistics.runs, statistics.used, statistics.not_shown), (2, 1, 1));
+        assert_eq!(statistics.diverged, 0);
+        near(statistics.rmse_kg_m2[1], 0.2);
+        // 1, 4 and 9 twice, over six.
+        near(statistics.rmse_over_bound_of_all(), (28.0f64 / 6.0).sqrt());
+        assert_eq!(reduce([&hidden]).rmse_over_bound_of_all(), None);
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use fsw_core::Status as CoreStatus;
 
-use super::{Failure, Method, Options};
-use crate::estimation::{Flown, SetUpError, Setup, fly, set_up};
+use super::{Failure, Options};
+use crate::estimation::{EstimatorName, Flown, SetUpError, Setup, fly, set_up};
 use crate::input::log::LogRow;
 use crate::input::{Craft, Scenario};
 use crate::recording::history_row;
@@ -30,19 +30,18 @@ pub fn estimate(
     if estimator.needs_attitude() && rows.iter().all(|row| row.attitude.is_none()) {
         return Err(SetUpError::NoAttitude { estimator }.into());
     }
-    note_ignored_unknowns(&options.method, craft);
+    note_ignored_unknowns(estimator, craft);
     let mut setup = Setup {
         estimator,
         precision: options.method.precision,
         craft,
-        gyro_noise_rad_s: 0.0,
+        gyro_noise_rad_s: craft.gyro.noise_rad_s,
         sample_period_s: median_period_s(rows),
         refuse_spikes: true,
     };
-    setup.gyro_noise_rad_s = match craft.gyro.noise_rad_s {
-        Some(noise) => noise,
-        None => noise_from_residuals(&setup, rows, file)?,
-    };
+    if setup.gyro_noise_rad_s.is_none() && !estimator.measures_gyro_noise() {
+        setup.gyro_noise_rad_s = Some(noise_from_residuals(&setup, rows, file)?);
+    }
     let mut history = Vec::new();
     let flown = fly(rows, set_up(&setup)?, |row, outcome, on_board| {
         if options.out.is_some() {
@@ -53,11 +52,11 @@ pub fn estimate(
 }
 
 /// Says so where the estimator leaves out unknowns that it is asked for.
-pub(super) fn note_ignored_unknowns(method: &Method, craft: &Craft) {
-    if craft.solve_for.torque || craft.solve_for.gyro_bias {
+pub(super) fn note_ignored_unknowns(estimator: EstimatorName, craft: &Craft) {
+    let asked = craft.solve_for.torque || craft.solve_for.gyro_bias;
+    if asked && !estimator.solves_for_disturbances() {
         eprintln!(
-            "note: {} doesn't estimate a disturbance torque or gyro bias; [disturbance] is ignored",
-            method.estimator
+            "note: {estimator} doesn't estimate a disturbance torque or gyro bias; [disturbance] is ignored"
         );
     }
 }
@@ -93,7 +92,7 @@ fn noise_from_residuals(setup: &Setup<'_>, rows: &[LogRow], file: &str) -> Resul
         why: if rows.len() < 4 { "fewer than four samples" } else { "its rates don't change" },
     })?;
     for _ in 0..NOISE_PASSES {
-        let setup = Setup { gyro_noise_rad_s: noise, refuse_spikes: false, ..setup.clone() };
+        let setup = Setup { gyro_noise_rad_s: Some(noise), refuse_spikes: false, ..setup.clone() };
         let residual = fly(rows, set_up(&setup)?, |_, _, _| ()).estimate.residual_rms_rad_s;
         if residual <= UNEXPLAINED * noise {
             break;

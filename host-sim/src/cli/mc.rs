@@ -38,7 +38,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, runs: asked, seed, method, out, json } = arguments;
     let scenario = Scenario::load(scenario)?;
-    note_ignored_unknowns(method, &scenario.craft());
+    note_ignored_unknowns(method.estimator, &scenario.craft());
     note_what_changes(&scenario);
     let truths = Truths::simulate(&scenario)?;
     let campaign = Campaign {
@@ -73,8 +73,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
+    let statistics = reduce(runs.iter().map(|run| &run.score));
     let Statistics {
         used,
+        not_shown,
         diverged,
         not_converged,
         rmse_kg_m2,
@@ -85,8 +87,9 @@ fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
         nees_runs,
         nees_95,
         ..
-    } = reduce(runs.iter().map(|run| &run.score));
-    let yardstick = campaign.truths.typical();
+    } = statistics;
+    let shown = runs.iter().filter(|run| run.score.verdict != Verdict::NotShown);
+    let yardstick = campaign.truths.typical(shown.map(|run| run.yardstick));
     let count = |is: &dyn Fn(&Run) -> bool| runs.iter().filter(|run| is(run)).count() as u64;
     let steps = runs.iter().map(|run| run.steps).sum();
     let estimator_s = runs.iter().map(|run| run.estimator_time.as_secs_f64()).sum::<f64>();
@@ -97,6 +100,7 @@ fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
         seed: campaign.first_seed,
         runs: runs.len() as u64,
         used: used as u64,
+        not_shown: not_shown as u64,
         diverged: diverged as u64,
         not_converged: not_converged as u64,
         changes: count(&|run| run.changes > 0),
@@ -106,6 +110,7 @@ fn report(campaign: &Campaign<'_>, runs: &[Run], wall: Duration) -> McReport {
         bias_kg_m2,
         bound_kg_m2: yardstick.bound_kg_m2,
         rmse_over_bound,
+        rmse_over_bound_of_all: statistics.rmse_over_bound_of_all(),
         bias_over_bound,
         nees_per_dof,
         nees_runs: nees_runs as u64,
@@ -131,5 +136,6 @@ fn row(run: &Run) -> RunRow {
         restarts: run.restarts,
         changes: run.changes,
         residuals_white: run.residuals_white,
+        shown: score.verdict != Verdict::NotShown,
     }
 }

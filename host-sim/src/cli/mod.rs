@@ -19,6 +19,7 @@ use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::campaign::RunFailed;
 use crate::estimation::{EstimatorName, Precision, SetUpError};
 use crate::input::InputError;
 use crate::papers::PapersFailed;
@@ -27,7 +28,7 @@ use crate::truth::IntegrationFailed;
 
 /// Simulate a spacecraft or replay its log, and estimate its inertia tensor with the flight core.
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = true)]
+#[command(version, arg_required_else_help = false)]
 pub struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -45,6 +46,9 @@ enum Verb {
     /// five of the estimator's own sigmas: far off, and sure of it. Where runs have different truths,
     /// the table shows their mean and the RMS of their bounds, and each run is measured with its own.
     ///
+    /// Where each run draws its own spacecraft (`mc random-spacecraft`), those whose motion leaves the
+    /// bound of an element above a tenth of the mean moment are counted, and left out of the figures.
+    ///
     /// A change is found in a run where the estimator dropped what it knew before, at least once, since
     /// new data contradicted it. Residuals aren't white where they don't look like the gyro's noise at
     /// the end of a run; not every estimator tests that.
@@ -55,7 +59,7 @@ enum Verb {
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
     /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.
     Mc(mc::Arguments),
-    /// The tables of four papers: published, reproduced, and what is possible.
+    /// The tables of five papers: published, reproduced, and what is possible.
     ///
     /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used; the
     /// numbers are the same on any number of them.
@@ -69,8 +73,8 @@ enum Verb {
 /// How to estimate: the same for every verb that does.
 #[derive(Clone, Copy, Debug, Args)]
 struct Method {
-    /// The estimator.
-    #[arg(long, value_enum, default_value_t = EstimatorName::JointEkf)]
+    /// The estimator: our own, the flying filter, or one of the published ones to compare with.
+    #[arg(long, value_enum, default_value_t = EstimatorName::Window)]
     estimator: EstimatorName,
     /// The arithmetic: f32 is what flies.
     #[arg(long, value_enum, default_value_t = Precision::F32)]
@@ -103,6 +107,8 @@ enum Failure {
     NoNoise { file: String, why: &'static str },
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
+    #[error(transparent)]
+    Run(#[from] RunFailed),
     #[error("stopped before the first run was complete; there is no result")]
     Interrupted,
     #[error(transparent)]
@@ -118,8 +124,12 @@ enum Failure {
 impl Failure {
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Input(_) | Self::SetUp(_) | Self::NoNoise { .. } => 2,
+            Self::Input(_)
+            | Self::SetUp(_)
+            | Self::Run(RunFailed::SetUp(_))
+            | Self::NoNoise { .. } => MISUSE,
             Self::Integration(_)
+            | Self::Run(RunFailed::Integration(_))
             | Self::Interrupted
             | Self::Papers(_)
             | Self::Output(_)
@@ -129,9 +139,20 @@ impl Failure {
     }
 }
 
+/// Exit code of bad input.
+const MISUSE: u8 = 2;
+
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().verb {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(misuse) if misuse.use_stderr() => {
+            eprintln!("{}", in_two_lines(&misuse.render().to_string()));
+            return ExitCode::from(MISUSE);
+        }
+        Err(help_or_version) => help_or_version.exit(),
+    };
+    let result = match cli.verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Mc(arguments) => mc::run(&arguments),
         Verb::Tables(arguments) => tables::run(&arguments),
@@ -145,6 +166,16 @@ pub fn main() -> ExitCode {
             ExitCode::from(failure.exit_code())
         }
     }
+}
+
+/// What is wrong with the command line, and then what to do. Clap says it in paragraphs of several
+/// lines.
+fn in_two_lines(message: &str) -> String {
+    let lines = |paragraph: &str| paragraph.lines().map(str::trim).collect::<Vec<_>>().join(" ");
+    let mut paragraphs = message.trim().split("\n\n").map(lines);
+    let what = paragraphs.next().unwrap_or_default();
+    let to_do: Vec<String> = paragraphs.collect();
+    format!("{what}\n  {}", to_do.join(". "))
 }
 
 /// Prints a table, or its report as one JSON document.

@@ -12,7 +12,7 @@ use crate::report::tables_text;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// How many runs of each. The default takes about a minute on two cores.
+    /// How many runs of each. The default takes a minute or two on two cores.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
     /// Seed of the first run's noise; run i has this plus i.

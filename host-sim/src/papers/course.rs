@@ -20,7 +20,7 @@ pub struct Method {
 }
 
 /// What our own estimator is, in the arithmetic that flies: it stands beside the published ones.
-pub const OWN: Method = Method { estimator: EstimatorName::JointEkf, precision: Precision::F32 };
+pub const OWN: Method = Method { estimator: EstimatorName::Window, precision: Precision::F32 };
 
 /// A scenario, flown once as physics.
 #[derive(Clone, Debug)]
@@ -114,7 +114,7 @@ impl Course {
             estimator: method.estimator,
             precision: method.precision,
             craft: &self.craft,
-            gyro_noise_rad_s: self.scenario.gyro.noise_rad_s,
+            gyro_noise_rad_s: Some(self.scenario.gyro.noise_rad_s),
             sample_period_s: 1.0 / self.scenario.gyro.rate_hz,
             refuse_spikes: true,
         })

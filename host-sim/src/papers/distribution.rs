@@ -25,6 +25,13 @@ impl Distribution {
         (count > 0).then(|| self.sorted.iter().sum::<f64>() / count as f64)
     }
 
+    /// The middle value, or the mean of the two in the middle; none of nothing.
+    pub fn median(&self) -> Option<f64> {
+        let upper = self.sorted.get(self.count() / 2)?;
+        let lower = self.sorted.get(self.count().checked_sub(1)? / 2)?;
+        Some((lower + upper) / 2.0)
+    }
+
     /// Standard deviation, `√(Σ (x − mean)² / (n − 1))`; none of fewer than two.
     pub fn standard_deviation(&self) -> Option<f64> {
         let mean = self.mean()?;
@@ -54,6 +61,13 @@ mod tests {
         assert_eq!(distribution.mean(), Some(5.0));
         let expected = (32.0f64 / 7.0).sqrt();
         assert!((distribution.standard_deviation().unwrap() - expected).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!(Distribution::new([3.0, 1.0, 9.0]).median(), Some(3.0));
+        assert_eq!(Distribution::new([4.0, 1.0, 9.0, 2.0]).median(), Some(3.0));
+        assert_eq!(Distribution::new([]).median(), None);
     }
 
     #[test]

@@ -143,11 +143,11 @@ impl Study {
         }
         let title = "error of one flight, averaged over its time and at its end";
         let mut table = self.table("slide 16", title, rows);
-        table.remark = Some(
+        table.remark = Some(format!(
             "Gyro rate, process noise and initial covariance, which set these errors, aren't given. \
-             joint-ekf is told that the products are known to be zero, the bound isn't."
-                .to_owned(),
-        );
+             {} is told that the products are zero, one sigma 0.01 kg m², the bound isn't.",
+            OWN.estimator
+        ));
         table
     }
 

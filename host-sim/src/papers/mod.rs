@@ -5,6 +5,7 @@
 //!  kim_2013 ─┤ the rows, the figures
 //!  kim_2016 ─┼──► Papers::fly, all of them seed by seed ──► TablesReport, figures ──► report
 //!  bellar_2019
+//!  elhariry_2026 (another's benchmark)
 //! ```
 //!
 //! A seed flies every study, so that an early end leaves all tables with the same runs. Seeds are
@@ -14,6 +15,7 @@
 mod bellar_2019;
 mod course;
 pub mod distribution;
+mod elhariry_2026;
 mod kim_2010;
 mod kim_2013;
 mod kim_2016;
@@ -25,6 +27,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::iter::{ParallelBridge, ParallelIterator};
 use thiserror::Error;
 
+use crate::campaign::RunFailed;
 use crate::estimation::SetUpError;
 use crate::input::InputError;
 use crate::report::TablesReport;
@@ -44,6 +47,9 @@ pub enum PapersFailed {
     /// An estimator.
     #[error(transparent)]
     SetUp(#[from] SetUpError),
+    /// A run of a campaign.
+    #[error(transparent)]
+    Run(#[from] RunFailed),
     /// A figure.
     #[error(transparent)]
     Plot(#[from] PlotError),
@@ -55,6 +61,7 @@ pub struct Papers {
     kim_2013: kim_2013::Study,
     kim_2016: kim_2016::Study,
     bellar_2019: bellar_2019::Study,
+    elhariry_2026: elhariry_2026::Study,
 }
 
 /// What the seeds gave, in their order.
@@ -64,6 +71,7 @@ pub struct Flown {
     kim_2013: Vec<kim_2013::Run>,
     kim_2016: Vec<kim_2016::Run>,
     bellar_2019: Vec<bellar_2019::Run>,
+    elhariry_2026: Vec<elhariry_2026::Run>,
 }
 
 struct OneSeed {
@@ -71,6 +79,7 @@ struct OneSeed {
     kim_2013: kim_2013::Run,
     kim_2016: kim_2016::Run,
     bellar_2019: bellar_2019::Run,
+    elhariry_2026: elhariry_2026::Run,
 }
 
 impl Papers {
@@ -81,6 +90,7 @@ impl Papers {
             kim_2013: kim_2013::Study::new()?,
             kim_2016: kim_2016::Study::new()?,
             bellar_2019: bellar_2019::Study::new()?,
+            elhariry_2026: elhariry_2026::Study::new()?,
         })
     }
 
@@ -112,22 +122,25 @@ impl Papers {
             kim_2013: Vec::new(),
             kim_2016: Vec::new(),
             bellar_2019: Vec::new(),
+            elhariry_2026: Vec::new(),
         };
         for (_, one) in all {
             flown.kim_2010.push(one.kim_2010);
             flown.kim_2013.push(one.kim_2013);
             flown.kim_2016.push(one.kim_2016);
             flown.bellar_2019.push(one.bellar_2019);
+            flown.elhariry_2026.push(one.elhariry_2026);
         }
         Ok(flown)
     }
 
-    fn one(&self, seed: u64) -> Result<OneSeed, SetUpError> {
+    fn one(&self, seed: u64) -> Result<OneSeed, PapersFailed> {
         Ok(OneSeed {
             kim_2010: self.kim_2010.fly(seed)?,
             kim_2013: self.kim_2013.fly(seed)?,
             kim_2016: self.kim_2016.fly(seed)?,
             bellar_2019: self.bellar_2019.fly(seed)?,
+            elhariry_2026: self.elhariry_2026.fly(seed)?,
         })
     }
 
@@ -137,6 +150,7 @@ impl Papers {
         tables.extend(self.kim_2013.tables(&flown.kim_2013));
         tables.extend(self.kim_2016.tables(&flown.kim_2016));
         tables.extend(self.bellar_2019.tables(&flown.bellar_2019));
+        tables.extend(self.elhariry_2026.tables(&flown.elhariry_2026));
         TablesReport { runs: flown.runs(), seed: flown.first_seed, tables }
     }
 

@@ -45,7 +45,7 @@ pub fn rank_of_observability_matrix(
 }
 
 /// `G(v)`, such that `J v = G(v) j`.
-fn regressor(v: &Vector3<f64>) -> Matrix3x6<f64> {
+pub(super) fn regressor(v: &Vector3<f64>) -> Matrix3x6<f64> {
     let o = 0.0;
     Matrix3x6::new(
         v.x, o, o, v.y, v.z, o, //

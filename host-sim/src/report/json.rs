@@ -90,7 +90,8 @@ pub struct RunReport {
 ///
 /// A run counts as diverged if its status says so, or if the error of any element isn't finite or is
 /// beyond 20 of its bounds, whatever the status. Diverged runs are counted and left out of `rmse_*`,
-/// `bias_*` and NEES.
+/// `bias_*` and NEES. Where each run draws its own spacecraft, so are those whose motion doesn't show
+/// all six elements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct McReport {
     /// Name of the scenario.
@@ -103,8 +104,11 @@ pub struct McReport {
     pub seed: u64,
     /// Runs that were completed: those asked for, or fewer after Ctrl-C.
     pub runs: u64,
-    /// Runs that the figures are of: those that did not diverge.
+    /// Runs that the figures are of: those neither diverged nor not shown.
     pub used: u64,
+    /// Runs that drew a spacecraft whose motion leaves the bound of an element above a tenth of the mean
+    /// moment.
+    pub not_shown: u64,
     /// Runs that diverged: by their own word, or far from the truth and sure of it.
     pub diverged: u64,
     /// Runs that did not diverge, and say that they haven't converged or are far from the truth.
@@ -125,6 +129,8 @@ pub struct McReport {
     pub bound_kg_m2: [Option<f64>; 6],
     /// RMS of each run's error over its own bound; null where there is no bound.
     pub rmse_over_bound: [Option<f64>; 6],
+    /// The same over all elements; null where any has no bound.
+    pub rmse_over_bound_of_all: Option<f64>,
     /// Mean of each run's error over its own bound; null where there is no bound.
     pub bias_over_bound: [Option<f64>; 6],
     /// Mean normalised estimation error squared over its six degrees of freedom: 1 for an honest
@@ -136,7 +142,7 @@ pub struct McReport {
     pub nees_95: Option<[f64; 2]>,
     /// Samples given to the estimator, all runs together.
     pub steps: u64,
-    /// Time that the runs took, s; truth and bound, simulated before, don't count.
+    /// Time that the runs took, s; truth and bound don't count unless each run has its own.
     pub wall_s: f64,
     /// Samples over the time spent in the estimator, summed over threads, 1/s.
     pub steps_per_s_per_core: Option<f64>,
@@ -155,6 +161,13 @@ pub struct CrlbReport {
     pub bound_percent: [Option<f64>; 6],
     /// Directions of the six-dimensional space of tensors that the motion shows, 0 to 6.
     pub observed_directions: usize,
+    /// Error of each element by a constant body torque about x, y and z that isn't modelled, to first
+    /// order, kg m² per N m; null where the element is not observed, and altogether where the torque is
+    /// among the unknowns.
+    pub inertia_error_kg_m2_per_n_m: Option<[Option<[f64; 3]>; 6]>,
+    /// One sigma with which a constant torque about each axis stands out of the residuals, N m, the
+    /// unknowns adapting to it; null where they imitate it.
+    pub torque_bound_n_m: [Option<f64>; 3],
 }
 
 impl ReplayReport {
@@ -203,9 +216,24 @@ impl CrlbReport {
         bound_kg_m2: [Option<f64>; 6],
         observed_directions: usize,
     ) -> Self {
-        let bound_percent = std::array::from_fn(|i| percent(bound_kg_m2[i]?, truth_kg_m2[i].abs()));
-        let scenario = scenario.to_owned();
-        Self { scenario, unknowns, bound_kg_m2, bound_percent, observed_directions }
+        Self {
+            scenario: scenario.to_owned(),
+            unknowns,
+            bound_kg_m2,
+            bound_percent: std::array::from_fn(|i| percent(bound_kg_m2[i]?, truth_kg_m2[i].abs())),
+            observed_directions,
+            inertia_error_kg_m2_per_n_m: None,
+            torque_bound_n_m: [None; 3],
+        }
+    }
+
+    /// Adds what a constant torque does.
+    pub fn with_torque(
+        self,
+        inertia_error_kg_m2_per_n_m: Option<[Option<[f64; 3]>; 6]>,
+        torque_bound_n_m: [Option<f64>; 3],
+    ) -> Self {
+        Self { inertia_error_kg_m2_per_n_m, torque_bound_n_m, ..self }
     }
 }
 
@@ -289,6 +317,7 @@ pub(super) mod examples {
             seed: 100,
             runs: 50,
             used: 48,
+            not_shown: 0,
             diverged: 2,
             not_converged: 1,
             changes: 3,
@@ -298,6 +327,7 @@ pub(super) mod examples {
             bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
             bound_kg_m2: bound.map(Some),
             rmse_over_bound: [Some(1.25); 6],
+            rmse_over_bound_of_all: Some(1.25),
             bias_over_bound: [Some(-0.1); 6],
             nees_per_dof: Some(1.0923),
             nees_runs: 48,
@@ -311,7 +341,10 @@ pub(super) mod examples {
     pub fn crlb() -> CrlbReport {
         let bound = [Some(0.002_75), Some(0.002_49), None, Some(0.001_12), None, Some(8.54e-9)];
         let unknowns = ["rate", "inertia"].map(str::to_owned).to_vec();
+        let error = [-1350.0, 12.5, -0.2];
+        let rows = [Some(error), Some(error), None, Some(error), None, Some([0.0; 3])];
         CrlbReport::new("stsat3-spin-up", unknowns, TRUTH, bound, 4)
+            .with_torque(Some(rows), [Some(3.21e-7), Some(4.5e-5), None])
     }
 }
 
@@ -389,10 +422,12 @@ mod tests {
             "nees_per_dof",
             "nees_runs",
             "not_converged",
+            "not_shown",
             "precision",
             "residuals_not_white",
             "rmse_kg_m2",
             "rmse_over_bound",
+            "rmse_over_bound_of_all",
             "runs",
             "scenario",
             "seed",
@@ -413,6 +448,9 @@ mod tests {
         assert!(document["bound_kg_m2"][2].is_null() && document["bound_percent"][2].is_null());
         assert!((document["bound_percent"][3].as_f64().unwrap() - 1.2918).abs() < 1e-3);
         assert_eq!(document["observed_directions"], 4);
+        assert_eq!(document["inertia_error_kg_m2_per_n_m"][0], json!([-1350.0, 12.5, -0.2]));
+        assert!(document["inertia_error_kg_m2_per_n_m"][2].is_null());
+        assert_eq!(document["torque_bound_n_m"], json!([3.21e-7, 4.5e-5, null]));
 
         let mut truth = examples::TRUTH;
         truth[3] = 0.0;

@@ -35,6 +35,8 @@ pub struct RunRow {
     pub changes: u32,
     /// Whether its last residuals look like white noise, if that is tested.
     pub residuals_white: Option<bool>,
+    /// Whether the motion shows all six elements; asked only where each run has its own spacecraft.
+    pub shown: bool,
 }
 
 /// A file of runs, opened before the first is flown: a campaign is too long to lose to a wrong path.
@@ -69,6 +71,7 @@ fn write_runs<W: io::Write>(out: W, rows: impl IntoIterator<Item = RunRow>) -> i
         cells.extend([row.converged.to_string(), row.diverged.to_string()]);
         cells.extend([row.restarts.to_string(), row.changes.to_string()]);
         cells.push(row.residuals_white.map_or(String::new(), |white| white.to_string()));
+        cells.push(row.shown.to_string());
         out.write_record(&cells)?;
     }
     out.flush()
@@ -80,7 +83,7 @@ fn header() -> Vec<String> {
         names.extend(ELEMENT_NAMES.map(|element| format!("{quantity}{element}_kg_m2")));
     }
     names.extend(["nees", "converged", "diverged"].map(str::to_owned));
-    names.extend(["restarts", "changes", "residuals_white"].map(str::to_owned));
+    names.extend(["restarts", "changes", "residuals_white", "shown"].map(str::to_owned));
     names
 }
 
@@ -103,6 +106,7 @@ mod tests {
             restarts: 0,
             changes: 2,
             residuals_white: None,
+            shown: true,
         };
         let bad = RunRow {
             run: 1,
@@ -121,15 +125,15 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("run,seed,status,jxx_kg_m2,"), "{}", lines[0]);
         assert!(
-            lines[0].ends_with(",nees,converged,diverged,restarts,changes,residuals_white"),
+            lines[0].ends_with(",nees,converged,diverged,restarts,changes,residuals_white,shown"),
             "{}",
             lines[0]
         );
         assert!(lines[1].starts_with("0,7,converged,1.0,2.0,"), "{}", lines[1]);
-        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0,2,"), "{}", lines[1]);
-        assert!(lines[2].ends_with(",NaN,,false,true,0,2,false"), "{}", lines[2]);
+        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0,2,,true"), "{}", lines[1]);
+        assert!(lines[2].ends_with(",NaN,,false,true,0,2,false,true"), "{}", lines[2]);
         for line in &lines {
-            assert_eq!(line.split(',').count(), 27, "{line}");
+            assert_eq!(line.split(',').count(), 28, "{line}");
         }
     }
 

@@ -111,21 +111,36 @@ pub fn mc(report: &McReport) -> String {
     [
         heading("scenario", &format!("{}, seeds {} to {last_seed}", report.scenario, report.seed)),
         heading("estimator", &format!("{}, {}", report.estimator, report.precision)),
-        heading(
-            "runs",
-            &format!(
-                "{}: {} diverged (left out below), {} of the others not converged",
-                report.runs, report.diverged, report.not_converged
-            ),
-        ),
+        heading("runs", &runs(report)),
         heading("changes", &format!("found in {} runs", report.changes)),
         heading("residuals", &format!("not white in {} runs", report.residuals_not_white)),
         heading("NEES", &honesty(report)),
+        heading("RMS/bound", &of_all(report)),
         heading("speed", &speed(report)),
         "\n".to_owned(),
         table.finish(),
     ]
     .concat()
+}
+
+/// How many flew, and how many the figures are of.
+fn runs(report: &McReport) -> String {
+    let not_shown = match report.not_shown {
+        0 => String::new(),
+        count => format!("{count} of a motion that doesn't show all elements, "),
+    };
+    format!(
+        "{}: {not_shown}{} diverged (left out below), {} of the others not converged",
+        report.runs, report.diverged, report.not_converged
+    )
+}
+
+/// The figure that sums up all elements.
+fn of_all(report: &McReport) -> String {
+    let ratio = report.rmse_over_bound_of_all.map(|ratio| fixed(ratio, 3));
+    ratio.map_or("none: not all elements are seen".to_owned(), |ratio| {
+        format!("{ratio} over all elements of {} runs", report.used)
+    })
 }
 
 /// NEES, and where it should be.
@@ -171,8 +186,33 @@ pub fn crlb(report: &CrlbReport) -> String {
         heading("observed", &format!("{} of 6 directions", report.observed_directions)),
         "\n".to_owned(),
         table.finish(),
+        "\n".to_owned(),
+        torque(report),
     ]
     .concat()
+}
+
+/// What a constant torque does to the estimate, and how well it is seen.
+fn torque(report: &CrlbReport) -> String {
+    let mut table = Table::new(&[
+        ("a constant body torque", ""),
+        ("about x", ""),
+        ("about y", ""),
+        ("about z", ""),
+    ]);
+    for (name, row) in ELEMENT_NAMES.iter().zip(report.inertia_error_kg_m2_per_n_m.iter().flatten())
+    {
+        let cells = match row {
+            Some(error) => error.map(|error| significant(error, DIGITS)),
+            None => [UNSEEN; 3].map(str::to_owned),
+        };
+        let [x, y, z] = cells;
+        table.row([format!("  error of {name}, kg m² per N m"), x, y, z]);
+    }
+    let sigma = |sigma: Option<f64>| or(sigma.map(|sigma| significant(sigma, DIGITS)), UNSEEN);
+    let [x, y, z] = report.torque_bound_n_m.map(sigma);
+    table.row(["  one sigma with which it is seen, N m".to_owned(), x, y, z]);
+    table.finish()
 }
 
 /// The lines above a table of estimates.
@@ -394,6 +434,7 @@ runs                50: 2 diverged (left out below), 1 of the others not converg
 changes             found in 3 runs
 residuals           not white in 0 runs
 NEES                1.092 per degree of freedom (honest: 0.8881 to 1.119, 95 %)
+RMS/bound           1.250 over all elements of 48 runs
 speed               300050 steps in 1.26 s; the estimator alone 512346 steps/s per core
 
 element     true  RMS error       bias     bound  RMS/bound  bias/bound
@@ -414,7 +455,11 @@ jyz       0.6016    0.00107   -8.54e-5  0.000854       1.25       -0.10
         report.nees_runs = 40;
         report.bound_kg_m2[0] = None;
         (report.rmse_over_bound[0], report.bias_over_bound[0]) = (None, None);
+        report.rmse_over_bound_of_all = None;
+        report.not_shown = 3;
         let table = mc(&report);
+        assert!(table.contains("50: 3 of a motion that doesn't show all elements, 2 diverged"));
+        assert!(table.contains("RMS/bound           none: not all elements are seen\n"));
         assert!(table.contains("95 %), of the 40 runs whose covariance is positive definite"));
         assert!(table.contains("unseen          -           -\n"), "{table}");
 
@@ -444,6 +489,15 @@ jzz       unseen        -
 jxy      0.00112     1.29
 jxz       unseen        -
 jyz      8.54e-9  1.42e-6
+
+a constant body torque                  about x  about y  about z
+  error of jxx, kg m² per N m             -1350     12.5   -0.200
+  error of jyy, kg m² per N m             -1350     12.5   -0.200
+  error of jzz, kg m² per N m            unseen   unseen   unseen
+  error of jxy, kg m² per N m             -1350     12.5   -0.200
+  error of jxz, kg m² per N m            unseen   unseen   unseen
+  error of jyz, kg m² per N m                 0        0        0
+  one sigma with which it is seen, N m  3.21e-7  4.50e-5   unseen
 "
         );
     }

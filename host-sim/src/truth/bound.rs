@@ -18,13 +18,18 @@ use nalgebra::{DMatrix, Matrix3x6, Vector3};
 
 use super::integrate::Equations;
 use super::spacecraft::{Spacecraft, inverse};
+use super::unmodelled::{Columns, TorqueEffect};
 use crate::input::scenario::Scenario;
 
 /// A direction or element is unseen when the bound leaves its sigma above this many mean moments
 /// of inertia: a number as uncertain as the body is large says nothing.
-const UNSEEN_SIGMA: f64 = 1.0;
+pub(super) const UNSEEN_SIGMA: f64 = 1.0;
 /// Where there is no information at all, sigma is cut off here, so that sums stay finite.
-const NO_INFORMATION_SIGMA: f64 = 1e6;
+pub(super) const NO_INFORMATION_SIGMA: f64 = 1e6;
+
+/// Where inertia and torque stand among the unknowns: first comes the rate.
+const INERTIA: usize = 3;
+const TORQUE: usize = 9;
 
 /// What is estimated, and so what the bound allows for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -188,8 +193,7 @@ impl Information {
     /// The bound for gyro noise of this variance per sample and axis, rad²/s².
     pub fn finish(mut self, noise_variance_rad2_s2: f64) -> Bound {
         self.fold();
-        let inertia_rows = 3..9;
-        let svd = self.factor.svd(false, true);
+        let svd = self.factor.clone().svd(false, true);
         let sigma = noise_variance_rad2_s2.sqrt();
         let deviations: Vec<f64> = svd.singular_values.iter().map(|s| sigma / s).collect();
         let v_t = svd.v_t.unwrap_or_else(|| DMatrix::from_element(0, 0, f64::NAN));
@@ -199,7 +203,7 @@ impl Information {
             let bounded = deviation.min(NO_INFORMATION_SIGMA);
             covariance += direction.transpose() * direction * (bounded * bounded);
         }
-        let scaled = covariance.view((inertia_rows.start, inertia_rows.start), (6, 6)).into_owned();
+        let scaled = covariance.view((INERTIA, INERTIA), (6, 6)).into_owned();
         let directions = scaled.clone().symmetric_eigenvalues();
         let observed = directions.iter().filter(|v| v.max(0.0).sqrt() < UNSEEN_SIGMA).count();
         let typical = self.typical_kg_m2;
@@ -207,10 +211,15 @@ impl Information {
             let deviation = scaled[(i, i)].max(0.0).sqrt();
             (deviation < UNSEEN_SIGMA).then_some(deviation * typical)
         };
+        let sigma_kg_m2: [Option<f64>; 6] = std::array::from_fn(element);
         Bound {
             unknowns: self.unknowns,
-            sigma_kg_m2: std::array::from_fn(element),
+            sigma_kg_m2,
             observed_directions: observed,
+            torque: self.unknowns.torque.then(|| {
+                let columns = Columns { inertia: INERTIA, torque: TORQUE };
+                TorqueEffect::new(&self.factor, &columns, sigma, typical)
+            }),
         }
     }
 }
@@ -224,6 +233,8 @@ pub struct Bound {
     pub sigma_kg_m2: [Option<f64>; 6],
     /// Directions of the inertia that the motion shows, 0 to 6.
     pub observed_directions: usize,
+    /// What a constant torque does, if it is among the unknowns.
+    pub torque: Option<TorqueEffect>,
 }
 
 #[cfg(test)]

@@ -7,7 +7,9 @@ pub mod controller;
 pub mod flight;
 pub mod integrate;
 pub mod spacecraft;
+pub mod unmodelled;
 
 pub use bound::{Bound, Unknowns};
 pub use flight::{Flight, Instant};
 pub use integrate::IntegrationFailed;
+pub use unmodelled::TorqueEffect;

@@ -3,11 +3,12 @@
 /// What `run` simulates if it is told nothing.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
-const BUILT_IN: [(&str, &str); 11] = [
+const BUILT_IN: [(&str, &str); 26] = [
     (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
     ("cubesat-pyramid", include_str!("../../../scenarios/cubesat-pyramid.toml")),
     ("kim-2010-slew", include_str!("../../../scenarios/kim-2010-slew.toml")),
     ("microsat-slew", include_str!("../../../scenarios/microsat-slew.toml")),
+    ("random-spacecraft", include_str!("../../../scenarios/random-spacecraft.toml")),
     ("deployment", include_str!("../../../scenarios/deployment.toml")),
     ("no-change", include_str!("../../../scenarios/no-change.toml")),
     ("fuel-burn", include_str!("../../../scenarios/fuel-burn.toml")),
@@ -15,6 +16,38 @@ const BUILT_IN: [(&str, &str); 11] = [
     ("bellar-2019-campaign", include_str!("../../../scenarios/bellar-2019-campaign.toml")),
     ("kim-2013", include_str!("../../../scenarios/kim-2013.toml")),
     ("kim-2016", include_str!("../../../scenarios/kim-2016.toml")),
+    ("elhariry-2026-constant", include_str!("../../../scenarios/elhariry-2026-constant.toml")),
+    ("elhariry-2026-sine-x", include_str!("../../../scenarios/elhariry-2026-sine-x.toml")),
+    (
+        "elhariry-2026-sine-3axis-same",
+        include_str!("../../../scenarios/elhariry-2026-sine-3axis-same.toml"),
+    ),
+    (
+        "elhariry-2026-sine-iso-0.005",
+        include_str!("../../../scenarios/elhariry-2026-sine-iso-0.005.toml"),
+    ),
+    (
+        "elhariry-2026-sine-iso-0.02",
+        include_str!("../../../scenarios/elhariry-2026-sine-iso-0.02.toml"),
+    ),
+    (
+        "elhariry-2026-sine-iso-0.08",
+        include_str!("../../../scenarios/elhariry-2026-sine-iso-0.08.toml"),
+    ),
+    (
+        "elhariry-2026-sine-iso-0.2",
+        include_str!("../../../scenarios/elhariry-2026-sine-iso-0.2.toml"),
+    ),
+    (
+        "elhariry-2026-sine-multifreq",
+        include_str!("../../../scenarios/elhariry-2026-sine-multifreq.toml"),
+    ),
+    ("elhariry-2026-chirp", include_str!("../../../scenarios/elhariry-2026-chirp.toml")),
+    ("elhariry-2026-prbs-a", include_str!("../../../scenarios/elhariry-2026-prbs-a.toml")),
+    ("elhariry-2026-prbs-b", include_str!("../../../scenarios/elhariry-2026-prbs-b.toml")),
+    ("elhariry-2026-random-a", include_str!("../../../scenarios/elhariry-2026-random-a.toml")),
+    ("elhariry-2026-random-b", include_str!("../../../scenarios/elhariry-2026-random-b.toml")),
+    ("elhariry-2026-random-c", include_str!("../../../scenarios/elhariry-2026-random-c.toml")),
 ];
 
 /// The names of the built-in scenarios, the default first.

@@ -21,7 +21,7 @@ use toml::Spanned;
 use super::super::check::Check;
 use super::super::craft::InitialEstimate;
 use super::super::error::InputError;
-use super::Scenario;
+use super::{RandomSpacecraft, Scenario};
 
 /// The gyro's noise has the same seed and is far shorter than this.
 const BEYOND_THE_GYRO: u128 = 1 << 64;
@@ -34,6 +34,9 @@ pub struct Dispersion {
     pub inertia_factors: Vec<f64>,
     /// Where the estimator starts.
     pub initial_estimate: Option<InitialSpread>,
+    /// What the whole spacecraft is drawn from, if each run has its own. All else that the scenario
+    /// says of it is then that of seed 0.
+    pub spacecraft: Option<RandomSpacecraft>,
 }
 
 /// Half-widths of uniform distributions about zero, and the sigmas that go with them.
@@ -95,6 +98,13 @@ impl Scenario {
 
     /// The scenario as the run of this seed flies it.
     pub fn of_seed(&self, seed: u64) -> Self {
+        if let Some(random) = &self.dispersion.spacecraft {
+            return Self {
+                solve_for: self.solve_for,
+                disturbance_torque_n_m: self.disturbance_torque_n_m,
+                ..random.draw(&self.name, seed)
+            };
+        }
         let mut scenario = self.of_truth(self.dispersion.truth_of(seed));
         let spread = &self.dispersion.initial_estimate;
         scenario.initial_estimate = spread.as_ref().map(|spread| spread.draw(seed));
@@ -140,7 +150,7 @@ impl DispersionFile {
         };
         let initial_estimate =
             self.initial_estimate.as_ref().map(|spread| spread.check(check)).transpose()?;
-        Ok(Dispersion { inertia_factors, initial_estimate })
+        Ok(Dispersion { inertia_factors, initial_estimate, spacecraft: None })
     }
 }
 

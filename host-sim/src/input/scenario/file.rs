@@ -4,6 +4,7 @@ use std::path::Path;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use toml::Spanned;
 
 use super::super::check::{Check, principal_moments, tensor};
@@ -13,14 +14,41 @@ use super::super::toml_source::TomlSource;
 use super::change::{ChangeFile, DriftFile, changes};
 use super::control::{ControlFile, attitude, control};
 use super::dispersion::DispersionFile;
-use super::profile_file::{ExternalProfileFile, WheelProfileFile, external_profile, wheel_profile};
+use super::profile_file::{
+    ExternalProfileFile, Surroundings, WheelProfileFile, external_profile, wheel_profile,
+};
+use super::random_spacecraft::RandomSpacecraftFile;
 use super::{
-    ExternalTorque, MAX_RATE_HZ, MAX_SAMPLES, Scenario, SimulatedGyro, SimulatedWheel, Spacecraft,
-    TorqueProfile,
+    Dispersion, ExternalTorque, MAX_RATE_HZ, MAX_SAMPLES, Scenario, SimulatedGyro, SimulatedWheel,
+    Spacecraft, TorqueProfile,
 };
 
 /// Reads and checks a scenario; `folder` is where the tables it names are.
 pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> {
+    match source.parse()? {
+        Kind { random_spacecraft: Some(_) } => read_random(source),
+        Kind { random_spacecraft: None } => read_one(source, folder),
+    }
+}
+
+/// A scenario in which each seed has a spacecraft of its own.
+fn read_random(source: &TomlSource) -> Result<Scenario, InputError> {
+    let file: RandomFile = source.parse()?;
+    let check = &Check::new(source);
+    let random = file.random_spacecraft.check(check)?;
+    let Disturbance { torque_n_m, solve_for } = file.disturbance.check(check)?;
+    let dispersion = Dispersion { spacecraft: Some(random.clone()), ..Dispersion::default() };
+    Ok(Scenario {
+        name: file.name.clone(),
+        disturbance_torque_n_m: torque_n_m,
+        solve_for,
+        dispersion,
+        ..random.draw(&file.name, 0)
+    })
+}
+
+/// A scenario of one spacecraft.
+fn read_one(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> {
     let file: ScenarioFile = source.parse()?;
     let check = &Check::new(source);
 
@@ -28,9 +56,10 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
     let gyro = file.gyro.check(check)?;
     check_sample_count(check, &file.duration_s, duration_s * gyro.rate_hz)?;
     let spacecraft = file.spacecraft.check(check)?;
+    let surroundings = Surroundings { folder, duration_s };
     check_wheel_count(check, &file.wheel)?;
     let wheels = (file.wheel.iter().enumerate())
-        .map(|(index, wheel)| wheel.get_ref().check(check, &wheel_key(index), folder))
+        .map(|(index, wheel)| wheel.get_ref().check(check, &wheel_key(index), surroundings))
         .collect::<Result<Vec<_>, _>>()?;
     check_wheels_fit(check, &file.spacecraft.inertia_kg_m2, &spacecraft, &wheels)?;
     let body = (&spacecraft.inertia_kg_m2, wheels.as_slice());
@@ -43,13 +72,14 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
     };
     let dispersion = file.dispersion.check(check, carries_wheels)?;
     let torque = match &file.torque {
-        Some(profile) => external_profile(check, profile, folder)?,
+        Some(profile) => external_profile(check, profile, surroundings)?,
         None => ExternalTorque::ZERO,
     };
 
     let control = (file.control.as_ref())
         .map(|table| control(check, table, &spacecraft.inertia_kg_m2, &wheels))
         .transpose()?;
+    let disturbance = file.disturbance.check(check)?;
 
     Ok(Scenario {
         name: file.name,
@@ -60,15 +90,8 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
         torque,
         control,
         gyro,
-        disturbance_torque_n_m: optional_vector(
-            check,
-            "disturbance.torque_n_m",
-            &file.disturbance.torque_n_m,
-        )?,
-        solve_for: SolveFor {
-            torque: file.disturbance.torque,
-            gyro_bias: file.disturbance.gyro_bias,
-        },
+        disturbance_torque_n_m: disturbance.torque_n_m,
+        solve_for: disturbance.solve_for,
         prior: file.prior.map(|prior| prior.check(check)).transpose()?,
         rate_walk_rad_s_sqrt_s: file.filter.rate_walk(check)?,
         inertia_walk_kg_m2_sqrt_hour: file.filter.inertia_walk(check)?,
@@ -119,6 +142,21 @@ fn optional_vector(
     value: &Option<Spanned<Vec<f64>>>,
 ) -> Result<Vector3<f64>, InputError> {
     value.as_ref().map_or(Ok(Vector3::zeros()), |value| check.vector(key, value))
+}
+
+/// Tells a scenario of random spacecraft from one of a single one.
+#[derive(Deserialize)]
+struct Kind {
+    random_spacecraft: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RandomFile {
+    name: String,
+    random_spacecraft: RandomSpacecraftFile,
+    #[serde(default)]
+    disturbance: DisturbanceFile,
 }
 
 #[derive(Deserialize)]
@@ -181,7 +219,7 @@ impl WheelFile {
         &self,
         check: &Check<'_>,
         key: &str,
-        folder: &Path,
+        surroundings: Surroundings<'_>,
     ) -> Result<SimulatedWheel, InputError> {
         let inertia_key = format!("{key}.spin_inertia_kg_m2");
         let wheel = Wheel {
@@ -194,7 +232,7 @@ impl WheelFile {
             None => 0.0,
         };
         let torque = match &self.torque {
-            Some(profile) => wheel_profile(check, &format!("{key}.torque"), profile, folder)?,
+            Some(profile) => wheel_profile(check, &format!("{key}.torque"), profile, surroundings)?,
             None => TorqueProfile::ZERO,
         };
         Ok(SimulatedWheel { wheel, speed_rad_s, torque })
@@ -246,6 +284,21 @@ struct DisturbanceFile {
     #[serde(default)]
     gyro_bias: bool,
     torque_n_m: Option<Spanned<Vec<f64>>>,
+}
+
+/// What disturbs the motion, and what the estimator is asked for.
+struct Disturbance {
+    torque_n_m: Vector3<f64>,
+    solve_for: SolveFor,
+}
+
+impl DisturbanceFile {
+    fn check(&self, check: &Check<'_>) -> Result<Disturbance, InputError> {
+        Ok(Disturbance {
+            torque_n_m: optional_vector(check, "disturbance.torque_n_m", &self.torque_n_m)?,
+            solve_for: SolveFor { torque: self.torque, gyro_bias: self.gyro_bias },
+        })
+    }
 }
 
 #[cfg(test)]

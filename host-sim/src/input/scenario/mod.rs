@@ -38,7 +38,7 @@
 //! ```
 //!
 //! How the inertia changes in flight: see [`change`]. What differs from run to run of a campaign: see
-//! [`dispersion`].
+//! [`dispersion`], and [`random_spacecraft`] where each run has a spacecraft of its own.
 
 mod built_in;
 pub mod change;
@@ -47,6 +47,7 @@ pub mod dispersion;
 mod file;
 mod profile;
 mod profile_file;
+pub mod random_spacecraft;
 
 use std::path::Path;
 
@@ -62,6 +63,7 @@ pub use change::Changes;
 pub use control::Control;
 pub use dispersion::Dispersion;
 pub use profile::{ExternalTorque, Sine, TorqueProfile};
+pub use random_spacecraft::RandomSpacecraft;
 
 /// Most samples a simulation may have: twelve days at 10 Hz, a gigabyte or so of memory.
 pub const MAX_SAMPLES: f64 = 1e7;

@@ -1,4 +1,5 @@
-//! Torque over time: constant, a sum of sines, or a table; always, or now and then.
+//! Torque over time: constant, a sum of sines or chirps, or straight lines between points; always, or
+//! now and then.
 
 use nalgebra::Vector3;
 
@@ -31,13 +32,15 @@ pub enum TorqueProfile {
     },
 }
 
-/// One term of a sum of sines: `a sin(2π f t + φ)`.
+/// One term of a sum of sines: `a sin(2π (f + s t) t + φ)`, a chirp unless `s` is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sine {
     /// Amplitude `a`, N m.
     pub amplitude_n_m: f64,
-    /// Frequency `f`, Hz.
+    /// Frequency `f` at the start, Hz.
     pub frequency_hz: f64,
+    /// Sweep `s`, half the rate at which the frequency grows, Hz/s.
+    pub sweep_hz_s: f64,
     /// Phase `φ` at the start, rad.
     pub phase_rad: f64,
 }
@@ -69,6 +72,16 @@ impl TorqueProfile {
         }
     }
 
+    /// What comes of it if it is commanded only so often, with straight lines in between: from the
+    /// start to the end of `duration_s`, at instants rounded to the microsecond as gyro samples are.
+    pub fn in_points(&self, rate_hz: f64, duration_s: f64) -> Self {
+        let last = (duration_s * rate_hz).ceil() as u64;
+        let time_s: Vec<f64> =
+            (0..=last).map(|index| (index as f64 / rate_hz * 1e6).round() * 1e-6).collect();
+        let value_n_m = time_s.iter().map(|t_s| self.at(*t_s)).collect();
+        Self::Table { time_s, value_n_m }
+    }
+
     /// Times at which torque or its slope may jump, ascending, s; an integrator should step onto
     /// these. At one of them the torque is already what follows.
     pub fn breakpoints_s(&self) -> Vec<f64> {
@@ -91,8 +104,9 @@ impl TorqueProfile {
 
 impl Sine {
     fn at(&self, t_s: f64) -> f64 {
-        let Self { amplitude_n_m, frequency_hz, phase_rad } = *self;
-        amplitude_n_m * (std::f64::consts::TAU * frequency_hz * t_s + phase_rad).sin()
+        let Self { amplitude_n_m, frequency_hz, sweep_hz_s, phase_rad } = *self;
+        let turns = (frequency_hz + sweep_hz_s * t_s) * t_s;
+        amplitude_n_m * (std::f64::consts::TAU * turns + phase_rad).sin()
     }
 }
 
@@ -137,13 +151,38 @@ mod tests {
     fn multisine_is_the_sum_of_its_sines() {
         let quarter_turn = std::f64::consts::FRAC_PI_2;
         let terms = vec![
-            Sine { amplitude_n_m: 2.0, frequency_hz: 0.25, phase_rad: 0.0 },
-            Sine { amplitude_n_m: 3.0, frequency_hz: 1.0, phase_rad: quarter_turn },
+            Sine { amplitude_n_m: 2.0, frequency_hz: 0.25, sweep_hz_s: 0.0, phase_rad: 0.0 },
+            Sine {
+                amplitude_n_m: 3.0,
+                frequency_hz: 1.0,
+                sweep_hz_s: 0.0,
+                phase_rad: quarter_turn,
+            },
         ];
         let profile = TorqueProfile::Multisine { terms };
         assert!((profile.at(0.0) - 3.0).abs() < 1e-12);
         assert!((profile.at(1.0) - 5.0).abs() < 1e-12);
         assert!(profile.breakpoints_s().is_empty());
+    }
+
+    #[test]
+    fn a_chirp_turns_ever_faster() {
+        // (1/4 + t/2) t turns: 3/4 after 1 s, 3/2 after 1.5 s.
+        let term = Sine { amplitude_n_m: 2.0, frequency_hz: 0.25, sweep_hz_s: 0.5, phase_rad: 0.0 };
+        let profile = TorqueProfile::Multisine { terms: vec![term] };
+        assert!((profile.at(1.0) + 2.0).abs() < 1e-12);
+        assert!((profile.at(1.5) - 2.0 * (3.0 * std::f64::consts::PI).sin()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn points_are_of_the_profile_and_lines_in_between() {
+        let term = Sine { amplitude_n_m: 1.0, frequency_hz: 0.1, sweep_hz_s: 0.0, phase_rad: 0.5 };
+        let sine = TorqueProfile::Multisine { terms: vec![term] };
+        let points = sine.in_points(2.0, 1.8);
+        assert_eq!(points.breakpoints_s(), [0.0, 0.5, 1.0, 1.5, 2.0]);
+        assert_eq!(points.at(1.5), sine.at(1.5));
+        let middle = (sine.at(1.0) + sine.at(1.5)) / 2.0;
+        assert!((points.at(1.25) - middle).abs() < 1e-15);
     }
 
     #[test]

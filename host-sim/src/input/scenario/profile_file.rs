@@ -4,7 +4,12 @@
 //! |---|---|---|
 //! | `"constant"` | `value_n_m` = number | `value_n_m` = list of 3 |
 //! | `"multisine"` | `amplitude_n_m`, `frequency_hz`, `phase_rad` = lists of one length | lists of 3 such lists |
+//! | and if wanted | `sweep_hz_s` = list of that length (chirps) | list of 3 such lists |
+//! | | `points_hz` = number: commanded so often, straight lines in between | the same |
 //! | `"table"` | `csv` = file with columns `t_s`, `x` | `csv` = file with columns `t_s`, `x`, `y`, `z` |
+//! | `"points"` | `time_s`, `point_n_m` = lists of one length | `point_n_m` = list of 3 such lists |
+//!
+//! Between the rows of a table, and between points, torque runs in straight lines.
 //!
 //! Any of them may have `during_s` = list of `[start, end]`: it then acts only during these, its own
 //! time counted from each start, and is zero in between.
@@ -20,7 +25,7 @@ use toml::Spanned;
 use super::super::check::Check;
 use super::super::csv_source::CsvSource;
 use super::super::error::{CsvProblem, InputError, Problem, numbers};
-use super::{ExternalTorque, Sine, TorqueProfile};
+use super::{ExternalTorque, MAX_SAMPLES, Sine, TorqueProfile};
 
 /// A list of numbers that knows where it stands.
 type List = Spanned<Vec<f64>>;
@@ -38,7 +43,11 @@ pub(super) struct ProfileFile<Value, Lists> {
     amplitude_n_m: Option<Spanned<Lists>>,
     frequency_hz: Option<Spanned<Lists>>,
     phase_rad: Option<Spanned<Lists>>,
+    sweep_hz_s: Option<Spanned<Lists>>,
+    points_hz: Option<Spanned<f64>>,
     csv: Option<Spanned<String>>,
+    time_s: Option<List>,
+    point_n_m: Option<Spanned<Lists>>,
     during_s: Option<Spanned<Vec<Vec<f64>>>>,
 }
 
@@ -48,6 +57,7 @@ enum Kind {
     Constant,
     Multisine,
     Table,
+    Points,
 }
 
 /// A profile with the keys that its kind takes, and no others.
@@ -57,15 +67,28 @@ enum Parts<'a, Value, Lists> {
         amplitude: &'a Spanned<Lists>,
         frequency: &'a Spanned<Lists>,
         phase: &'a Spanned<Lists>,
+        sweep: Option<&'a Spanned<Lists>>,
     },
     Table(&'a Spanned<String>),
+    Points {
+        time: &'a List,
+        value: &'a Spanned<Lists>,
+    },
 }
 
-/// What errors call the three lists of one sum of sines.
-struct SineKeys {
-    amplitude: String,
-    frequency: String,
-    phase: String,
+/// Where profiles are read: beside which tables, and how long the scenario lasts.
+#[derive(Clone, Copy)]
+pub(super) struct Surroundings<'a> {
+    pub folder: &'a Path,
+    pub duration_s: f64,
+}
+
+/// The lists of one sum of sines.
+struct SineLists<'a> {
+    amplitude: &'a List,
+    frequency: &'a List,
+    phase: &'a List,
+    sweep: Option<&'a List>,
 }
 
 /// Reads and checks the profile of a wheel's motor; `key` is the profile's.
@@ -73,21 +96,23 @@ pub(super) fn wheel_profile(
     check: &Check<'_>,
     key: &str,
     file: &WheelProfileFile,
-    folder: &Path,
+    surroundings: Surroundings<'_>,
 ) -> Result<TorqueProfile, InputError> {
     let profile = match parts(check, key, file)? {
         Parts::Constant(value) => {
             let value_n_m = check.finite(&format!("{key}.value_n_m"), value)?;
             TorqueProfile::Constant { value_n_m }
         }
-        Parts::Multisine { amplitude, frequency, phase } => {
-            multisine(check, &SineKeys::new(key, ""), amplitude, frequency, phase)?
+        Parts::Multisine { amplitude, frequency, phase, sweep } => {
+            multisine(check, key, "", SineLists { amplitude, frequency, phase, sweep })?
         }
         Parts::Table(csv) => {
-            let [profile] = table(folder, csv, ["x"])?;
+            let [profile] = table(surroundings.folder, csv, ["x"])?;
             profile
         }
+        Parts::Points { time, value } => points(check, key, "", time, value)?,
     };
+    let profile = in_points(check, key, file.get_ref(), surroundings, profile)?;
     Ok(match intervals_s(check, key, file)? {
         Some(intervals_s) => during(intervals_s, profile),
         None => profile,
@@ -98,29 +123,41 @@ pub(super) fn wheel_profile(
 pub(super) fn external_profile(
     check: &Check<'_>,
     file: &ExternalProfileFile,
-    folder: &Path,
+    surroundings: Surroundings<'_>,
 ) -> Result<ExternalTorque, InputError> {
-    let axes = match parts(check, "torque", file)? {
+    const KEY: &str = "torque";
+    const AXES: [&str; 3] = ["[1]", "[2]", "[3]"];
+    let three = |key: &str, lists| check.length::<List, 3>(&format!("{KEY}.{key}"), lists);
+    let axes = match parts(check, KEY, file)? {
         Parts::Constant(value) => check
             .list::<3>("torque.value_n_m", value)?
             .map(|value_n_m| TorqueProfile::Constant { value_n_m }),
-        Parts::Multisine { amplitude, frequency, phase } => {
-            let keys = SineKeys::new("torque", "");
-            let [a_x, a_y, a_z] = check.length(&keys.amplitude, amplitude)?;
-            let [f_x, f_y, f_z] = check.length(&keys.frequency, frequency)?;
-            let [p_x, p_y, p_z] = check.length(&keys.phase, phase)?;
-            let axis = |number, amplitude, frequency, phase| {
-                multisine(check, &SineKeys::new("torque", number), amplitude, frequency, phase)
+        Parts::Multisine { amplitude, frequency, phase, sweep } => {
+            let amplitude = three("amplitude_n_m", amplitude)?;
+            let frequency = three("frequency_hz", frequency)?;
+            let phase = three("phase_rad", phase)?;
+            let sweep = sweep.map(|sweep| three("sweep_hz_s", sweep)).transpose()?;
+            let axis = |i: usize| {
+                let lists = SineLists {
+                    amplitude: &amplitude[i],
+                    frequency: &frequency[i],
+                    phase: &phase[i],
+                    sweep: sweep.as_ref().map(|sweep| &sweep[i]),
+                };
+                multisine(check, KEY, AXES[i], lists)
             };
-            [
-                axis("[1]", &a_x, &f_x, &p_x)?,
-                axis("[2]", &a_y, &f_y, &p_y)?,
-                axis("[3]", &a_z, &f_z, &p_z)?,
-            ]
+            [axis(0)?, axis(1)?, axis(2)?]
         }
-        Parts::Table(csv) => table(folder, csv, ["x", "y", "z"])?,
+        Parts::Table(csv) => table(surroundings.folder, csv, ["x", "y", "z"])?,
+        Parts::Points { time, value } => {
+            let value = three("point_n_m", value)?;
+            let axis = |i: usize| points(check, KEY, AXES[i], time, &value[i]);
+            [axis(0)?, axis(1)?, axis(2)?]
+        }
     };
-    Ok(match intervals_s(check, "torque", file)? {
+    let [x, y, z] = axes.map(|axis| in_points(check, KEY, file.get_ref(), surroundings, axis));
+    let axes = [x?, y?, z?];
+    Ok(match intervals_s(check, KEY, file)? {
         Some(intervals_s) => {
             ExternalTorque { axes: axes.map(|profile| during(intervals_s.clone(), profile)) }
         }
@@ -169,15 +206,23 @@ fn parts<'a, Value, Lists>(
     let file = spanned.get_ref();
     let (kind, takes): (_, &'static [&'static str]) = match file.kind {
         Kind::Constant => ("constant", &["value_n_m"]),
-        Kind::Multisine => ("multisine", &["amplitude_n_m", "frequency_hz", "phase_rad"]),
+        Kind::Multisine => (
+            "multisine",
+            &["amplitude_n_m", "frequency_hz", "phase_rad", "sweep_hz_s", "points_hz"],
+        ),
         Kind::Table => ("table", &["csv"]),
+        Kind::Points => ("points", &["time_s", "point_n_m"]),
     };
     let present = [
         ("value_n_m", file.value_n_m.as_ref().map(Spanned::span)),
         ("amplitude_n_m", file.amplitude_n_m.as_ref().map(Spanned::span)),
         ("frequency_hz", file.frequency_hz.as_ref().map(Spanned::span)),
         ("phase_rad", file.phase_rad.as_ref().map(Spanned::span)),
+        ("sweep_hz_s", file.sweep_hz_s.as_ref().map(Spanned::span)),
+        ("points_hz", file.points_hz.as_ref().map(Spanned::span)),
         ("csv", file.csv.as_ref().map(Spanned::span)),
+        ("time_s", file.time_s.as_ref().map(Spanned::span)),
+        ("point_n_m", file.point_n_m.as_ref().map(Spanned::span)),
     ];
     for (name, span) in present {
         if let Some(span) = span
@@ -197,59 +242,105 @@ fn parts<'a, Value, Lists>(
             amplitude: file.amplitude_n_m.as_ref().ok_or_else(|| missing("amplitude_n_m"))?,
             frequency: file.frequency_hz.as_ref().ok_or_else(|| missing("frequency_hz"))?,
             phase: file.phase_rad.as_ref().ok_or_else(|| missing("phase_rad"))?,
+            sweep: file.sweep_hz_s.as_ref(),
         },
         Kind::Table => Parts::Table(file.csv.as_ref().ok_or_else(|| missing("csv"))?),
+        Kind::Points => Parts::Points {
+            time: file.time_s.as_ref().ok_or_else(|| missing("time_s"))?,
+            value: file.point_n_m.as_ref().ok_or_else(|| missing("point_n_m"))?,
+        },
     })
 }
 
-impl SineKeys {
-    /// For the profile `key`; `axis` is empty or, as `[1]`, says which list of three.
-    fn new(key: &str, axis: &str) -> Self {
-        Self {
-            amplitude: format!("{key}.amplitude_n_m{axis}"),
-            frequency: format!("{key}.frequency_hz{axis}"),
-            phase: format!("{key}.phase_rad{axis}"),
+/// The sum of sines of the profile `key`; `axis` is empty or, as `[1]`, says which of three lists.
+fn multisine(
+    check: &Check<'_>,
+    key: &str,
+    axis: &str,
+    lists: SineLists<'_>,
+) -> Result<TorqueProfile, InputError> {
+    let SineLists { amplitude, frequency, phase, sweep } = lists;
+    let amplitude_key = format!("{key}.amplitude_n_m{axis}");
+    let count = amplitude.get_ref().len();
+    finite(check, &amplitude_key, amplitude)?;
+    for (name, list) in
+        [("frequency_hz", Some(frequency)), ("phase_rad", Some(phase)), ("sweep_hz_s", sweep)]
+    {
+        if let Some(list) = list {
+            let key = format!("{key}.{name}{axis}");
+            finite(check, &key, list)?;
+            equally_long(check, key, list, &amplitude_key, count)?;
         }
+    }
+    let term = |i: usize| Sine {
+        amplitude_n_m: amplitude.get_ref()[i],
+        frequency_hz: frequency.get_ref()[i],
+        sweep_hz_s: sweep.map_or(0.0, |sweep| sweep.get_ref()[i]),
+        phase_rad: phase.get_ref()[i],
+    };
+    Ok(TorqueProfile::Multisine { terms: (0..count).map(term).collect() })
+}
+
+/// Straight lines between the points of the profile `key`.
+fn points(
+    check: &Check<'_>,
+    key: &str,
+    axis: &str,
+    time: &List,
+    value: &List,
+) -> Result<TorqueProfile, InputError> {
+    let (time_key, value_key) = (format!("{key}.time_s"), format!("{key}.point_n_m{axis}"));
+    let time_s = time.get_ref();
+    let ascends = time_s.windows(2).all(|pair| pair[0] < pair[1]);
+    if time_s.is_empty() || !ascends || time_s.iter().any(|t| !t.is_finite()) {
+        return Err(check.bad_list(
+            &time_key,
+            time,
+            "finite times, each later than the one before",
+        ));
+    }
+    finite(check, &value_key, value)?;
+    equally_long(check, value_key, value, &time_key, time_s.len())?;
+    Ok(TorqueProfile::Table { time_s: time_s.clone(), value_n_m: value.get_ref().clone() })
+}
+
+fn finite(check: &Check<'_>, key: &str, list: &List) -> Result<(), InputError> {
+    match list.get_ref().iter().all(|number| number.is_finite()) {
+        true => Ok(()),
+        false => Err(check.bad_list(key, list, "finite numbers")),
     }
 }
 
-fn multisine(
+fn equally_long(
     check: &Check<'_>,
-    keys: &SineKeys,
-    amplitude: &List,
-    frequency: &List,
-    phase: &List,
-) -> Result<TorqueProfile, InputError> {
-    let required = amplitude.get_ref().len();
-    for (key, list) in
-        [(&keys.amplitude, amplitude), (&keys.frequency, frequency), (&keys.phase, phase)]
-    {
-        if list.get_ref().iter().any(|number| !number.is_finite()) {
-            return Err(check.bad_list(key, list, "finite numbers"));
-        }
-        let found = list.get_ref().len();
-        if found != required {
-            return Err(check.error(
-                list,
-                Problem::UnequalLengths {
-                    key: key.clone(),
-                    found,
-                    other: keys.amplitude.clone(),
-                    required,
-                },
-            ));
-        }
+    key: String,
+    list: &List,
+    other: &str,
+    required: usize,
+) -> Result<(), InputError> {
+    let found = list.get_ref().len();
+    if found == required {
+        return Ok(());
     }
-    let terms = (amplitude.get_ref().iter())
-        .zip(frequency.get_ref())
-        .zip(phase.get_ref())
-        .map(|((&amplitude_n_m, &frequency_hz), &phase_rad)| Sine {
-            amplitude_n_m,
-            frequency_hz,
-            phase_rad,
-        })
-        .collect();
-    Ok(TorqueProfile::Multisine { terms })
+    let other = other.to_owned();
+    Err(check.error(list, Problem::UnequalLengths { key, found, other, required }))
+}
+
+/// The profile as it is commanded at the points that the file asks for, if it does.
+fn in_points<Value, Lists>(
+    check: &Check<'_>,
+    key: &str,
+    file: &ProfileFile<Value, Lists>,
+    surroundings: Surroundings<'_>,
+    profile: TorqueProfile,
+) -> Result<TorqueProfile, InputError> {
+    let Some(rate_hz) = &file.points_hz else { return Ok(profile) };
+    let duration_s = surroundings.duration_s;
+    let required = "positive, and give at most 1e7 points over `duration_s`";
+    let rate_hz = check.number(&format!("{key}.points_hz"), rate_hz, required, |rate| {
+        rate > 0.0 && rate * duration_s <= MAX_SAMPLES
+    })?;
+    Ok(profile.in_points(rate_hz, duration_s))
 }
 
 /// Reads one profile per column of the CSV file that `csv` names, all over column `t_s`.
@@ -351,6 +442,27 @@ duration_s = 60
     }
 
     #[test]
+    fn chirps_are_read_and_commanded_in_points() {
+        let lists = "kind = 'multisine'\npoints_hz = 10\namplitude_n_m = [[2], [], []]\n\
+                     frequency_hz = [[0.25], [], []]\nsweep_hz_s = [[0.5], [], []]\n\
+                     phase_rad = [[0], [], []]";
+        let torque = parse(&with_torque(lists)).unwrap().torque;
+        assert!((torque.at(1.0) - nalgebra::Vector3::new(-2.0, 0.0, 0.0)).norm() < 1e-12);
+        assert_eq!(torque.breakpoints_s().len(), 601);
+        let middle = (torque.at(1.0) + torque.at(1.1)) / 2.0;
+        assert!((torque.at(1.05) - middle).norm() < 1e-12);
+    }
+
+    #[test]
+    fn points_are_read() {
+        let points = "{ kind = 'points', time_s = [0, 10], point_n_m = [0, 10] }";
+        assert_eq!(parse(&with_wheel(points)).unwrap().wheels[0].torque.at(5.0), 5.0);
+        let points = "kind = 'points'\ntime_s = [0, 10]\npoint_n_m = [[0, 10], [1, 1], [2, 2]]";
+        let torque = parse(&with_torque(points)).unwrap().torque;
+        assert_eq!(torque.at(5.0).as_slice(), [5.0, 1.0, 2.0]);
+    }
+
+    #[test]
     fn any_kind_may_act_now_and_then() {
         let wheel = "{ kind = 'constant', value_n_m = 1, during_s = [[1, 2], [2, 4], [7, 9]] }";
         let torque = &parse(&with_wheel(wheel)).unwrap().wheels[0].torque;
@@ -430,6 +542,23 @@ duration_s = 60
         for (torque, expected) in [
             ("kind = 'constant'\nvalue_n_m = [1, 2]", "s.toml:7: `torque.value_n_m` has 2 entries"),
             ("kind = 'constant'", "s.toml:5: missing key `torque.value_n_m`"),
+            (
+                "kind = 'points'\ntime_s = [0, 0]\npoint_n_m = [[1, 1], [1, 1], [1, 1]]",
+                "s.toml:7: `torque.time_s` is [0, 0]; it must be finite times, each later",
+            ),
+            (
+                "kind = 'points'\ntime_s = [0, 1]\npoint_n_m = [[1, 1], [1], [1, 1]]",
+                "s.toml:8: `torque.point_n_m[2]` has 1 entries, but `torque.time_s` has 2",
+            ),
+            (
+                "kind = 'constant'\nvalue_n_m = [1, 1, 1]\npoints_hz = 10",
+                "s.toml:8: `torque.points_hz` has no meaning for kind = \"constant\"",
+            ),
+            (
+                "kind = 'multisine'\npoints_hz = 1e9\namplitude_n_m = [[], [], []]\n\
+                 frequency_hz = [[], [], []]\nphase_rad = [[], [], []]",
+                "s.toml:7: `torque.points_hz` is 1000000000; it must be positive, and give at most",
+            ),
             (
                 "kind = 'multisine'\namplitude_n_m = [[1], [1]]\nfrequency_hz = []\nphase_rad = []",
                 "s.toml:7: `torque.amplitude_n_m` has 2 entries, but takes 3",

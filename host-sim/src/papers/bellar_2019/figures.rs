@@ -1,6 +1,6 @@
 //! The figures of \[Bellar2019\].
 
-use super::{CAMPAIGN, LOOKED_AT_EVERY, PAPER, PUBLISHED, Run, Study};
+use super::{CAMPAIGN, LOOKED_AT_EVERY, OWN, PAPER, PUBLISHED, Run, Study};
 use crate::campaign::statistics::Verdict;
 use crate::input::ELEMENT_NAMES;
 use crate::papers::observability::{TIME_CONSTANT_S, rank_of_observability_matrix};
@@ -70,7 +70,7 @@ impl Study {
         elements: std::ops::Range<usize>,
         runs: &[Run],
     ) -> Result<String, PlotError> {
-        let typical = self.truths.typical();
+        let typical = self.truths.typical(runs.iter().map(|run| run.campaign[0].yardstick));
         let panel = |i: usize| {
             let bound_percent =
                 typical.bound_kg_m2[i].map_or(1.0, |b| 100.0 * b / typical.truth_kg_m2[i].abs());
@@ -83,9 +83,10 @@ impl Study {
             let bars = |which| histogram(&errors(which), reach);
             let width = 2.0 * reach / HISTOGRAM_BARS as f64;
             let normal = normal_curve(bound_percent, runs.len() as f64 * width, reach);
+            let own = format!("{}, {}", OWN.estimator, OWN.precision);
             Panel::new(format!("runs by {} error", ELEMENT_NAMES[i]))
                 .with(Series::bars("joint-ekf-published, f64", Colour::Main, bars(0)))
-                .with(Series::bars("joint-ekf, f32", Colour::Light, bars(CAMPAIGN.len() - 1)))
+                .with(Series::bars(&own, Colour::Light, bars(CAMPAIGN.len() - 1)))
                 .with(Series::curve("at the bound", Mark::Line, Colour::Truth, normal))
         };
         let beyond = |which: usize| {
@@ -94,10 +95,11 @@ impl Study {
         };
         let title = format!(
             "Errors of {} runs ([Bellar2019] {number}); diverged, mostly beyond the scale: {} as \
-             printed, {} joint-ekf",
+             printed, {} {}",
             runs.len(),
             beyond(0),
-            beyond(CAMPAIGN.len() - 1)
+            beyond(CAMPAIGN.len() - 1),
+            OWN.estimator
         );
         Figure::grid(title, "error, % of the true element", 3, elements.map(panel).collect()).draw()
     }
