@@ -21,6 +21,7 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::input::Craft;
+use crate::input::craft::SolveFor;
 use crate::input::log::LogRow;
 
 /// The estimators by the names that others rely on.
@@ -202,10 +203,13 @@ const BRIDGED_PERIODS: f64 = 10.0;
 
 /// Blocks that the window estimator stores.
 const WINDOW_BLOCKS: usize = 512;
+/// A gyro that is sampled faster than four times in this, s, is averaged over it: a body turns little
+/// in so short a time, and vibration is faster.
+const SHORTEST_BLOCK_S: f64 = 2e-3;
 /// Its unknowns: momentum, inertia and torque, which is tested for where it isn't asked for; and gyro
-/// bias as well.
+/// bias and drag as well.
 const WITH_TORQUE: usize = 12;
-const WITH_BIAS: usize = 15;
+const WITH_DRAG: usize = 18;
 /// Ranges, one sigma, that hold a disturbance torque and a gyro bias where the motion doesn't show
 /// them: more than any disturbance of a small spacecraft, and than the bias of a consumer gyro
 /// (3 deg/s).
@@ -239,10 +243,10 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
         std::array::from_fn(|i| wheel(i).map_or(T::one(), |w| T::lit(w.spin_inertia_kg_m2))),
     )?;
     Ok(match setup.estimator {
-        EstimatorName::Window if setup.craft.solve_for.gyro_bias => {
-            window::<T, W, WITH_BIAS>(setup, wheels)?
+        EstimatorName::Window if setup.craft.solve_for == SolveFor::default() => {
+            window::<T, W, WITH_TORQUE>(setup, wheels)?
         }
-        EstimatorName::Window => window::<T, W, WITH_TORQUE>(setup, wheels)?,
+        EstimatorName::Window => window::<T, W, WITH_DRAG>(setup, wheels)?,
         EstimatorName::JointEkf => {
             let config = configure(joint_ekf::Config::new(gyro_noise_rad_s(setup)?), setup);
             Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(config, wheels)?, setup))
@@ -281,6 +285,8 @@ fn window<T: Real, const W: usize, const U: usize>(
     }
     config.disturbance_torque_n_m = asked.torque.then_some(T::lit(TORQUE_RANGE_N_M));
     config.gyro_bias_rad_s = asked.gyro_bias.then_some(T::lit(BIAS_RANGE_RAD_S));
+    let in_a_block = (SHORTEST_BLOCK_S / setup.sample_period_s).round();
+    config.block_samples = config.block_samples.max(in_a_block as u32);
     configure_gate(&mut config.gate, setup);
     let window = Window::<T, W, WINDOW_BLOCKS, U>::new(config, wheels)?;
     Ok(Box::new(Adapter::<T, _, W>::new(window, setup)))
