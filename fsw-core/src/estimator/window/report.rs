@@ -13,8 +13,8 @@ use crate::tensor::Inertia;
 /// with k degrees of freedom that is at most `k + 2 √(k x) + 2 x` (Laurent and Massart, Ann. Stat. 28,
 /// 2000, Lemma 1): 20 makes it once in 5·10⁸.
 const REJECTED: f64 = 20.0;
-/// Torque that noise alone imitates once in 111 windows: chi-square of three degrees of freedom.
-const TORQUE_SHOWN: f64 = 11.6;
+/// Torque that noise alone imitates once in 150 windows: chi-square of three degrees of freedom.
+const TORQUE_SHOWN: f64 = 12.2;
 /// Residuals whose correlation from block to block is so many sigmas aren't white: once in 10⁴
 /// windows. With the torque's that makes at most one false alarm in a hundred windows.
 const CORRELATED_SIGMA: f64 = 4.0;

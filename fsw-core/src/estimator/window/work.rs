@@ -16,18 +16,17 @@ const BLOCKS_TO_START: usize = 16;
 /// With a past to start from, so many will do.
 const BLOCKS_TO_RESUME: usize = 2;
 /// A front whose squared residuals exceed what the noise makes of them by this factor hasn't
-/// found the solution yet: it is tried again, from its own point and now and then from the linear start.
+/// found the solution yet: it is tried again, from its own point, and ever more
+/// rarely from the linear start.
 const UNEXPLAINED: f64 = 1.5;
-/// Each attempt of so many is from the linear start.
-const LINEAR_TURN: u32 = 3;
 /// A solution within so many sigmas of its pass's own point isn't worth another.
 const SETTLED_SIGMA: f64 = 0.01;
 /// Within so many, what linearising left out doesn't show in a chi-square test.
 const NEAR_SIGMA: f64 = 1.0;
 /// Drag that noise alone imitates once in 10⁵ windows: chi-square of three degrees of freedom.
 const DRAG_SHOWN: f64 = 26.0;
-/// Or within this share of a sum of squares.
-const NEAR_SHARE: f64 = 0.01;
+/// A pass that has yet to step so many sigmas squared may err by as many times that in a sum of squares.
+const UNSURE: f64 = 4.0;
 /// Slices until a settled front is looked at again: two hundred rows more.
 const REST: u32 = 256;
 /// An element of more typical inertias than this is a pass that went astray.
@@ -255,22 +254,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if explains && near && front.residuals().degrees() >= ARMED_DEGREES {
             self.watch.is_armed = true;
         }
-        // What is gross needn't be measured finely.
-        let is_measured = |square: T| near || step < square * T::lit(NEAR_SHARE);
-        let past_square = solving.past_square();
-        if explains
-            && is_measured(past_square)
-            && self.past.is_some()
-            && contradicts(past_square, noise)
-        {
+        // A sum of squares, as surely as the step is small.
+        let surely = |square: T| square - step * T::lit(UNSURE);
+        if explains && self.past.is_some() && contradicts(surely(solving.past_square()), noise) {
             self.past = None;
             self.watch.event = Some(Reset::Changed);
             return;
         }
         // In the units of residuals that hang together: see `report`.
         let shown = noise * noise * self.inflation(front) * T::lit(DRAG_SHOWN);
+        let is_measured =
+            self.config.gyro_noise_rad_s.is_none() || surely(solving.drag_square()) > shown;
         if explains
-            && (is_measured(solving.drag_square()) || self.config.gyro_noise_rad_s.is_none())
+            && is_measured
             && !self.has_drag
             && self.config.disturbance_torque_n_m.is_some()
             && solving.drag_square() > shown
@@ -284,9 +280,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         self.attempts = self.attempts.wrapping_add(1);
         let found = self.plausible_point(front, solving);
-        let is_guided = self.is_at_noise(front)
-            || self.carried.is_some()
-            || !self.attempts.is_multiple_of(LINEAR_TURN);
+        let is_guided =
+            self.is_at_noise(front) || self.carried.is_some() || !self.attempts.is_power_of_two();
         let point = match found {
             Some(point) if is_guided => Some(point),
             found => self.linear_point().or(found),
