@@ -57,7 +57,7 @@ impl<T: Real> Config<T> {
             inertia_walk_kg_m2_sqrt_s: T::zero(),
             block_samples: 4,
             block_turn_rad: T::lit(0.2),
-            slices_per_step: 8,
+            slices_per_step: 12,
             quiet_s: T::lit(30.0),
             gate: gate::Config::default(),
         }

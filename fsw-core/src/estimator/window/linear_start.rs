@@ -29,6 +29,9 @@ const CORRECTION_PASSES: usize = 8;
 /// that a hundred blocks happen to have.
 const LARGEST_CORRECTION: f64 = 0.2;
 
+/// Motion that is so many times the noise stands out clearly.
+const CLEAR: f64 = 30.0;
+
 /// An element whose sigma is above this share of the mean moment is too vague to start from.
 const VAGUE: f64 = 0.2;
 
@@ -241,8 +244,17 @@ impl<T: Real, const U: usize> LinearStart<T, U> {
 
 impl<T: Real, const U: usize> LinearStart<T, U> {
     /// Of motion that nothing drives, which shows the inertia only up to its scale: momentum and
-    /// inertia of mean moment 1 kg m². Noise bias isn't removed.
-    pub fn solve_homogeneous(&self) -> Option<Solution<T>> {
+    /// inertia of mean moment 1 kg m². Noise bias isn't removed: `None` where there is much.
+    pub fn solve_homogeneous(&self, noise_rad_s: T) -> Option<Solution<T>> {
+        // The columns of the moments hold the squares of the rates, and of their noise.
+        let squares = (0..3).fold(T::zero(), |sum, i| {
+            let size = self.information.column_size(inertia_of(U) + i);
+            sum + size * size
+        });
+        let noise_square = noise_rad_s * noise_rad_s * T::count(self.rows);
+        if squares < noise_square * T::lit(CLEAR * CLEAR) {
+            return None;
+        }
         let at_zero = Holds { torque: Hold::AtZero, bias: Hold::AtZero };
         let mut information = self.held(T::zero(), &at_zero);
         let first = inertia_of(U);

@@ -77,6 +77,10 @@ const BLOCKS_TO_SEE: usize = 64;
 /// One sigma that holds drag rates, 1/s. Ours: what is found in the air on thrown objects of a tenth of
 /// a metre and a hundred grams, 0.1 to 0.2; in orbit there is none.
 const DRAG_RANGE: f64 = 0.2;
+/// One sigma of a gyro bias that is allowed for beside drag even where none is asked for, rad/s: a
+/// steady rate against the air and a steady error of the gyro look alike, and consumer gyros have 1 deg/s
+/// of it.
+const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 
 /// W wheels; up to N blocks, at least 64; U unknowns: 9 for momentum and inertia, 12 with a
 /// disturbance torque, 15 with a gyro bias as well, 18 with drag.
@@ -230,11 +234,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Some(sigma) => Hold::Within(sigma / unit),
             None => Hold::AtZero,
         };
+        let bias = T::lit(BIAS_WITH_DRAG_RAD_S);
         Held {
             noise_rad_s,
             typical_kg_m2: self.typical_kg_m2,
             torque: within(self.config.disturbance_torque_n_m, self.typical_kg_m2),
-            bias: within(self.config.gyro_bias_rad_s, T::one()),
+            bias: within(self.config.gyro_bias_rad_s.or(self.has_drag.then_some(bias)), T::one()),
             drag: within(self.has_drag.then_some(T::lit(DRAG_RANGE)), T::one()),
             past: self.past,
         }

@@ -13,6 +13,8 @@ use crate::tensor::Inertia;
 
 /// No pass before so many blocks: fewer equations than a few per unknown say little.
 const BLOCKS_TO_START: usize = 16;
+/// Motion that nothing drives shows no size, and need not be waited for longer than this.
+const BLOCKS_TO_TUMBLE: usize = 24;
 /// With a past to start from, so many will do.
 const BLOCKS_TO_RESUME: usize = 2;
 /// A front whose squared residuals exceed what the noise makes of them by this factor hasn't
@@ -359,22 +361,28 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if let Some(point) = self.linear_point() {
             return Some(point);
         }
-        if self.blocks.len() < BLOCKS_TO_SEE {
+        if self.blocks.len() < BLOCKS_TO_TUMBLE {
             return None;
         }
         let noise = self.noise_rad_s();
         let linear = self.open?.linear;
         let size = linear.size_kg_m2(noise);
         let prior = self.config.prior.filter(|_| self.past.is_some());
-        let prior = prior.unwrap_or(Prior::of_size(size.unwrap_or(T::one())));
-        self.typical_kg_m2 = Inertia::new(prior.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
+        let unit =
+            |prior: &Prior<T>| Inertia::new(prior.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
         // In units of its own mean moment any inertia is a homogeneous one.
         if size.is_none()
-            && let Some(start) = linear.solve_homogeneous()
+            && let Some(start) = linear.solve_homogeneous(noise)
             && start.inertia.is_positive_definite()
         {
+            self.typical_kg_m2 = prior.as_ref().map_or(T::one(), unit);
             return Some(Point::new(start.momentum_n_m_s, start.inertia.elements_kg_m2()));
         }
+        if self.blocks.len() < BLOCKS_TO_SEE {
+            return None;
+        }
+        let prior = prior.or(size.map(Prior::of_size))?;
+        self.typical_kg_m2 = unit(&prior);
         self.at_rest_from(prior.inertia_kg_m2.map(|x| x / self.typical_kg_m2))
     }
 
