@@ -3,8 +3,16 @@
 /// What `run` simulates if it is told nothing.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
-const BUILT_IN: [(&str, &str); 26] = [
+const BUILT_IN: [(&str, &str); 28] = [
     (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
+    (
+        "stsat3-spin-up-wrong-prior",
+        include_str!("../../../scenarios/stsat3-spin-up-wrong-prior.toml"),
+    ),
+    (
+        "stsat3-spin-up-overconfident-prior",
+        include_str!("../../../scenarios/stsat3-spin-up-overconfident-prior.toml"),
+    ),
     ("cubesat-pyramid", include_str!("../../../scenarios/cubesat-pyramid.toml")),
     ("kim-2010-slew", include_str!("../../../scenarios/kim-2010-slew.toml")),
     ("microsat-slew", include_str!("../../../scenarios/microsat-slew.toml")),
@@ -77,6 +85,27 @@ mod tests {
         let load = |name| Scenario::load(name).unwrap();
         let (name, changes) = (load("no-change").name, load("no-change").changes);
         assert_eq!(Scenario { name, changes, ..load("deployment") }, load("no-change"));
+    }
+
+    #[test]
+    fn the_wrong_priors_are_wrong_by_half_and_one_says_so() {
+        let truth = Scenario::load(DEFAULT_SCENARIO).unwrap();
+        for (name, sigmas_off) in [
+            ("stsat3-spin-up-wrong-prior", 1.0),
+            ("stsat3-spin-up-overconfident-prior", 20.0 / 3.0),
+        ] {
+            let scenario = Scenario::load(name).unwrap();
+            let prior = scenario.prior.clone().unwrap();
+            for i in 0..6 {
+                let error = prior.inertia_kg_m2[i] - truth.spacecraft.inertia_kg_m2[i];
+                let expected = if i < 3 { 0.5 * truth.spacecraft.inertia_kg_m2[i] } else { 0.43 };
+                assert!((error / expected - 1.0).abs() < 0.02, "{name}, element {i}");
+                let sigmas = error / prior.sigma_kg_m2[i];
+                assert!((sigmas / sigmas_off - 1.0).abs() < 0.02, "{name}, element {i}: {sigmas}");
+            }
+            let (name, prior) = (truth.name.clone(), truth.prior.clone());
+            assert_eq!(Scenario { name, prior, ..scenario }, truth, "nothing else differs");
+        }
     }
 
     #[test]

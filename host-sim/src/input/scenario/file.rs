@@ -442,7 +442,7 @@ noise_rad_s = 1e-4
     fn unknown_name_lists_the_built_in_scenarios() {
         let message = Scenario::load("stsat").unwrap_err().to_string();
         assert!(message.starts_with("stsat: neither a file nor a built-in scenario"), "{message}");
-        assert!(message.contains("stsat3-spin-up, cubesat-pyramid"), "{message}");
+        assert!(message.contains("stsat3-spin-up, stsat3-spin-up-wrong-prior"), "{message}");
         let message = Scenario::load("gone.toml").unwrap_err().to_string();
         assert!(message.starts_with("gone.toml: cannot be read: "), "{message}");
     }
