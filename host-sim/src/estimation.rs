@@ -285,6 +285,7 @@ fn window<T: Real, const W: usize, const U: usize>(
     }
     config.disturbance_torque_n_m = asked.torque.then_some(T::lit(TORQUE_RANGE_N_M));
     config.gyro_bias_rad_s = asked.gyro_bias.then_some(T::lit(BIAS_RANGE_RAD_S));
+    config.is_torque_smooth = setup.craft.is_torque_smooth;
     let in_a_block = (SHORTEST_BLOCK_S / setup.sample_period_s).round();
     config.block_samples = config.block_samples.max(in_a_block as u32);
     configure_gate(&mut config.gate, setup);

@@ -15,6 +15,7 @@
 //! [filter]                           # optional
 //! rate_walk_rad_s_sqrt_s = 1.0e-6    # process noise of the rate, where an estimator has one
 //! inertia_walk_kg_m2_sqrt_hour = 0.02 # and of each element of the inertia (fuel): one sigma after an hour
+//! torque_is_smooth = true            # the log's torque swings between its samples; else straight lines
 //! [disturbance]                      # optional: what else to estimate
 //! torque = true
 //! gyro_bias = false
@@ -46,6 +47,9 @@ pub struct Craft {
     pub rate_walk_rad_s_sqrt_s: Option<f64>,
     /// Random walk of each element of the inertia that filters are told, kg m²/√h; none if none.
     pub inertia_walk_kg_m2_sqrt_hour: Option<f64>,
+    /// Whether the external torque swings between its samples, like a sine, rather than going straight
+    /// from one to the next.
+    pub is_torque_smooth: bool,
     /// What is to be estimated besides the inertia.
     pub solve_for: SolveFor,
     /// Where a filter that starts from a guess, whatever it be, starts: drawn by a campaign, never in
@@ -155,6 +159,9 @@ impl Craft {
                 text += &format!("{key} = {walk:?}\n");
             }
         }
+        if self.is_torque_smooth {
+            text += "torque_is_smooth = true\n";
+        }
         if self.solve_for != SolveFor::default() {
             let SolveFor { torque, gyro_bias } = self.solve_for;
             text += &format!("[disturbance]\ntorque = {torque}\ngyro_bias = {gyro_bias}\n");
@@ -191,6 +198,7 @@ impl Craft {
             prior: file.prior.map(|prior| prior.check(&check)).transpose()?,
             rate_walk_rad_s_sqrt_s: file.filter.rate_walk(&check)?,
             inertia_walk_kg_m2_sqrt_hour: file.filter.inertia_walk(&check)?,
+            is_torque_smooth: file.filter.torque_is_smooth.unwrap_or(false),
             solve_for: SolveFor {
                 torque: file.disturbance.torque,
                 gyro_bias: file.disturbance.gyro_bias,
@@ -281,6 +289,7 @@ struct DisturbanceFile {
 pub(super) struct FilterFile {
     rate_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
     inertia_walk_kg_m2_sqrt_hour: Option<Spanned<f64>>,
+    pub(super) torque_is_smooth: Option<bool>,
 }
 
 impl FilterFile {
@@ -322,6 +331,7 @@ mod tests {
             }),
             rate_walk_rad_s_sqrt_s: Some(1e-6),
             inertia_walk_kg_m2_sqrt_hour: Some(0.25),
+            is_torque_smooth: true,
             solve_for: SolveFor { torque: true, gyro_bias: false },
             initial_estimate: None,
         };
@@ -333,6 +343,7 @@ mod tests {
             (craft.gyro, craft.prior, craft.rate_walk_rad_s_sqrt_s, craft.solve_for)
         );
         assert_eq!(again.inertia_walk_kg_m2_sqrt_hour, Some(0.25));
+        assert!(again.is_torque_smooth);
         let bare = Craft::default();
         assert_eq!(Craft::from_toml("craft.toml", &bare.to_toml()).unwrap(), bare);
     }

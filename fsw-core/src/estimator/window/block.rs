@@ -10,8 +10,8 @@
 //! external torque is modelled as a ramp from 0 to `I = ∫ τ dt`. What it really did in between, a
 //! step of the torque say, is `g(t) = ∫ τ − I t/Δ`, known, and zero at both ends; its mean goes
 //! into the mean wheel momentum, `d = h̄_w − ḡ`, called the drive. So the mean rate is
-//! `J⁻¹ (h̄_ramp − d)`, where only the smooth `h_ramp` has to be integrated. What is left out is
-//! the rotation of g within the block, `ω Δ` times a momentum that is itself below `Δ δτ / 4`.
+//! `J⁻¹ (h̄_ramp − d)`, where only the smooth `h_ramp` has to be integrated. By the end of the block g has
+//! turned with the body, which adds `−∫ ω × g dt ≈ −ω̄ × ∫ g dt` to the impulse.
 
 use crate::math::{Vec3, scalar::Real};
 
@@ -26,7 +26,7 @@ pub struct Block<T: Real> {
     pub rate_rad_s: Vec3<T>,
     /// d, mean wheel momentum less what the external torque did beyond a ramp, N m s.
     pub drive_n_m_s: Vec3<T>,
-    /// I, impulse of the external torque, body axes, N m s.
+    /// I, impulse of the external torque, body axes, N m s, with what turning made of it.
     pub impulse_n_m_s: Vec3<T>,
 }
 
@@ -61,7 +61,9 @@ impl<T: Real> Block<T> {
             rate_rad_s: self.rate_rad_s * share + next.rate_rad_s * rest,
             drive_n_m_s: (self.drive_n_m_s - beyond_a) * share
                 + (next.drive_n_m_s - beyond_b) * rest,
-            impulse_n_m_s: impulse,
+            impulse_n_m_s: impulse
+                - self.rate_rad_s.cross(&beyond_a) * self.duration_s
+                - next.rate_rad_s.cross(&beyond_b) * next.duration_s,
         }
     }
 }
@@ -75,6 +77,17 @@ pub struct Reading<T: Real> {
     pub wheel_momentum_n_m_s: Vec3<T>,
     /// External torque, N m.
     pub torque_n_m: Vec3<T>,
+}
+
+/// Where a block ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits<T> {
+    /// With so many samples,
+    pub samples: u32,
+    /// or after a turn of so many radians,
+    pub turn_rad: T,
+    /// Whether the torque swings between its samples, rather than going straight from one to the next.
+    pub is_torque_smooth: bool,
 }
 
 /// Averages readings into blocks.
@@ -100,6 +113,8 @@ pub struct Averager<T: Real> {
     sum_wheel_momentum: Vec3<T>,
     sum_impulse: Vec3<T>,
     impulse_n_m_s: Vec3<T>,
+    /// ∫ I dt, N m s².
+    impulse_integral: Vec3<T>,
 }
 
 /// The newer of two bends of the torque, axis by axis, if it goes on as the older one did: same
@@ -132,29 +147,30 @@ impl<T: Real> Averager<T> {
             sum_wheel_momentum: o,
             sum_impulse: o,
             impulse_n_m_s: o,
+            impulse_integral: o,
         }
     }
 
     /// Takes in the next reading, `elapsed_s` after the last one, which completes the last one's
-    /// stretch. Returns the block, if it is full with `samples` or turned by `turn_rad`.
+    /// stretch. Returns the block, if it ends.
     pub fn add(
         &mut self,
         reading: Reading<T>,
         elapsed_s: T,
-        samples: u32,
-        turn_rad: T,
+        limits: &Limits<T>,
     ) -> Option<Block<T>> {
         let half = T::lit(0.5);
         let half_after_s = elapsed_s * half;
         let last = self.newest;
         let torque_after = (last.torque_n_m + reading.torque_n_m) * half;
         // Up to the last reading's instant, and from there to the end of its stretch.
-        self.impulse_n_m_s +=
-            (self.torque_before_n_m + last.torque_n_m) * (self.half_before_s * half);
+        self.push(self.torque_before_n_m, last.torque_n_m, self.half_before_s);
         self.sum_impulse += self.impulse_n_m_s;
         self.sum_time_s += self.duration_s + self.half_before_s;
-        self.impulse_n_m_s += (last.torque_n_m + torque_after) * (half_after_s * half);
-        self.correct_for_bend(reading.torque_n_m - last.torque_n_m, elapsed_s);
+        self.push(last.torque_n_m, torque_after, half_after_s);
+        if limits.is_torque_smooth {
+            self.correct_for_bend(reading.torque_n_m - last.torque_n_m, elapsed_s);
+        }
         self.duration_s += self.half_before_s + half_after_s;
         self.sum_rate += last.rate_rad_s;
         self.sum_wheel_momentum += last.wheel_momentum_n_m_s;
@@ -165,8 +181,9 @@ impl<T: Real> Averager<T> {
         self.torque_before_n_m = torque_after;
         self.since_before_s += elapsed_s;
         let rate = reading.rate_rad_s;
-        let turned = rate.dot(&rate) * self.duration_s * self.duration_s > turn_rad * turn_rad;
-        if !(self.samples >= samples || turned) {
+        let turn = rate.dot(&rate) * self.duration_s * self.duration_s;
+        let has_turned = turn > limits.turn_rad * limits.turn_rad;
+        if self.samples < limits.samples && !has_turned {
             return None;
         }
         let block = self.block();
@@ -181,9 +198,19 @@ impl<T: Real> Averager<T> {
             sum_wheel_momentum: o,
             sum_impulse: o,
             impulse_n_m_s: o,
+            impulse_integral: o,
             ..*self
         };
         block
+    }
+
+    /// Adds the impulse of a torque that goes straight from one value to another, N m, and its
+    /// integral: that of a parabola.
+    fn push(&mut self, from_n_m: Vec3<T>, to_n_m: Vec3<T>, duration_s: T) {
+        let before = self.impulse_n_m_s;
+        self.impulse_n_m_s += (from_n_m + to_n_m) * (duration_s * T::lit(0.5));
+        self.impulse_integral += (before + self.impulse_n_m_s) * (duration_s * T::lit(0.5))
+            - (to_n_m - from_n_m) * (duration_s * duration_s * T::lit(1.0 / 12.0));
     }
 
     /// Straight lines from sample to sample are right for a torque that steps; for one that swings
@@ -218,12 +245,15 @@ impl<T: Real> Averager<T> {
         let aside = (mean_time_s - self.duration_s * T::lit(0.5)) / self.since_before_s;
         let rate_slope = self.newest.rate_rad_s - self.before.rate_rad_s;
         let wheel_slope = self.newest.wheel_momentum_n_m_s - self.before.wheel_momentum_n_m_s;
+        let rate_rad_s = self.sum_rate * one_over - rate_slope * aside;
+        let ramp_integral = self.impulse_n_m_s * (self.duration_s * T::lit(0.5));
+        let turned = rate_rad_s.cross(&(self.impulse_integral - ramp_integral));
         Some(Block {
             samples: self.samples,
             duration_s: self.duration_s,
-            rate_rad_s: self.sum_rate * one_over - rate_slope * aside,
+            rate_rad_s,
             drive_n_m_s: wheel_momentum - wheel_slope * aside - beyond_ramp,
-            impulse_n_m_s: self.impulse_n_m_s,
+            impulse_n_m_s: self.impulse_n_m_s - turned,
         })
     }
 }
@@ -235,6 +265,11 @@ mod tests {
     use std::vec::Vec;
 
     const NO_TURN: f64 = 1e9;
+
+    /// So many samples in a block, and a torque that swings between them or not.
+    fn limits(samples: u32, is_torque_smooth: bool) -> Limits<f64> {
+        Limits { samples, turn_rad: NO_TURN, is_torque_smooth }
+    }
 
     fn reading(rate: f64, wheel: f64, torque: f64) -> Reading<f64> {
         Reading {
@@ -249,7 +284,7 @@ mod tests {
     fn blocks(
         torque: impl Fn(f64) -> f64,
         impulse: impl Fn(f64) -> f64,
-        samples: u32,
+        limits: Limits<f64>,
     ) -> Vec<Block<f64>> {
         let wheel = |t: f64| 0.3 * (0.7 * t).sin();
         let at = |k: u32| {
@@ -257,7 +292,7 @@ mod tests {
             reading(impulse(t) - wheel(t), wheel(t), torque(t))
         };
         let mut averager = Averager::new(at(0));
-        (1..=80).filter_map(|k| averager.add(at(k), 0.1, samples, NO_TURN)).collect()
+        (1..=80).filter_map(|k| averager.add(at(k), 0.1, &limits)).collect()
     }
 
     /// `h̄_ramp − d` of each block, with h followed by impulses alone, less z̄: zero but for
@@ -291,7 +326,7 @@ mod tests {
         };
         let impulse = |t: f64| ramp(t - 3.1) - ramp(t - 5.5);
         for samples in [1, 3, 8] {
-            assert!(misfit(&blocks(torque, impulse, samples)) < 1e-12);
+            assert!(misfit(&blocks(torque, impulse, limits(samples, false))) < 1e-12);
         }
     }
 
@@ -300,7 +335,7 @@ mod tests {
     #[test]
     fn a_torque_that_swings_is_followed_between_its_samples() {
         let w = 2.0 * std::f64::consts::PI * 0.3;
-        let found = blocks(|t| (w * t).sin(), |t| (1.0 - (w * t).cos()) / w, 4);
+        let found = blocks(|t| (w * t).sin(), |t| (1.0 - (w * t).cos()) / w, limits(4, true));
         assert!(misfit(&found) < 3e-4, "{}", misfit(&found));
         let straight = w * w * 0.01 / 12.0 * 2.0 / w;
         assert!(straight > 3e-3, "straight lines would err by {straight}");
@@ -315,7 +350,7 @@ mod tests {
             let make = |samples: u32| -> Vec<Block<f64>> {
                 let at = |k: usize| reading(rates[k], 2.0 * rates[31 - k], torques[k]);
                 let mut averager = Averager::new(at(0));
-                (1..32).filter_map(|k| averager.add(at(k), 0.1, samples, NO_TURN)).collect()
+                (1..32).filter_map(|k| averager.add(at(k), 0.1, &limits(samples, true))).collect()
             };
             let (short, long) = (make(4), make(8));
             // The first block of all is half a sample shorter.
@@ -338,7 +373,7 @@ mod tests {
         let mut start = 0.0;
         for pair in times.windows(2) {
             let next = reading(pair[1], 0.0, 0.0);
-            if let Some(block) = averager.add(next, pair[1] - pair[0], 2, NO_TURN) {
+            if let Some(block) = averager.add(next, pair[1] - pair[0], &limits(2, true)) {
                 let middle = start + block.duration_s / 2.0;
                 assert!((block.rate_rad_s.x - middle).abs() < 1e-12);
                 start += block.duration_s;
@@ -350,8 +385,9 @@ mod tests {
     #[test]
     fn a_block_ends_where_it_has_turned_far() {
         let mut averager = Averager::new(reading(1.0, 0.0, 0.0));
+        let turning = Limits { turn_rad: 0.42, ..limits(100, false) };
         let lengths: Vec<f64> = (0..40)
-            .filter_map(|_| averager.add(reading(1.0, 0.0, 0.0), 0.1, 100, 0.42))
+            .filter_map(|_| averager.add(reading(1.0, 0.0, 0.0), 0.1, &turning))
             .map(|block| block.duration_s)
             .collect();
         assert!(lengths.len() == 8 && lengths.iter().all(|s| (0.42..0.52).contains(s)));

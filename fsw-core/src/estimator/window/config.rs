@@ -31,6 +31,9 @@ pub struct Config<T: Real> {
     /// A block may turn by so much, rad. Default 0.2, up to which the integration across a block
     /// errs by 1e-8: storage for 512 blocks then holds sixteen turns of the body.
     pub block_turn_rad: T,
+    /// Whether the external torque swings between its samples, like a sine, rather than going straight
+    /// from one to the next, like a table. Default no.
+    pub is_torque_smooth: bool,
     /// Slices of work per step: a block takes four, its integration and three rows. Default 8:
     /// with a block for each sample, half of the work goes into what arrives and half into
     /// linearising anew.
@@ -57,6 +60,7 @@ impl<T: Real> Config<T> {
             inertia_walk_kg_m2_sqrt_s: T::zero(),
             block_samples: 4,
             block_turn_rad: T::lit(0.2),
+            is_torque_smooth: false,
             slices_per_step: 12,
             quiet_s: T::lit(30.0),
             gate: gate::Config::default(),

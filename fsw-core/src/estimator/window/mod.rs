@@ -53,7 +53,7 @@ mod work;
 
 pub use config::Config;
 
-use block::{Averager, Reading};
+use block::{Averager, Limits, Reading};
 use excitation::Excitation;
 use linear_start::{Holds, LinearStart};
 use noise::NoiseMeter;
@@ -320,9 +320,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     fn take_in(&mut self, reading: Reading<T>, elapsed_s: T) {
         self.meter.add(&reading.rate_rad_s);
+        let limits = Limits {
+            samples: self.block_samples,
+            turn_rad: self.config.block_turn_rad,
+            is_torque_smooth: self.config.is_torque_smooth,
+        };
         let Some(open) = &mut self.open else { return };
-        let (samples, turn) = (self.block_samples, self.config.block_turn_rad);
-        let block = open.averager.add(reading, elapsed_s, samples, turn);
+        let block = open.averager.add(reading, elapsed_s, &limits);
         if block.is_some() {
             open.linear.close_block();
         }
@@ -452,6 +456,11 @@ mod tests {
         Window::new(config, WheelArray::new([], []).unwrap()).unwrap()
     }
 
+    /// For torques that are sines.
+    fn config(noise_rad_s: f32) -> Config<f32> {
+        Config { is_torque_smooth: true, ..Config::new(noise_rad_s) }
+    }
+
     fn fly<const N: usize>(config: Config<f32>, samples: &[Sample<f32, 0>]) -> Estimate<f32> {
         let mut window = window::<N>(config);
         for sample in samples {
@@ -470,7 +479,7 @@ mod tests {
 
     #[test]
     fn finds_the_inertia_without_a_guess() {
-        let estimate = fly::<512>(Config::new(NOISE_RAD_S), &tumble(600));
+        let estimate = fly::<512>(config(NOISE_RAD_S), &tumble(600));
         assert!(worst_error(&estimate) < EXACT, "{estimate:?}");
         assert_eq!((estimate.status, estimate.observed.directions), (Status::Converged, 6));
     }
@@ -478,8 +487,8 @@ mod tests {
     /// Storage for 64 blocks is merged, and then carried on, and says the same.
     #[test]
     fn little_storage_loses_next_to_nothing() {
-        let estimate = fly::<64>(Config::new(1e-3), &tumble(2400));
-        let all = fly::<512>(Config::new(1e-3), &tumble(2400));
+        let estimate = fly::<64>(config(1e-3), &tumble(2400));
+        let all = fly::<512>(config(1e-3), &tumble(2400));
         assert!(worst_error(&estimate) < 1e-3, "{estimate:?}");
         assert_eq!(estimate.status, Status::Converged);
         for i in 0..6 {
@@ -491,9 +500,9 @@ mod tests {
     /// Blocks too short to be merged, so that each window is carried into the next: five of them.
     #[test]
     fn windows_in_a_row_know_what_one_would() {
-        let short = Config { block_turn_rad: 0.02, ..Config::new(NOISE_RAD_S) };
+        let short = Config { block_turn_rad: 0.02, ..config(NOISE_RAD_S) };
         let chained = fly::<128>(short, &tumble(900));
-        let whole = fly::<512>(Config::new(NOISE_RAD_S), &tumble(900));
+        let whole = fly::<512>(config(NOISE_RAD_S), &tumble(900));
         assert!(worst_error(&chained) < EXACT, "{chained:?}");
         assert_eq!(chained.status, Status::Converged);
         for i in 0..6 {
@@ -505,7 +514,7 @@ mod tests {
     #[test]
     fn the_inertia_survives_a_gap() {
         let samples = tumble(900);
-        let mut window = window::<512>(Config::new(NOISE_RAD_S));
+        let mut window = window::<512>(config(NOISE_RAD_S));
         for sample in &samples[..450] {
             window.step(sample);
         }
@@ -534,7 +543,7 @@ mod tests {
 
     #[test]
     fn a_change_of_the_inertia_makes_all_start_anew() {
-        let mut window = window::<512>(Config::new(NOISE_RAD_S));
+        let mut window = window::<512>(config(NOISE_RAD_S));
         for sample in tumble(600) {
             window.step(&sample);
         }
@@ -564,7 +573,7 @@ mod tests {
             initial_rate_rad_s: Vec3::zeros(),
             ..flight(900)
         };
-        let estimate = fly::<512>(Config::new(NOISE_RAD_S), &body.fly(|_| [], about_z));
+        let estimate = fly::<512>(config(NOISE_RAD_S), &body.fly(|_| [], about_z));
         assert_eq!(estimate.observed.element, [false, false, true, false, true, true]);
         assert_eq!((estimate.status, estimate.observed.directions), (Status::Partial, 3));
         assert!((estimate.inertia.elements_kg_m2()[2] - 1.8).abs() < 1e-3);
@@ -576,8 +585,7 @@ mod tests {
     #[test]
     fn without_torque_and_wheels_the_ratios_are_seen_and_the_scale_is_not() {
         let spinning = TestFlight { initial_rate_rad_s: Vec3::new(0.2, 0.3, -0.2), ..flight(900) };
-        let estimate =
-            fly::<512>(Config::new(NOISE_RAD_S), &spinning.fly(|_| [], |_| Vec3::zeros()));
+        let estimate = fly::<512>(config(NOISE_RAD_S), &spinning.fly(|_| [], |_| Vec3::zeros()));
         assert!(!estimate.observed.scale, "{estimate:?}");
         assert_eq!((estimate.status, estimate.observed.directions), (Status::Partial, 5));
         let (ratio, sigma) = estimate.over_trace();
@@ -597,7 +605,7 @@ mod tests {
             ..flight(900)
         };
         let prior = Prior { inertia_kg_m2: [1.4, 1.3, 1.6, 0.0, 0.0, 0.0], sigma_kg_m2: [0.2; 6] };
-        let config = Config { prior: Some(prior), ..Config::new(NOISE_RAD_S) };
+        let config = Config { prior: Some(prior), ..config(NOISE_RAD_S) };
         let estimate = fly::<512>(config, &body.fly(|_| [], about_z));
         assert!((estimate.inertia.elements_kg_m2()[2] - 1.8).abs() < 1e-3, "{estimate:?}");
         for i in [0, 1] {
@@ -613,7 +621,7 @@ mod tests {
             .into_iter()
             .map(|s| Sample { torque_n_m: s.torque_n_m + Vec3::new(2e-3, 0.0, 0.0), ..s })
             .collect();
-        assert_eq!(fly::<512>(Config::new(NOISE_RAD_S), &samples).status, Status::Diverged);
+        assert_eq!(fly::<512>(config(NOISE_RAD_S), &samples).status, Status::Diverged);
     }
 
     proptest! {

@@ -35,7 +35,8 @@ pub struct Span<T: Real> {
     pub wheels_in_the_middle: Vec3<T>,
     /// h_w at its end.
     pub wheels_at_end: Vec3<T>,
-    /// ḡ, mean over time of what the torque's impulse is beyond a ramp.
+    /// ḡ, mean over time of what the torque's impulse is beyond a ramp, as far as the torque of its
+    /// neighbours tells.
     pub beyond_ramp: Vec3<T>,
 }
 
@@ -104,7 +105,9 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     pub fn advance(&mut self, span: &Span<T>) -> Prediction<T, U> {
         let block = &span.block;
         let (dt, half, sixth) = (block.duration_s, T::lit(0.5), T::lit(1.0 / 6.0));
-        let torque = block.impulse_n_m_s / dt + self.torque;
+        // The impulse already has all of what the turning of g makes of it.
+        let turned = block.rate_rad_s.cross(&span.beyond_ramp);
+        let torque = block.impulse_n_m_s / dt + turned + self.torque;
         let inverse = self.inverse;
         let rate = |h: &Vec3<T>, wheels: &Vec3<T>| inverse * (h - wheels);
         let drag = self.drag;

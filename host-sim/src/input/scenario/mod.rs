@@ -190,6 +190,7 @@ impl Scenario {
             prior: physical.or_else(|| self.prior.clone()),
             rate_walk_rad_s_sqrt_s: self.rate_walk_rad_s_sqrt_s,
             inertia_walk_kg_m2_sqrt_hour: self.inertia_walk_kg_m2_sqrt_hour,
+            is_torque_smooth: self.torque.is_smooth(),
             solve_for: self.solve_for,
             initial_estimate: self.initial_estimate.clone(),
         }

@@ -56,6 +56,15 @@ impl TorqueProfile {
     /// No torque at any time.
     pub const ZERO: Self = Self::Constant { value_n_m: 0.0 };
 
+    /// Whether it swings between samples of it, rather than going straight from one to the next.
+    pub fn is_smooth(&self) -> bool {
+        match self {
+            Self::Constant { .. } | Self::Table { .. } => false,
+            Self::Multisine { .. } => true,
+            Self::During { profile, .. } => profile.is_smooth(),
+        }
+    }
+
     /// The torque `t_s` seconds after the start, N m.
     pub fn at(&self, t_s: f64) -> f64 {
         match self {
@@ -111,6 +120,11 @@ impl Sine {
 }
 
 impl ExternalTorque {
+    /// Whether any axis swings between samples of it.
+    pub fn is_smooth(&self) -> bool {
+        self.axes.iter().any(TorqueProfile::is_smooth)
+    }
+
     /// No torque at any time.
     pub const ZERO: Self =
         Self { axes: [TorqueProfile::ZERO, TorqueProfile::ZERO, TorqueProfile::ZERO] };
