@@ -72,7 +72,7 @@ use crate::sample::Sample;
 
 /// With so many blocks and still no linear start, some directions are unseen: the passes then
 /// start from a sphere, or from the prior.
-const BLOCKS_TO_SEE: usize = 64;
+const BLOCKS_TO_SEE: usize = 32;
 
 /// One sigma that holds drag rates, 1/s. Ours: what is found in the air on thrown objects of a tenth of
 /// a metre and a hundred grams, 0.1 to 0.2; in orbit there is none.
@@ -167,7 +167,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// that isn't among the U.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
         const {
-            assert!(N >= BLOCKS_TO_SEE, "storage for fewer blocks than a start may need");
+            assert!(N >= 64, "storage for fewer blocks than a start may need");
             assert!(is_a_set(U), "9, 12, 15 or 18 unknowns");
         };
         config.validate::<U>()?;

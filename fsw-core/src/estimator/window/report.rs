@@ -20,6 +20,12 @@ const TORQUE_SHOWN: f64 = 12.2;
 const CORRELATED_SIGMA: f64 = 4.0;
 /// Residuals that hang together more than this are taken as if by this much.
 const MOST_CORRELATED: f64 = 0.95;
+/// A solution so many sigmas squared from where its pass was linearised isn't to be relied on as it says:
+/// its variance is as much larger as the step is. Data that came during a pass make for a tenth of it.
+const UNSETTLED: f64 = 100.0;
+/// At most so many times where sigma is measured from residuals that aren't noise alone: their model is
+/// never settled.
+const MOST_UNSETTLED: f64 = 16.0;
 /// With fewer residuals nothing is said of them.
 const ENOUGH_RESIDUALS: u32 = 30;
 /// A torque or bias counts as seen once its sigma is below this share of the range that it is held in.
@@ -67,14 +73,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let solution = solving.finish(&held)?;
         let inertia = Inertia::new(solution.point.inertia.map(|x| x * self.typical_kg_m2));
         let unit = noise * self.typical_kg_m2;
-        let covariance = solution.inertia_covariance * (unit * unit) * self.inflation(front);
+        let unsettled = self.unsettled(solution.step_square / (noise * noise));
+        let covariance =
+            solution.inertia_covariance * (unit * unit) * self.inflation(front) * unsettled;
         let residual = (squares / T::count(degrees.max(1))).sqrt();
-        let estimate = Estimate {
-            residuals_white: self.is_white(front, &solving),
-            disturbance_torque_n_m: self.torque_of(&solution, noise),
-            gyro_bias_rad_s: self.bias_of(&solution, noise),
-            ..self.worth(inertia, covariance, residual)?
-        };
+        let mut estimate = self.worth(inertia, covariance, residual)?;
+        estimate.residuals_white = self.is_white(front, &solving);
+        // An inertia that isn't seen is free to imitate a torque.
+        if estimate.observed.directions == 6 {
+            estimate.disturbance_torque_n_m = self.torque_of(&solution, noise);
+        }
+        estimate.gyro_bias_rad_s = self.bias_of(&solution, noise);
         // A torque that is held at zero against the data counts as unexplained.
         let unexplained = (squares + solving.torque_square(), degrees.saturating_add(3));
         let is_explained = self.config.gyro_noise_rad_s.is_none_or(|n| explains(unexplained, n));
@@ -88,7 +97,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Between windows.
     fn report_of_past(&self) -> Option<Estimate<T>> {
         let past = self.past?.walked(self.walk_kg_m2());
-        let typical = self.typical_kg_m2;
+        // Before any window it has no other size than its own.
+        let typical = Inertia::new(past.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
         let (inertia, covariance) = solve_past(&past, typical)?;
         let inertia = Inertia::new(inertia.map(|x| x * typical));
         let covariance = covariance * (typical * typical);
@@ -178,6 +188,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let correlation =
             (residuals.products / residuals.squares).max(T::zero()).min(T::lit(MOST_CORRELATED));
         (T::one() + correlation) / (T::one() - correlation)
+    }
+
+    /// How much larger than it says the variance of a solution is that is so many sigmas squared from
+    /// where it was linearised.
+    fn unsettled(&self, step_square: T) -> T {
+        let times = (step_square / T::lit(UNSETTLED)).max(T::one());
+        match self.config.gyro_noise_rad_s {
+            Some(_) => times,
+            None => times.min(T::lit(MOST_UNSETTLED)),
+        }
     }
 
     /// Whether gyro noise explains what a front leaves.

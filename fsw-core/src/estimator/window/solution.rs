@@ -84,6 +84,8 @@ const END: usize = 21;
 pub struct Solution<T: Real, const U: usize> {
     /// The step from the pass's point.
     pub step: [T; U],
+    /// How far that is, squared: see [`Solving::step_square`].
+    pub step_square: T,
     /// Where it leads.
     pub point: Point<T>,
     /// Covariance for unit noise, rows and columns of the torque, of the bias and of the inertia.
@@ -237,6 +239,7 @@ impl<T: Real, const U: usize> Solving<T, U> {
         let none = Mat::<T, 3, 3>::zeros();
         Some(Solution {
             step,
+            step_square: all.step_square(),
             point: self.point.plus(&step),
             torque_covariance: if has_torque(U) { block(TORQUE) } else { none },
             bias_covariance: if has_bias(U) { block(BIAS) } else { none },
