@@ -73,7 +73,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let solution = solving.finish(&held)?;
         let inertia = Inertia::new(solution.point.inertia.map(|x| x * self.typical_kg_m2));
         let unit = noise * self.typical_kg_m2;
-        let unsettled = self.unsettled(solution.step_square / (noise * noise));
+        let unsettled = self.unsettled(solution.inertia_step_square / (noise * noise));
         let covariance =
             solution.inertia_covariance * (unit * unit) * self.inflation(front) * unsettled;
         let residual = (squares / T::count(degrees.max(1))).sqrt();

@@ -84,8 +84,8 @@ const END: usize = 21;
 pub struct Solution<T: Real, const U: usize> {
     /// The step from the pass's point.
     pub step: [T; U],
-    /// How far that is, squared: see [`Solving::step_square`].
-    pub step_square: T,
+    /// How far the inertia moves in it, squared, rad²/s²: in units of the noise, so many sigmas.
+    pub inertia_step_square: T,
     /// Where it leads.
     pub point: Point<T>,
     /// Covariance for unit noise, rows and columns of the torque, of the bias and of the inertia.
@@ -187,7 +187,7 @@ impl<T: Real, const U: usize> Solving<T, U> {
     /// How far that is from the pass's own point, squared, rad²/s²: in units of the noise, by so many
     /// sigmas linearising anew could move it at most.
     pub fn step_square(&self) -> T {
-        self.information.equations().iter().fold(T::zero(), |sum, (_, y)| sum + *y * *y)
+        size_square(&self.information)
     }
 
     /// Sum of squares by which the data contradict a torque of zero, rad²/s², of three degrees of
@@ -239,7 +239,7 @@ impl<T: Real, const U: usize> Solving<T, U> {
         let none = Mat::<T, 3, 3>::zeros();
         Some(Solution {
             step,
-            step_square: all.step_square(),
+            inertia_step_square: size_square(&all.information.last::<6>()),
             point: self.point.plus(&step),
             torque_covariance: if has_torque(U) { block(TORQUE) } else { none },
             bias_covariance: if has_bias(U) { block(BIAS) } else { none },
@@ -255,6 +255,11 @@ pub fn inertia_covariance<T: Real, const U: usize>(
 ) -> Option<Mat<T, 6, 6>> {
     let factor = information.last::<6>().covariance_factor()?;
     Some(factor * factor.transpose())
+}
+
+/// How far a factor's solution is from its point, squared, rad²/s².
+pub fn size_square<T: Real, const U: usize>(information: &SquareRootInformation<T, U>) -> T {
+    information.equations().iter().fold(T::zero(), |sum, (_, y)| sum + *y * *y)
 }
 
 /// Whether any element's sigma is large, in typical inertias.

@@ -2,7 +2,7 @@
 //! storage is merged or handed on when it is full.
 
 use super::pass::{Pass, Taken};
-use super::solution::{Solving, inertia_covariance};
+use super::solution::{Solving, inertia_covariance, size_square};
 use super::unknowns::Point;
 use super::{BLOCKS_TO_SEE, Rework, Window, contradicts, storage};
 use crate::Reset;
@@ -251,7 +251,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let noise = self.scale_rad_s(front);
         let within = |square: T, sigma: f64| square < noise * noise * T::lit(sigma * sigma);
         let explains = self.has_found(front);
-        let step = solving.step_square().min(step_square(front));
+        let step = solving.step_square().min(size_square(front.information()));
         let near = within(step, NEAR_SIGMA);
         if explains && near && front.residuals().degrees() >= ARMED_DEGREES {
             self.watch.is_armed = true;
@@ -447,11 +447,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         Some(front)
     }
-}
-
-/// How far a pass's data alone would have it step, squared, rad²/s².
-fn step_square<T: Real, const U: usize>(pass: &Pass<T, U>) -> T {
-    pass.information().equations().iter().fold(T::zero(), |sum, (_, y)| sum + *y * *y)
 }
 
 /// Whether a pass from there has a chance: of a body or nearly so, not far too thin, and no larger than
