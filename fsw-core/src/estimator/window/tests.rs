@@ -1,0 +1,393 @@
+use super::*;
+use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
+use crate::estimator::{Prior, Status};
+use proptest::prelude::*;
+use std::vec::Vec;
+
+const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+/// Of the test flight, which has none: rounding to single precision is far below it.
+const NOISE_RAD_S: f32 = 1e-5;
+
+fn flight(samples: u64) -> TestFlight<0> {
+    TestFlight {
+        inertia_kg_m2: INERTIA,
+        initial_rate_rad_s: Vec3::new(0.01, -0.02, 0.03),
+        wheels: WheelArray::new([], []).unwrap(),
+        period_us: 100_000,
+        samples,
+    }
+}
+
+fn tumble(samples: u64) -> Vec<Sample<f32, 0>> {
+    flight(samples).fly(|_| [], tumbling_torque_n_m)
+}
+
+fn window<const N: usize>(config: Config<f32>) -> Window<f32, 0, N, 12> {
+    Window::new(config, WheelArray::new([], []).unwrap()).unwrap()
+}
+
+/// For torques that are sines.
+fn config(noise_rad_s: f32) -> Config<f32> {
+    Config { is_torque_smooth: true, ..Config::new(noise_rad_s) }
+}
+
+fn fly<const N: usize>(config: Config<f32>, samples: &[Sample<f32, 0>]) -> Estimate<f32> {
+    let mut window = window::<N>(config);
+    for sample in samples {
+        window.step(sample);
+    }
+    window.estimate()
+}
+
+fn worst_error(estimate: &Estimate<f32>) -> f64 {
+    let found = estimate.inertia.elements_kg_m2().map(f64::from);
+    (0..6).map(|i| (found[i] - INERTIA[i]).abs()).fold(0.0, f64::max)
+}
+
+/// Torque that is told only at its samples, 70 a period, and rounding.
+const EXACT: f64 = 1e-4;
+
+#[test]
+fn finds_the_inertia_without_a_guess() {
+    let estimate = fly::<512>(config(NOISE_RAD_S), &tumble(600));
+    assert!(worst_error(&estimate) < EXACT, "{estimate:?}");
+    assert_eq!((estimate.status, estimate.observed.directions), (Status::Converged, 6));
+}
+
+/// Storage for 64 blocks is merged, and then carried on, and says the same.
+#[test]
+fn little_storage_loses_next_to_nothing() {
+    let estimate = fly::<64>(config(1e-3), &tumble(2400));
+    let all = fly::<512>(config(1e-3), &tumble(2400));
+    assert!(worst_error(&estimate) < 1e-3, "{estimate:?}");
+    assert_eq!(estimate.status, Status::Converged);
+    for i in 0..6 {
+        let ratio = estimate.sigma_kg_m2()[i] / all.sigma_kg_m2()[i];
+        assert!((0.95..1.1).contains(&ratio), "element {i}: {ratio}");
+    }
+}
+
+/// Blocks too short to be merged, so that each window is carried into the next: five of them.
+#[test]
+fn windows_in_a_row_know_what_one_would() {
+    let short = Config { block_turn_rad: 0.02, ..config(NOISE_RAD_S) };
+    let chained = fly::<128>(short, &tumble(900));
+    let whole = fly::<512>(config(NOISE_RAD_S), &tumble(900));
+    assert!(worst_error(&chained) < EXACT, "{chained:?}");
+    assert_eq!(chained.status, Status::Converged);
+    for i in 0..6 {
+        let ratio = chained.sigma_kg_m2()[i] / whole.sigma_kg_m2()[i];
+        assert!((0.95..1.05).contains(&ratio), "element {i}: {ratio}");
+    }
+}
+
+#[test]
+fn the_inertia_survives_a_gap() {
+    let samples = tumble(900);
+    let mut window = window::<512>(config(NOISE_RAD_S));
+    for sample in &samples[..450] {
+        window.step(sample);
+    }
+    let before = window.estimate();
+    assert_eq!(window.step(&samples[600]), Outcome::Reset(Reset::Gap));
+    for sample in &samples[601..610] {
+        window.step(sample);
+    }
+    let after_gap = window.estimate();
+    for sample in &samples[610..] {
+        window.step(sample);
+    }
+    let after = window.estimate();
+    for i in 0..6 {
+        assert!(
+            after_gap.sigma_kg_m2()[i] < 1.01 * before.sigma_kg_m2()[i],
+            "{:?} {:?}",
+            after_gap.sigma_kg_m2(),
+            before.sigma_kg_m2()
+        );
+        assert!(after.sigma_kg_m2()[i] < 0.95 * before.sigma_kg_m2()[i]);
+    }
+    assert!(worst_error(&after) < EXACT);
+    assert_eq!(after.status, Status::Converged);
+}
+
+#[test]
+fn a_change_of_the_inertia_makes_all_start_anew() {
+    let mut window = window::<512>(config(NOISE_RAD_S));
+    for sample in tumble(600) {
+        window.step(&sample);
+    }
+    let heavier = TestFlight { inertia_kg_m2: [1.7, 1.2, 1.8, 0.1, -0.2, 0.05], ..flight(600) };
+    let later = heavier.fly(|_| [], tumbling_torque_n_m);
+    let outcomes: Vec<Outcome> = later
+        .iter()
+        .map(|s| window.step(&Sample { time_us: s.time_us + 600_000_000, ..*s }))
+        .collect();
+    assert_eq!(outcomes[0], Outcome::Reset(Reset::Gap));
+    assert!(
+        outcomes.contains(&Outcome::Reset(Reset::Changed)),
+        "{:?} {:?}",
+        outcomes.iter().map(|o| o.name()).collect::<std::collections::BTreeSet<_>>(),
+        window.estimate()
+    );
+    let found = window.estimate();
+    assert!((found.inertia.elements_kg_m2()[0] - 1.7).abs() < EXACT as f32, "{found:?}");
+    assert_eq!(found.status, Status::Converged);
+}
+
+#[test]
+fn a_turn_about_one_axis_shows_three_elements_and_no_confident_number_else() {
+    let about_z = |t: f64| Vec3::new(0.0, 0.0, 0.02 * (0.4 * t).cos());
+    let body = TestFlight {
+        inertia_kg_m2: [1.5, 1.2, 1.8, 0.0, 0.0, 0.0],
+        initial_rate_rad_s: Vec3::zeros(),
+        ..flight(900)
+    };
+    let estimate = fly::<512>(config(NOISE_RAD_S), &body.fly(|_| [], about_z));
+    assert_eq!(estimate.observed.element, [false, false, true, false, true, true]);
+    assert_eq!((estimate.status, estimate.observed.directions), (Status::Partial, 3));
+    assert!((estimate.inertia.elements_kg_m2()[2] - 1.8).abs() < 1e-3);
+    for i in [0, 1, 3] {
+        assert!(estimate.sigma_kg_m2()[i] > 0.5, "{estimate:?}");
+    }
+}
+
+#[test]
+fn without_torque_and_wheels_the_ratios_are_seen_and_the_scale_is_not() {
+    let spinning = TestFlight { initial_rate_rad_s: Vec3::new(0.2, 0.3, -0.2), ..flight(900) };
+    let estimate = fly::<512>(config(NOISE_RAD_S), &spinning.fly(|_| [], |_| Vec3::zeros()));
+    assert!(!estimate.observed.scale, "{estimate:?}");
+    assert_eq!((estimate.status, estimate.observed.directions), (Status::Partial, 5));
+    let (ratio, sigma) = estimate.over_trace();
+    for i in 0..6 {
+        let truth = INERTIA[i] / 4.5;
+        assert!((f64::from(ratio[i]) - truth).abs() < 1e-3, "{ratio:?}");
+        assert!(sigma[i] < 1e-2, "{sigma:?}");
+    }
+}
+
+#[test]
+fn a_prior_fills_in_what_the_motion_does_not_show() {
+    let about_z = |t: f64| Vec3::new(0.0, 0.0, 0.02 * (0.4 * t).cos());
+    let body = TestFlight {
+        inertia_kg_m2: [1.5, 1.2, 1.8, 0.0, 0.0, 0.0],
+        initial_rate_rad_s: Vec3::zeros(),
+        ..flight(900)
+    };
+    let prior = Prior { inertia_kg_m2: [1.4, 1.3, 1.6, 0.0, 0.0, 0.0], sigma_kg_m2: [0.2; 6] };
+    let config = Config { prior: Some(prior), ..config(NOISE_RAD_S) };
+    let estimate = fly::<512>(config, &body.fly(|_| [], about_z));
+    assert!((estimate.inertia.elements_kg_m2()[2] - 1.8).abs() < 1e-3, "{estimate:?}");
+    for i in [0, 1] {
+        let error = estimate.inertia.elements_kg_m2()[i] - prior.inertia_kg_m2[i];
+        assert!(error.abs() < 1e-2, "{estimate:?}");
+        assert!((estimate.sigma_kg_m2()[i] - 0.2).abs() < 1e-2, "{estimate:?}");
+    }
+}
+
+#[test]
+fn a_torque_that_nobody_told_is_called_diverged() {
+    let samples: Vec<_> = tumble(600)
+        .into_iter()
+        .map(|s| Sample { torque_n_m: s.torque_n_m + Vec3::new(2e-3, 0.0, 0.0), ..s })
+        .collect();
+    assert_eq!(fly::<512>(config(NOISE_RAD_S), &samples).status, Status::Diverged);
+}
+
+/// 16 KiB with storage for 512 blocks and four wheels.
+const _: () = assert!(size_of::<Window<f32, 4, 512, 9>>() <= 16 * 1024);
+
+/// The tumble with a torque that nobody told, N m, and a gyro that is off, rad/s.
+fn disturbed(torque: Vec3<f64>, bias: Vec3<f64>) -> Vec<Sample<f32, 0>> {
+    let samples = flight(900).fly(|_| [], |t| tumbling_torque_n_m(t) + torque);
+    let (torque, bias) = (torque.map(|x| x as f32), bias.map(|x| x as f32));
+    let off = |s: Sample<f32, 0>| Sample {
+        torque_n_m: s.torque_n_m - torque,
+        rate_rad_s: s.rate_rad_s + bias,
+        ..s
+    };
+    samples.into_iter().map(off).collect()
+}
+
+#[test]
+fn a_disturbance_torque_and_a_gyro_bias_are_found() {
+    let (torque, bias) = (Vec3::new(2e-3, -1e-3, 1.5e-3), Vec3::new(1e-3, 2e-3, -1e-3));
+    let config = Config {
+        disturbance_torque_n_m: Some(0.1),
+        gyro_bias_rad_s: Some(0.05),
+        ..config(NOISE_RAD_S)
+    };
+    let mut window =
+        Window::<f32, 0, 512, 15>::new(config, WheelArray::new([], []).unwrap()).unwrap();
+    for sample in disturbed(torque, bias) {
+        window.step(&sample);
+    }
+    let estimate = window.estimate();
+    assert_eq!(estimate.status, Status::Converged);
+    for i in 0..6 {
+        let error = f64::from(estimate.inertia.elements_kg_m2()[i]) - INERTIA[i];
+        // Sines that are told only at their samples, and rounding.
+        assert!(error.abs() < 4.0 * EXACT, "{estimate:?}");
+    }
+    let found = |v: Option<Vec3<f32>>| v.unwrap().map(f64::from);
+    assert!((found(estimate.disturbance_torque_n_m) - torque).norm() < 2e-5, "{estimate:?}");
+    assert!((found(estimate.gyro_bias_rad_s) - bias).norm() < 2e-5, "{estimate:?}");
+}
+
+#[test]
+fn a_torque_that_is_not_asked_for_is_noticed() {
+    let quiet = disturbed(Vec3::zeros(), Vec3::zeros());
+    assert_eq!(fly::<512>(config(1e-4), &quiet).residuals_white, Some(true));
+    let pushed = disturbed(Vec3::new(1e-4, 0.0, 0.0), Vec3::zeros());
+    assert_eq!(fly::<512>(config(1e-4), &pushed).residuals_white, Some(false));
+}
+
+#[test]
+fn a_prior_that_the_data_contradict_is_dropped() {
+    let inertia_kg_m2 = [2.2, 1.8, 2.7, 0.0, 0.0, 0.0];
+    let sure = Prior { inertia_kg_m2, sigma_kg_m2: [0.1; 6] };
+    let unsure = Prior { sigma_kg_m2: [1.0; 6], ..sure };
+    for (prior, is_dropped) in [(sure, true), (unsure, false)] {
+        let mut window = window::<512>(Config { prior: Some(prior), ..config(NOISE_RAD_S) });
+        let outcomes: Vec<Outcome> = tumble(900).iter().map(|s| window.step(s)).collect();
+        assert_eq!(outcomes.contains(&Outcome::Reset(Reset::Changed)), is_dropped, "{prior:?}");
+        assert!(worst_error(&window.estimate()) < EXACT);
+    }
+}
+
+#[test]
+fn a_spike_is_left_out() {
+    let mut samples = tumble(600);
+    samples[400].rate_rad_s += Vec3::new(0.0, 0.3, 0.0);
+    let mut window = window::<512>(config(NOISE_RAD_S));
+    let outcomes: Vec<Outcome> = samples.iter().map(|s| window.step(s)).collect();
+    assert!(outcomes.contains(&Outcome::Coasting(Coasting::Spike)));
+    assert!(worst_error(&window.estimate()) < EXACT);
+    assert_eq!(window.estimate().status, Status::Converged);
+}
+
+/// Adds white noise, uniform, of one sigma in rad/s.
+fn noisy<const W: usize>(mut samples: Vec<Sample<f32, W>>, sigma: f32) -> Vec<Sample<f32, W>> {
+    let mut state = 1u64;
+    let mut uniform = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+    };
+    for sample in &mut samples {
+        sample.rate_rad_s += Vec3::from_fn(|_, _| sigma * 3f32.sqrt() * uniform());
+    }
+    samples
+}
+
+/// Three wheels that speed up and slow down again, three times as fast as each other: the body turns
+/// and comes to rest, at 100 s and once more at 300 s.
+fn two_slews() -> Vec<Sample<f32, 3>> {
+    let wheels = WheelArray::new([Vec3::x(), Vec3::y(), Vec3::z()], [0.01; 3]).unwrap();
+    let body = TestFlight {
+        inertia_kg_m2: INERTIA,
+        initial_rate_rad_s: Vec3::zeros(),
+        wheels,
+        period_us: 100_000,
+        samples: 3600,
+    };
+    let swing = |t: f64, cycles: f64| {
+        if !(0.0..100.0).contains(&t) {
+            return 0.0;
+        }
+        let turn = std::f64::consts::TAU * cycles * t / 100.0;
+        30.0 * turn.sin() * (std::f64::consts::PI * t / 100.0).sin().powi(2)
+    };
+    let speed = |t: f64| {
+        let t = if t < 200.0 { t } else { t - 200.0 };
+        [swing(t, 3.0), swing(t, 2.0), swing(t, 5.0)]
+    };
+    noisy(body.fly(speed, |_| Vec3::zeros()), NOISE_RAD_S)
+}
+
+#[test]
+fn a_window_ends_at_rest_and_the_next_opens_with_the_next_motion() {
+    let wheels = WheelArray::new([Vec3::x(), Vec3::y(), Vec3::z()], [0.01; 3]).unwrap();
+    let mut window = Window::<f32, 3, 512, 12>::new(config(NOISE_RAD_S), wheels).unwrap();
+    let mut was_open = false;
+    let mut turns = Vec::new();
+    let mut sigma = Vec::new();
+    for sample in two_slews() {
+        window.step(&sample);
+        if window.is_open() != was_open {
+            was_open = window.is_open();
+            turns.push(sample.time_us / 1_000_000);
+            sigma.push(window.estimate().sigma_kg_m2()[0]);
+        }
+    }
+    // Open from the first sample, closed after half a minute of rest, and so again.
+    assert!(matches!(turns[..], [0, 125..=150, 200..=205, 325..=350]), "{turns:?}");
+    assert!(sigma[3] < 0.8 * sigma[1], "two windows know more than one: {sigma:?}");
+    let found = window.estimate().inertia.elements_kg_m2();
+    for i in 0..6 {
+        assert!((f64::from(found[i]) - INERTIA[i]).abs() < EXACT, "{found:?}");
+    }
+}
+
+#[test]
+fn a_window_ends_and_begins_by_command() {
+    let samples = tumble(600);
+    let mut window = window::<512>(config(NOISE_RAD_S));
+    for sample in &samples[..400] {
+        window.step(sample);
+    }
+    let before = window.estimate();
+    window.close_window();
+    assert!(!window.is_open());
+    let closed = window.estimate();
+    assert_eq!(closed.status, Status::Converged);
+    for i in 0..6 {
+        let ratio = closed.sigma_kg_m2()[i] / before.sigma_kg_m2()[i];
+        assert!((0.9..1.1).contains(&ratio), "element {i}: {ratio}");
+    }
+    window.open_window();
+    for sample in &samples[400..] {
+        window.step(sample);
+    }
+    assert!(window.is_open() && worst_error(&window.estimate()) < EXACT);
+}
+
+#[test]
+fn noise_that_is_not_given_is_measured() {
+    let noise = 5e-4;
+    let samples = noisy(tumble(1200), noise);
+    let unknown = Config { is_torque_smooth: true, ..Config::of_unknown_noise() };
+    let (told, measured) = (fly::<512>(config(noise), &samples), fly::<512>(unknown, &samples));
+    assert_eq!(measured.status, Status::Converged);
+    assert!((measured.residual_rms_rad_s / noise - 1.0).abs() < 0.1, "{measured:?}");
+    for i in 0..6 {
+        let ratio = measured.sigma_kg_m2()[i] / told.sigma_kg_m2()[i];
+        // Residuals that happen to hang together make it larger.
+        assert!((0.85..1.4).contains(&ratio), "element {i}: {ratio}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn any_bits_leave_finite_numbers(
+        bits in prop::collection::vec(prop::array::uniform6(any::<u32>()), 400),
+        mild in any::<bool>(),
+    ) {
+        let mut window = window::<64>(Config::new(1e-3));
+        for (k, b) in bits.iter().enumerate() {
+            let f = b.map(|b| if mild { b as f32 * 1e-10 } else { f32::from_bits(b) });
+            window.step(&Sample {
+                time_us: 100_000 * k as u64,
+                rate_rad_s: Vec3::new(f[0], f[1], f[2]),
+                wheel_speed_rad_s: [],
+                torque_n_m: Vec3::new(f[3], f[4], f[5]),
+                attitude: None,
+            });
+            if k % 50 == 0 {
+                let estimate = window.estimate();
+                prop_assert!(estimate.inertia.elements_kg_m2().iter().all(|x| x.is_finite()));
+                prop_assert!(estimate.covariance_kg2_m4.iter().all(|x| x.is_finite()));
+            }
+        }
+    }
+}
