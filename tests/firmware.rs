@@ -1,6 +1,6 @@
 //! The firmware image in QEMU: it ends as it should, and computes what the host computes.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use fsw_core::Estimator;
 use fsw_target::app::Tick;
 use fsw_target::replay;

@@ -380,7 +380,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
                 self.open_at(reading);
                 return Outcome::Reset(Reset::FirstSample);
             }
-            Verdict::Gap { .. } => {
+            Verdict::Gap => {
                 self.conclude_window();
                 self.open_at(reading);
                 return Outcome::Reset(self.watch.event.take().unwrap_or(Reset::Gap));
