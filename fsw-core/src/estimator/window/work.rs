@@ -64,6 +64,18 @@ const MOST_SPIKES: u32 = 8;
 const USUAL_SQUARE: f64 = 4.0;
 const CHANGED_SUM: f64 = 50.0;
 
+/// What a solution says of its front.
+enum Finding {
+    /// The data contradict what was known before.
+    PastContradicted,
+    /// The torque changes with the motion.
+    Drag,
+    /// Another pass would change nothing. Whether spikes can be told by now.
+    Settled { can_tell_spikes: bool },
+    /// Another pass is needed.
+    Unsettled { can_tell_spikes: bool },
+}
+
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// The work of one step, which came with this reading.
     pub(super) fn work(&mut self, reading: Reading<T>) {
@@ -244,44 +256,68 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Pass::new(point, self.carried.as_ref()).map_or(Rework::Idle, Rework::Pass)
     }
 
-    /// The front is solved: the past is tested against it, and the next pass begins.
+    /// The front is solved: what follows from that.
     fn conclude(&mut self, solving: &Solving<T, U>) {
         self.rework = Rework::Idle;
         let Some(front) = &self.front else { return };
+        match self.judge(front, solving) {
+            Finding::PastContradicted => {
+                self.past = None;
+                self.watch.event = Some(Reset::Changed);
+            }
+            Finding::Drag => self.has_drag = true,
+            Finding::Settled { can_tell_spikes } => {
+                self.watch.is_armed |= can_tell_spikes;
+                self.resting = REST;
+            }
+            Finding::Unsettled { can_tell_spikes } => {
+                self.watch.is_armed |= can_tell_spikes;
+                self.begin_next(solving);
+            }
+        }
+    }
+
+    /// What a solution says of its front. A sum of squares is known as surely as the step is small.
+    fn judge(&self, front: &Pass<T, U>, solving: &Solving<T, U>) -> Finding {
         let noise = self.scale_rad_s(front);
         let within = |square: T, sigma: f64| square < noise * noise * T::lit(sigma * sigma);
-        let explains = self.has_found(front);
         let step = solving.step_square().min(size_square(front.information()));
-        let near = within(step, NEAR_SIGMA);
-        if explains && near && front.residuals().degrees() >= ARMED_DEGREES {
-            self.watch.is_armed = true;
-        }
-        // A sum of squares, as surely as the step is small.
         let surely = |square: T| square - step * T::lit(UNSURE);
-        if explains && self.past.is_some() && contradicts(surely(solving.past_square()), noise) {
-            self.past = None;
-            self.watch.event = Some(Reset::Changed);
-            return;
+        if !self.has_found(front) {
+            return Finding::Unsettled { can_tell_spikes: false };
         }
-        // In the units of residuals that hang together: see `report`.
+        if self.past.is_some() && contradicts(surely(solving.past_square()), noise) {
+            return Finding::PastContradicted;
+        }
+        if self.shows_drag(front, solving.drag_square(), surely(solving.drag_square())) {
+            return Finding::Drag;
+        }
+        let degrees = front.residuals().degrees();
+        let can_tell_spikes = within(step, NEAR_SIGMA) && degrees >= ARMED_DEGREES;
+        if within(solving.step_square(), SETTLED_SIGMA) {
+            Finding::Settled { can_tell_spikes }
+        } else {
+            Finding::Unsettled { can_tell_spikes }
+        }
+    }
+
+    /// Whether a torque that is looked for changes with the motion, by the sum of squares that drag of
+    /// zero leaves, and what of that is sure. Where the noise is measured from residuals there is more
+    /// than noise in them: a pass never settles, and their correlation counts instead.
+    fn shows_drag(&self, front: &Pass<T, U>, square: T, surely: T) -> bool {
+        let noise = self.scale_rad_s(front);
         let shown = noise * noise * self.inflation(front) * T::lit(DRAG_SHOWN);
-        let is_measured =
-            self.config.gyro_noise_rad_s.is_none() || surely(solving.drag_square()) > shown;
-        if explains
-            && is_measured
-            && !self.has_drag
-            && self.config.disturbance_torque_n_m.is_some()
-            && solving.drag_square() > shown
-        {
-            self.has_drag = true;
-            return;
-        }
-        if explains && within(solving.step_square(), SETTLED_SIGMA) {
-            self.resting = REST;
-            return;
-        }
+        let is_given = self.config.gyro_noise_rad_s.is_some();
+        let is_asked_for = self.config.disturbance_torque_n_m.is_some();
+        is_asked_for && !self.has_drag && (if is_given { surely } else { square }) > shown
+    }
+
+    /// Begins the next pass: from the front's solution, or where it hasn't explained the data for long
+    /// from the linear start.
+    fn begin_next(&mut self, solving: &Solving<T, U>) {
+        let Some(front) = &self.front else { return };
         self.attempts = self.attempts.wrapping_add(1);
-        let found = self.plausible_point(front, solving);
+        let found = plausible_point(front, solving);
         let is_guided =
             self.is_at_noise(front) || self.carried.is_some() || !self.attempts.is_power_of_two();
         let point = match found {
@@ -325,19 +361,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let front = self.front.as_ref().map_or(T::zero(), |f| f.residuals().mean_square());
         let is_given = self.config.gyro_noise_rad_s.is_some();
         self.is_at_noise(pass) || (!is_given && ours.is_finite() && ours <= front)
-    }
-
-    /// The solution's point, or as far on the way to it as a body could be.
-    fn plausible_point(&self, front: &Pass<T, U>, solving: &Solving<T, U>) -> Option<Point<T>> {
-        let mut step = solving.step()?;
-        for _ in 0..HALVINGS {
-            let point = front.point().plus(&step);
-            if is_plausible(&point) {
-                return Some(point);
-            }
-            step = step.map(|x| x * T::lit(0.5));
-        }
-        None
     }
 
     /// Where a first pass starts: from the past, from linear least squares once there is enough
@@ -447,6 +470,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         Some(front)
     }
+}
+
+/// The solution's point, or as far on the way to it as a body could be.
+fn plausible_point<T: Real, const U: usize>(
+    front: &Pass<T, U>,
+    solving: &Solving<T, U>,
+) -> Option<Point<T>> {
+    let mut step = solving.step()?;
+    for _ in 0..HALVINGS {
+        let point = front.point().plus(&step);
+        if is_plausible(&point) {
+            return Some(point);
+        }
+        step = step.map(|x| x * T::lit(0.5));
+    }
+    None
 }
 
 /// Whether a pass from there has a chance: of a body or nearly so, not far too thin, and no larger than
