@@ -13,7 +13,7 @@
 //!       │          momentum_integral: a first estimate
 //!       │          chain: rate_ekf ─► savgol ─► regression
 //!       │          momentum: conserved in inertial space
-//!  4 monitor     do the innovations fit? which directions has the data shown?
+//!  4 monitor     do the innovations fit? which directions has the data shown? could a body have it?
 //!       │
 //!  5 telemetry   estimate(): tensor, covariance, observed, status; counts of outcomes
 //! ```

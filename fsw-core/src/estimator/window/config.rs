@@ -34,8 +34,8 @@ pub struct Config<T: Real> {
     /// Whether the external torque swings between its samples, like a sine, rather than going straight
     /// from one to the next, like a table. Default no.
     pub is_torque_smooth: bool,
-    /// Slices of work per step: a block takes four, its integration and three rows. Default 8:
-    /// with a block for each sample, half of the work goes into what arrives and half into
+    /// Slices of work per step: a block takes four, its integration and three rows. Default 12:
+    /// with a block for each sample, a third of the work goes into what arrives and the rest into
     /// linearising anew.
     pub slices_per_step: u32,
     /// A manoeuvre is over once nothing has moved for so long, s. Default 30.
