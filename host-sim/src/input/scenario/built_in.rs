@@ -3,7 +3,7 @@
 /// What `run` simulates if it is told nothing.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
-const BUILT_IN: [(&str, &str); 28] = [
+const BUILT_IN: [(&str, &str); 29] = [
     (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
     (
         "stsat3-spin-up-wrong-prior",
@@ -14,6 +14,10 @@ const BUILT_IN: [(&str, &str); 28] = [
         include_str!("../../../scenarios/stsat3-spin-up-overconfident-prior.toml"),
     ),
     ("cubesat-pyramid", include_str!("../../../scenarios/cubesat-pyramid.toml")),
+    (
+        "cubesat-pyramid-disturbed",
+        include_str!("../../../scenarios/cubesat-pyramid-disturbed.toml"),
+    ),
     ("kim-2010-slew", include_str!("../../../scenarios/kim-2010-slew.toml")),
     ("microsat-slew", include_str!("../../../scenarios/microsat-slew.toml")),
     ("random-spacecraft", include_str!("../../../scenarios/random-spacecraft.toml")),
