@@ -316,10 +316,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// from the linear start.
     fn begin_next(&mut self, solving: &Solving<T, U>) {
         let Some(front) = &self.front else { return };
-        self.attempts = self.attempts.wrapping_add(1);
         let found = plausible_point(front, solving);
-        let is_guided =
-            self.is_at_noise(front) || self.carried.is_some() || !self.attempts.is_power_of_two();
+        let is_found = self.is_at_noise(front);
+        // What goes astray once it was at the noise is tried afresh soon.
+        self.attempts = if is_found { 0 } else { self.attempts.wrapping_add(1) };
+        let is_guided = is_found || self.carried.is_some() || !self.attempts.is_power_of_two();
         let point = match found {
             Some(point) if is_guided => Some(point),
             found => self.linear_point().or(found),
