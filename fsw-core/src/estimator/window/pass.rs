@@ -172,10 +172,10 @@ impl<T: Real, const U: usize> Pass<T, U> {
         }
     }
 
-    /// Takes in all rows that wait, whatever they leave.
-    pub fn take_all_rows(&mut self, carried: Option<&Rows<T, U>>) {
+    /// Takes in all rows that wait, as [`take_row`](Self::take_row) does.
+    pub fn take_all_rows(&mut self, carried: Option<&Rows<T, U>>, most: T) {
         for _ in 0..U {
-            self.take_row(carried, T::MAX);
+            self.take_row(carried, most);
         }
     }
 

@@ -266,6 +266,20 @@ fn a_spike_is_left_out() {
     assert_eq!(window.estimate().status, Status::Converged);
 }
 
+/// The front hasn't come to the newest block yet when the window ends: what spikes there mustn't stay.
+#[test]
+fn a_spike_just_before_the_end_is_left_out_of_all_that_follows() {
+    let mut samples = tumble(600);
+    samples[398].rate_rad_s += Vec3::new(0.0, 0.3, 0.0);
+    let mut window = window::<512>(config(NOISE_RAD_S));
+    for sample in &samples[..400] {
+        window.step(sample);
+    }
+    assert!(worst_error(&window.estimate()) < 1e-3, "{:?}", window.estimate());
+    window.close_window();
+    assert!(worst_error(&window.estimate()) < 1e-3, "{:?}", window.estimate());
+}
+
 /// Adds white noise, uniform, of one sigma in rad/s.
 fn noisy<const W: usize>(mut samples: Vec<Sample<f32, W>>, sigma: f32) -> Vec<Sample<f32, W>> {
     let mut state = 1u64;

@@ -210,10 +210,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Takes in a row of the front, unless it is a spike.
     fn take_front_row(&mut self) {
         let Some(front) = &self.front else { return };
-        let usual = self.scale_rad_s(front).max(self.noise_rad_s());
+        let usual = self.usual_rad_s(front);
+        let most = self.most_rad_s(front);
         let is_sure = self.config.gyro_noise_rad_s.is_some();
-        let spike = T::lit(if is_sure { SPIKE_SIGMA } else { SPIKE_SIGMA_UNSURE });
-        let most = if self.watch.is_armed { usual * spike } else { T::MAX };
         let Some(front) = &mut self.front else { return };
         let taken = front.take_row(self.carried.as_ref(), most);
         if matches!(taken, Taken::In(_)) && !front.is_busy() {
@@ -239,6 +238,21 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
             Taken::In(_) => {}
         }
+    }
+
+    /// One sigma of what a row of the front usually leaves, rad/s.
+    fn usual_rad_s(&self, front: &Pass<T, U>) -> T {
+        self.scale_rad_s(front).max(self.noise_rad_s())
+    }
+
+    /// What a row of the front may leave at most, rad/s: more is a spike.
+    fn most_rad_s(&self, front: &Pass<T, U>) -> T {
+        if !self.watch.is_armed {
+            return T::MAX;
+        }
+        let is_sure = self.config.gyro_noise_rad_s.is_some();
+        let sigmas = if is_sure { SPIKE_SIGMA } else { SPIKE_SIGMA_UNSURE };
+        self.usual_rad_s(front) * T::lit(sigmas)
     }
 
     /// Begins to solve the front, or looks for a first point.
@@ -441,10 +455,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Some(Point::new(momentum, inertia))
     }
 
-    /// The front with all rows that wait taken in.
-    pub(super) fn up_to_date(&self) -> Option<Pass<T, U>> {
+    /// The front with all rows that wait taken in, but for spikes.
+    fn up_to_date(&self) -> Option<Pass<T, U>> {
         let mut front = self.front?;
-        front.take_all_rows(self.carried.as_ref());
+        let most = self.most_rad_s(&front);
+        front.take_all_rows(self.carried.as_ref(), most);
         Some(front)
     }
 
@@ -452,6 +467,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// still being filled.
     pub(super) fn up_to_now(&self) -> Option<Pass<T, U>> {
         let mut front = self.up_to_date()?;
+        let most = self.most_rad_s(&front);
         let Some([before, newest]) = self.blocks.newest() else { return Some(front) };
         if self.blocks.is_merging() || front.next() + 1 != self.blocks.len() {
             return Some(front);
@@ -459,7 +475,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let filling = self.open.and_then(|open| open.averager.block());
         let per = T::one() / self.typical_kg_m2;
         front.advance(&storage::span([None, Some(before)], &newest, [filling, None], per));
-        front.take_all_rows(self.carried.as_ref());
+        front.take_all_rows(self.carried.as_ref(), most);
         if let Some(filling) = filling {
             front.advance(&storage::span(
                 [Some(before), Some(newest)],
@@ -467,7 +483,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 [None, None],
                 per,
             ));
-            front.take_all_rows(self.carried.as_ref());
+            front.take_all_rows(self.carried.as_ref(), most);
         }
         Some(front)
     }
