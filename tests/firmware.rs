@@ -8,7 +8,7 @@ use host_sim::estimation::{EstimatorName, Precision, Setup, fly, set_up};
 use host_sim::input::{Craft, RecordedLog};
 use std::path::Path;
 use std::time::Duration;
-use support::{firmware, image, qemu};
+use target_tools::{firmware, image, qemu};
 
 /// The replay takes less than a second in QEMU; a busy machine may take far longer.
 const LIMIT: Duration = Duration::from_secs(120);

@@ -5,7 +5,7 @@ use anyhow::{Result, bail};
 use std::io::Write;
 use std::process::ExitCode;
 use std::time::Duration;
-use support::{firmware, qemu};
+use target_tools::{firmware, qemu};
 
 /// The image that is run when none is named.
 const DEFAULT_IMAGE: &str = "replay";

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use std::process::ExitCode;
-use support::toolchain::{self, Toolchain};
+use target_tools::toolchain::{self, Toolchain};
 
 fn main() -> ExitCode {
     match run() {

@@ -1,4 +1,4 @@
-//! What the tests and the `cargo qemu` alias share.
+//! Firmware on a PC: what the tests, the simulator and the `cargo qemu` alias share.
 //!
 //! The firmware's way from source to a result, in order: [`toolchain`] finds a compiler for the
 //! Cortex-M, [`firmware`] builds an image with it, [`image`] looks into the image, [`qemu`] runs it

@@ -8,8 +8,8 @@ use std::process::Stdio;
 
 /// The folder of the workspace's Cargo.toml.
 pub fn workspace_root() -> PathBuf {
-    let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
-    tests.parent().unwrap_or(tests).into()
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).into()
 }
 
 /// Builds the image `bin` of fsw-target as it is flashed, and returns its ELF file.
