@@ -2,13 +2,18 @@
 //!
 //! 1. For the chip (target OS `none`): the linker scripts of cortex-m-rt and defmt, and where the
 //!    board's `memory.x` is. Host builds of the workspace need neither.
-//! 2. For both: each recorded flight as a constant table, so that host and target fly the same
-//!    bits and the target needs no parser.
+//! 2. For both: the spacecraft that the flight image is built for, and each recorded flight, as
+//!    constants, so that host and target fly the same bits and the target needs no parser.
 
+#[path = "build/craft.rs"]
+mod craft;
 #[path = "build/flight_table.rs"]
 mod flight_table;
 
 use std::{env, error::Error, fs, path::Path};
+
+/// Wheels that the flight image has room for, as `craft::WHEELS` says.
+const WHEELS: usize = 4;
 
 /// File stems in `flights/`, each with a log (`.csv`) and its craft (`.craft.toml`).
 const FLIGHTS: [&str; 1] = ["cubesat_pyramid"];
@@ -24,6 +29,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=build");
+    let flown = package.join("craft.toml");
+    println!("cargo:rerun-if-changed={}", flown.display());
+    let source = craft::Craft::load(&flown)?
+        .to_source(WHEELS)
+        .map_err(|e| format!("{}: {e}", flown.display()))?;
+    fs::write(Path::new(&out_var).join("craft.rs"), source)?;
     for flight in FLIGHTS {
         let log = package.join(format!("flights/{flight}.csv"));
         let craft = package.join(format!("flights/{flight}.craft.toml"));

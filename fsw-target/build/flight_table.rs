@@ -3,8 +3,8 @@
 //! Decimal text is parsed as f64 and rounded to f32 once, here, and emitted as exact bits: the
 //! table holds what `host-sim replay --precision f32` reads from the same two files.
 
-use serde::Deserialize;
-use std::{error::Error, fmt::Write as _, fs, path::Path};
+use super::craft::{self, floats};
+use std::{error::Error, fmt::Write as _, path::Path};
 
 /// Seconds to the integer microseconds of a sample's time tag.
 const MICROSECONDS_PER_SECOND: f64 = 1.0e6;
@@ -12,36 +12,6 @@ const MICROSECONDS_PER_SECOND: f64 = 1.0e6;
 /// Columns of a log, by name, as `host-sim replay` reads them.
 const GYRO_COLUMNS: [&str; 3] = ["gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s"];
 const TORQUE_COLUMNS: [&str; 3] = ["torque_x_n_m", "torque_y_n_m", "torque_z_n_m"];
-
-/// What the craft file says, in the format of `host-sim replay --craft`.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Craft {
-    #[serde(default)]
-    wheel: Vec<Wheel>,
-    gyro: Gyro,
-    prior: Option<Prior>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Wheel {
-    axis: [f64; 3],
-    spin_inertia_kg_m2: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Gyro {
-    noise_rad_s: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Prior {
-    inertia_kg_m2: [f64; 6],
-    sigma_kg_m2: [f64; 6],
-}
 
 /// One row of the log, in SI units and f64.
 struct Row {
@@ -53,12 +23,15 @@ struct Row {
 
 /// The Rust source of the flight recorded in `log`, of the spacecraft described by `craft`.
 pub fn generate(log: &Path, craft: &Path) -> Result<String, Box<dyn Error>> {
-    let text = fs::read_to_string(craft).map_err(|e| format!("{}: {e}", craft.display()))?;
-    let craft: Craft = toml::from_str(&text).map_err(|e| format!("{}: {e}", craft.display()))?;
-    let rows = read_rows(log, craft.wheel.len()).map_err(|e| format!("{}: {e}", log.display()))?;
+    let craft = craft::Craft::load(craft)?;
+    let wheels = craft.wheel.len();
+    let rows = read_rows(log, wheels).map_err(|e| format!("{}: {e}", log.display()))?;
 
-    let mut source = String::new();
-    write_craft(&mut source, &craft)?;
+    let mut source = craft.to_source(wheels)?;
+    writeln!(
+        source,
+        "/// How many wheels the spacecraft has.\npub const WHEELS: usize = {wheels};"
+    )?;
     write_rows(&mut source, &rows)?;
     Ok(source)
 }
@@ -110,37 +83,6 @@ fn microseconds(cell: &str) -> Result<u64, Box<dyn Error>> {
     Ok(time_us as u64)
 }
 
-fn write_craft(source: &mut String, craft: &Craft) -> Result<(), Box<dyn Error>> {
-    let wheels = craft.wheel.len();
-    let axes: Vec<_> = craft.wheel.iter().map(|wheel| floats(&wheel.axis)).collect();
-    let spin_inertias: Vec<_> = craft.wheel.iter().map(|wheel| wheel.spin_inertia_kg_m2).collect();
-
-    writeln!(
-        source,
-        "/// How many wheels the spacecraft has.\npub const WHEELS: usize = {wheels};"
-    )?;
-    writeln!(
-        source,
-        "/// The spacecraft of this flight.\npub static CRAFT: Craft<WHEELS> = Craft {{"
-    )?;
-    writeln!(source, "    wheel_axes: [{}],", axes.join(", "))?;
-    writeln!(source, "    spin_inertia_kg_m2: {},", floats(&spin_inertias))?;
-    writeln!(source, "    gyro_noise_rad_s: {},", float(craft.gyro.noise_rad_s))?;
-    match &craft.prior {
-        None => writeln!(source, "    prior: None,")?,
-        Some(prior) => {
-            let inertia = floats(&prior.inertia_kg_m2);
-            let sigma = floats(&prior.sigma_kg_m2);
-            writeln!(source, "    prior: Some(Prior {{")?;
-            writeln!(source, "        inertia_kg_m2: {inertia},")?;
-            writeln!(source, "        sigma_kg_m2: {sigma},")?;
-            writeln!(source, "    }}),")?;
-        }
-    }
-    writeln!(source, "}};")?;
-    Ok(())
-}
-
 fn write_rows(source: &mut String, rows: &[Row]) -> Result<(), Box<dyn Error>> {
     let samples = rows.len();
     writeln!(source, "/// The log of this flight.\npub static ROWS: [Row<WHEELS>; {samples}] = [")?;
@@ -154,13 +96,4 @@ fn write_rows(source: &mut String, rows: &[Row]) -> Result<(), Box<dyn Error>> {
     }
     writeln!(source, "];")?;
     Ok(())
-}
-
-fn floats(values: &[f64]) -> String {
-    let elements: Vec<_> = values.iter().map(|&value| float(value)).collect();
-    format!("[{}]", elements.join(", "))
-}
-
-fn float(value: f64) -> String {
-    format!("f32::from_bits({:#010x})", (value as f32).to_bits())
 }

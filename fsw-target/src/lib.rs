@@ -26,7 +26,9 @@
 #![no_std]
 
 pub mod app;
+pub mod craft;
 pub mod log;
+pub mod onboard;
 pub mod recording;
 pub mod replay;
 pub mod sensors;

@@ -7,7 +7,6 @@
 use crate::sensors::{DataReady, Gyro, TorqueCommand, WheelTachometers};
 use core::cell::Cell;
 use fsw_core::Vec3;
-use fsw_core::estimator::Prior;
 
 /// One row of a log: all that the sensors said at one instant, in the units of an
 /// [`fsw_core::Sample`].
@@ -21,19 +20,6 @@ pub struct Row<const W: usize> {
     pub wheel_speed_rad_s: [f32; W],
     /// External torque in body axes, N m.
     pub torque_n_m: [f32; 3],
-}
-
-/// What is known of the spacecraft that flew a recording: its craft file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Craft<const W: usize> {
-    /// Spin axis of each wheel in body axes; need not be normalised.
-    pub wheel_axes: [[f32; 3]; W],
-    /// Spin inertia of each wheel, kg m².
-    pub spin_inertia_kg_m2: [f32; W],
-    /// Gyro noise, one sigma per sample, rad/s.
-    pub gyro_noise_rad_s: f32,
-    /// What was known of the inertia before the flight, if anything.
-    pub prior: Option<Prior<f32>>,
 }
 
 /// Plays `rows`. A shared reference to it is each of the sensors, so that one recording can be
@@ -93,7 +79,8 @@ impl<const W: usize> TorqueCommand for &Recording<'_, W> {
 /// A CubeSat shakes itself with four wheels for a minute: `flights/cubesat_pyramid.csv` and its
 /// craft file beside it, turned into constants by `build.rs`.
 pub mod cubesat_pyramid {
-    use super::{Craft, Row};
+    use super::Row;
+    use crate::craft::Craft;
     #[allow(unused_imports)] // unused if the craft file has no prior
     use fsw_core::estimator::Prior;
 

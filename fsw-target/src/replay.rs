@@ -6,8 +6,8 @@
 use crate::app::{FlightLoop, Sensors};
 use crate::recording::cubesat_pyramid::{CRAFT, WHEELS};
 use crate::recording::{Recording, cubesat_pyramid};
+use fsw_core::ConfigError;
 use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
-use fsw_core::{ConfigError, Vec3, WheelArray};
 
 /// A recording with as many wheels as [`cubesat_pyramid`].
 pub type Flight = Recording<'static, WHEELS>;
@@ -26,9 +26,8 @@ pub fn recording() -> Flight {
 /// # Errors
 /// Names the value of the craft file that the estimator refuses.
 pub fn flight_loop(recording: &Flight) -> Result<ReplayLoop<'_>, ConfigError> {
-    let wheels = WheelArray::new(CRAFT.wheel_axes.map(Vec3::from), CRAFT.spin_inertia_kg_m2)?;
     let config = Config { prior: CRAFT.prior, ..Config::new(CRAFT.gyro_noise_rad_s) };
-    let estimator = JointEkfUd::new(config, wheels)?;
+    let estimator = JointEkfUd::new(config, CRAFT.wheels()?)?;
     let sensors =
         Sensors { data_ready: recording, gyro: recording, wheels: recording, torque: recording };
     Ok(FlightLoop::new(estimator, sensors))

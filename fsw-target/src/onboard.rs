@@ -1,0 +1,294 @@
+//! The estimators that fly, side by side, of which one is stepped.
+//!
+//! Input: a craft, then samples and the ground's wishes: another estimator, another prior, a window
+//! opened or closed. Output: what the selected estimator says. A wish that can't be granted is
+//! refused with the reason, and nothing changes.
+//!
+//! All have their place in memory for good, so that selecting one allocates nothing and moves
+//! nothing. Selecting one starts it afresh: what another one has seen is no business of its.
+
+use crate::craft::{Craft, WHEELS};
+use fsw_core::estimator::chain::{self, Chain};
+use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
+use fsw_core::estimator::window::{self, Window};
+use fsw_core::estimator::{Innovation, Prior};
+use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3};
+
+/// Blocks that a window keeps: sixteen turns of the body at least.
+pub const BLOCKS: usize = 512;
+/// Unknowns of a window: momentum and inertia. A torque or a bias would take 1.2 KiB each.
+pub const UNKNOWNS: usize = 9;
+
+/// `window` as it flies.
+pub type FlownWindow = Window<f32, WHEELS, BLOCKS, UNKNOWNS>;
+/// `joint-ekf` as it flies.
+pub type FlownJointEkf = JointEkfUd<f32, WHEELS>;
+/// `ekf-sgf-rls` as it flies.
+pub type FlownChain = Chain<f32, WHEELS>;
+
+/// Which estimator is stepped. The numbers are those of telemetry and telecommand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[repr(u8)]
+pub enum EstimatorId {
+    /// `window`: each manoeuvre fitted as a whole.
+    #[default]
+    Window = 0,
+    /// `joint-ekf`: rate and inertia in one filter.
+    JointEkf = 1,
+    /// `ekf-sgf-rls`: rate filter, differentiator, least squares. Needs a nominal inertia, which is
+    /// the prior's.
+    EkfSgfRls = 2,
+}
+
+impl EstimatorId {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Window, Self::JointEkf, Self::EkfSgfRls];
+
+    /// The one of this number.
+    pub fn from_number(number: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|id| *id as u8 == number)
+    }
+
+    /// Its name, as `host-sim --estimator` has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Window => "window",
+            Self::JointEkf => "joint-ekf",
+            Self::EkfSgfRls => "ekf-sgf-rls",
+        }
+    }
+}
+
+/// Why a wish wasn't granted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refused {
+    /// A value that no estimator accepts.
+    Config(ConfigError),
+    /// `ekf-sgf-rls` filters the rate with a nominal inertia: set a prior first.
+    NoNominalInertia,
+    /// Only `window` has windows.
+    NoWindows,
+}
+
+impl From<ConfigError> for Refused {
+    fn from(error: ConfigError) -> Self {
+        Self::Config(error)
+    }
+}
+
+/// The estimators.
+#[derive(Debug, Clone)]
+pub struct Onboard {
+    craft: Craft<WHEELS>,
+    selected: EstimatorId,
+    window: FlownWindow,
+    joint_ekf: FlownJointEkf,
+    /// None without a nominal inertia.
+    chain: Option<FlownChain>,
+}
+
+impl Onboard {
+    /// The estimators of a spacecraft, `window` selected, all waiting for their first sample.
+    ///
+    /// # Errors
+    /// Names the value of the craft that an estimator refuses.
+    pub fn new(craft: Craft<WHEELS>) -> Result<Self, ConfigError> {
+        Ok(Self {
+            selected: EstimatorId::default(),
+            window: new_window(&craft)?,
+            joint_ekf: new_joint_ekf(&craft)?,
+            chain: new_chain(&craft)?,
+            craft,
+        })
+    }
+
+    /// Which estimator is stepped.
+    pub fn selected(&self) -> EstimatorId {
+        self.selected
+    }
+
+    /// What is known of the spacecraft, with the prior that was set last.
+    pub fn craft(&self) -> &Craft<WHEELS> {
+        &self.craft
+    }
+
+    /// Starts the selected estimator afresh: all that it has found is forgotten, the prior stays.
+    ///
+    /// # Errors
+    /// None that a craft which was accepted once can cause; see [`select`](Self::select).
+    pub fn reset(&mut self) -> Result<(), Refused> {
+        self.select(self.selected)
+    }
+
+    /// Steps this estimator from now on, from a fresh start.
+    ///
+    /// # Errors
+    /// [`Refused::NoNominalInertia`].
+    pub fn select(&mut self, id: EstimatorId) -> Result<(), Refused> {
+        match id {
+            EstimatorId::Window => self.window = new_window(&self.craft)?,
+            EstimatorId::JointEkf => self.joint_ekf = new_joint_ekf(&self.craft)?,
+            EstimatorId::EkfSgfRls => {
+                let chain = new_chain(&self.craft)?;
+                self.chain = Some(chain.ok_or(Refused::NoNominalInertia)?);
+            }
+        }
+        self.selected = id;
+        Ok(())
+    }
+
+    /// Believes this of the inertia beforehand, and starts the selected estimator afresh with it.
+    ///
+    /// # Errors
+    /// [`Refused::Config`] for a tensor that no body has, or a sigma that isn't positive.
+    pub fn set_prior(&mut self, prior: Prior<f32>) -> Result<(), Refused> {
+        prior.validate()?;
+        self.craft.prior = Some(prior);
+        self.reset()
+    }
+
+    /// Begins a window with the next sample.
+    ///
+    /// # Errors
+    /// [`Refused::NoWindows`].
+    pub fn open_window(&mut self) -> Result<(), Refused> {
+        self.of_windows().map(Window::open_window)
+    }
+
+    /// Ends the window that is open.
+    ///
+    /// # Errors
+    /// [`Refused::NoWindows`].
+    pub fn close_window(&mut self) -> Result<(), Refused> {
+        self.of_windows().map(Window::close_window)
+    }
+
+    fn of_windows(&mut self) -> Result<&mut FlownWindow, Refused> {
+        match self.selected {
+            EstimatorId::Window => Ok(&mut self.window),
+            EstimatorId::JointEkf | EstimatorId::EkfSgfRls => Err(Refused::NoWindows),
+        }
+    }
+
+    fn flying(&self) -> &dyn Estimator<f32, WHEELS> {
+        match (self.selected, &self.chain) {
+            (EstimatorId::JointEkf, _) => &self.joint_ekf,
+            (EstimatorId::EkfSgfRls, Some(chain)) => chain,
+            // Without a chain it can't have been selected.
+            (EstimatorId::Window | EstimatorId::EkfSgfRls, _) => &self.window,
+        }
+    }
+}
+
+fn new_window(craft: &Craft<WHEELS>) -> Result<FlownWindow, ConfigError> {
+    let config =
+        window::Config { prior: craft.prior, ..window::Config::new(craft.gyro_noise_rad_s) };
+    Window::new(config, craft.wheels()?)
+}
+
+fn new_joint_ekf(craft: &Craft<WHEELS>) -> Result<FlownJointEkf, ConfigError> {
+    let config =
+        joint_ekf::Config { prior: craft.prior, ..joint_ekf::Config::new(craft.gyro_noise_rad_s) };
+    JointEkfUd::new(config, craft.wheels()?)
+}
+
+fn new_chain(craft: &Craft<WHEELS>) -> Result<Option<FlownChain>, ConfigError> {
+    let Some(nominal) = craft.prior else { return Ok(None) };
+    let config = chain::Config::kim_2013(craft.gyro_noise_rad_s, nominal);
+    Chain::new(config, craft.wheels()?).map(Some)
+}
+
+impl Estimator<f32, WHEELS> for Onboard {
+    fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
+        match (self.selected, &mut self.chain) {
+            (EstimatorId::JointEkf, _) => self.joint_ekf.step(sample),
+            (EstimatorId::EkfSgfRls, Some(chain)) => chain.step(sample),
+            (EstimatorId::Window | EstimatorId::EkfSgfRls, _) => self.window.step(sample),
+        }
+    }
+
+    fn estimate(&self) -> Estimate<f32> {
+        self.flying().estimate()
+    }
+
+    fn rate_rad_s(&self) -> Vec3<f32> {
+        self.flying().rate_rad_s()
+    }
+
+    fn innovation(&self) -> Option<Innovation<f32>> {
+        self.flying().innovation()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::recording::cubesat_pyramid::{CRAFT, ROWS};
+    use fsw_core::Status;
+
+    const PRIOR: Prior<f32> = Prior {
+        inertia_kg_m2: [0.05, 0.05, 0.03, 0.0, 0.0, 0.0],
+        sigma_kg_m2: [0.02, 0.02, 0.02, 0.005, 0.005, 0.005],
+    };
+
+    fn fly(onboard: &mut Onboard) -> Estimate<f32> {
+        for row in &ROWS {
+            onboard.step(&Sample {
+                time_us: row.time_us,
+                rate_rad_s: Vec3::from(row.rate_rad_s),
+                wheel_speed_rad_s: row.wheel_speed_rad_s,
+                torque_n_m: Vec3::from(row.torque_n_m),
+                attitude: None,
+            });
+        }
+        onboard.estimate()
+    }
+
+    #[test]
+    fn each_estimator_flies_when_selected() {
+        let mut onboard = Onboard::new(CRAFT).unwrap();
+        onboard.set_prior(PRIOR).unwrap();
+        let mut estimates = std::vec::Vec::new();
+        for id in EstimatorId::ALL {
+            onboard.select(id).unwrap();
+            assert_eq!(onboard.selected(), id);
+            estimates.push(fly(&mut onboard));
+        }
+        assert_eq!(estimates[0].status, Status::Converged);
+        assert_eq!(estimates[1].status, Status::Converged);
+        assert!(estimates[0] != estimates[1] && estimates[1] != estimates[2]);
+    }
+
+    #[test]
+    fn a_reset_forgets_what_was_found() {
+        let mut onboard = Onboard::new(CRAFT).unwrap();
+        let fresh = onboard.estimate();
+        let once = fly(&mut onboard);
+        assert_ne!(once.inertia, fresh.inertia);
+        onboard.reset().unwrap();
+        assert_eq!(onboard.estimate(), fresh);
+        assert_eq!(fly(&mut onboard), once);
+    }
+
+    #[test]
+    fn a_wish_that_can_t_be_granted_changes_nothing() {
+        let mut onboard = Onboard::new(CRAFT).unwrap();
+        assert_eq!(onboard.select(EstimatorId::EkfSgfRls), Err(Refused::NoNominalInertia));
+        assert_eq!(onboard.selected(), EstimatorId::Window);
+        let impossible = Prior { inertia_kg_m2: [1.0, 1.0, 3.0, 0.0, 0.0, 0.0], ..PRIOR };
+        assert!(matches!(onboard.set_prior(impossible), Err(Refused::Config(_))));
+        assert_eq!(onboard.craft().prior, None);
+        onboard.select(EstimatorId::JointEkf).unwrap();
+        assert_eq!(onboard.open_window(), Err(Refused::NoWindows));
+    }
+
+    #[test]
+    fn numbers_of_estimators_go_there_and_back() {
+        for id in EstimatorId::ALL {
+            assert_eq!(EstimatorId::from_number(id as u8), Some(id));
+        }
+        assert_eq!(EstimatorId::from_number(3), None);
+    }
+}
