@@ -2,9 +2,11 @@
 //!
 //! The firmware's way from source to a result, in order: [`toolchain`] finds a compiler for the
 //! Cortex-M, [`firmware`] builds an image with it, [`image`] looks into the image, [`qemu`] runs it
-//! and decodes its log.
+//! and decodes its log; [`machine`] runs one that doesn't end, and leaves its serial ports to us.
 
 pub mod firmware;
 pub mod image;
+#[cfg(unix)]
+pub mod machine;
 pub mod qemu;
 pub mod toolchain;

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 pub const MACHINE: &str = "netduinoplus2";
 
 /// A program that emulates the chip.
-const QEMU: &str = "qemu-system-arm";
+pub(crate) const QEMU: &str = "qemu-system-arm";
 
 /// What an image said, and how it ended.
 #[derive(Debug, Clone)]
