@@ -19,7 +19,8 @@
 //!    and the test that compares host and target bit for bit both call it.
 //!
 //! Below that are the parts that only the chip has (`target_os = "none"`): `board`, the bring-up
-//! of the one board that exists, `log`, where a defmt frame goes, and `exit`, how an image ends.
+//! of the one board that exists, `log`, where a defmt frame goes, `exit`, how an image ends, and
+//! `instructions`, which counts what code costs (in QEMU).
 //!
 //! The loop flies in single precision: `f32` is chosen here, once.
 
@@ -37,3 +38,5 @@ pub mod sensors;
 pub mod board;
 #[cfg(target_os = "none")]
 pub mod exit;
+#[cfg(target_os = "none")]
+pub mod instructions;

@@ -28,9 +28,25 @@ pub struct Run {
 
 /// Runs the image `elf` on `machine` until it ends, or fails after `limit`. Each log line is
 /// given to `on_line` as it arrives.
-pub fn run(
+pub fn run(elf: &Path, machine: &str, limit: Duration, on_line: impl FnMut(&str)) -> Result<Run> {
+    run_with(elf, machine, &[], limit, on_line)
+}
+
+/// Like [`run`], but virtual time advances by 256 ns with each instruction, so that a timer of the
+/// machine counts instructions: exactly, and the same in every run.
+pub fn run_counting(
     elf: &Path,
     machine: &str,
+    limit: Duration,
+    on_line: impl FnMut(&str),
+) -> Result<Run> {
+    run_with(elf, machine, &["-icount", "shift=8"], limit, on_line)
+}
+
+fn run_with(
+    elf: &Path,
+    machine: &str,
+    options: &[&str],
     limit: Duration,
     mut on_line: impl FnMut(&str),
 ) -> Result<Run> {
@@ -39,7 +55,7 @@ pub fn run(
         .with_context(|| format!("{} has no defmt log table", elf.display()))?;
     let mut decoder = table.new_stream_decoder();
 
-    let (mut qemu, serial) = start(elf, machine)?;
+    let (mut qemu, serial) = start(elf, machine, options)?;
     let chunks = read_in_background(serial);
     let deadline = Instant::now() + limit;
 
@@ -65,10 +81,11 @@ pub fn run(
 }
 
 /// Starts QEMU with the image's serial port on a pipe.
-fn start(elf: &Path, machine: &str) -> Result<(Child, ChildStdout)> {
+fn start(elf: &Path, machine: &str, options: &[&str]) -> Result<(Child, ChildStdout)> {
     let mut child = Command::new(QEMU)
         .args(["-machine", machine, "-display", "none", "-monitor", "none"])
         .args(["-semihosting-config", "enable=on,target=native"])
+        .args(options)
         .args(["-serial", "stdio", "-kernel"])
         .arg(elf)
         .stdin(Stdio::null())

@@ -1,0 +1,75 @@
+//! Counts executed instructions, exactly, in QEMU.
+//!
+//! With `-icount shift=8` virtual time advances by 256 ns an instruction, whatever the instruction
+//! does, and SysTick runs on that time. So the difference of two of its readings is a number of
+//! instructions: exact, and the same in every run. On a board, or in QEMU without that option, it
+//! is not: [`InstructionCounter::start`] finds out by counting what is known.
+
+use cortex_m::asm;
+use cortex_m::peripheral::{SYST, syst::SystClkSource};
+
+/// SysTick ticks in a thousand instructions: 168 MHz, the core clock of QEMU's STM32F405, times
+/// 256 ns.
+const TICKS_PER_1000: u64 = 43_008;
+
+/// SysTick counts down from here and starts again: it has 24 bits. That is 390,000 instructions.
+const RELOAD: u32 = 0x00ff_ffff;
+
+/// Turns of the shortest loop that checks the counter.
+const LOOP: u32 = 1_000;
+
+/// SysTick, counting instructions.
+pub struct InstructionCounter {
+    /// What two readings cost themselves.
+    overhead: u32,
+}
+
+/// Time isn't counted in instructions here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotExact;
+
+impl InstructionCounter {
+    /// Takes SysTick over and starts it.
+    ///
+    /// # Errors
+    /// [`NotExact`] outside QEMU with `-icount shift=8`.
+    pub fn start(mut timer: SYST) -> Result<Self, NotExact> {
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(RELOAD);
+        timer.clear_current();
+        timer.enable_counter();
+        let mut counter = Self { overhead: 0 };
+        counter.overhead = counter.count(|| ());
+        if counter.is_exact() { Ok(counter) } else { Err(NotExact) }
+    }
+
+    /// Four instructions must count as four (give or take one, since the compiler may load what the
+    /// readings need between them), and a loop of twice the turns as twice as many.
+    fn is_exact(&self) -> bool {
+        let four = self.count(|| {
+            asm::nop();
+            asm::nop();
+            asm::nop();
+            asm::nop();
+        });
+        let [short, long] = [LOOP, 2 * LOOP].map(|turns| self.count(|| asm::delay(turns)));
+        four.abs_diff(4) <= 1 && short >= LOOP && long.abs_diff(2 * short) <= 4
+    }
+
+    /// Instructions that `work` executes: less than 390,000. What the compiler moves out of the
+    /// call isn't counted: hold it with [`core::hint::black_box`].
+    #[inline(always)]
+    pub fn count(&self, work: impl FnOnce()) -> u32 {
+        let start = SYST::get_current();
+        work();
+        let end = SYST::get_current();
+        instructions(start, end).saturating_sub(self.overhead)
+    }
+}
+
+/// A reading is rounded down, so the difference of two is wrong by less than a tick, a fortieth of
+/// an instruction.
+fn instructions(start: u32, end: u32) -> u32 {
+    let ticks = u64::from(start.wrapping_sub(end) & RELOAD);
+    ((ticks * 1000 + TICKS_PER_1000 / 2) / TICKS_PER_1000) as u32
+}

@@ -1,0 +1,43 @@
+//! What the firmware may cost: every budget of the project with its number, and nowhere else.
+//!
+//! Cortex-M4F, `f32`, profile `firmware`. The numbers are requirements, not measurements: at 168 MHz
+//! and 100 Hz a step of 6,000 instructions takes well below 1 % of the time.
+
+/// What is held against a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Figure {
+    /// Instructions of the most expensive step of all flights.
+    WorstStep,
+    /// The most expensive step over the median step of the same flight.
+    Spread,
+}
+
+/// A limit on one figure of what `bin/bench` counts under a name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// The name in the bench's log.
+    pub name: &'static str,
+    /// Which of its figures.
+    pub figure: Figure,
+    /// Not more than this: instructions, or a ratio.
+    pub at_most: f64,
+}
+
+const fn worst_step(name: &'static str, at_most: f64) -> Budget {
+    Budget { name, figure: Figure::WorstStep, at_most }
+}
+
+const fn spread(name: &'static str, at_most: f64) -> Budget {
+    Budget { name, figure: Figure::Spread, at_most }
+}
+
+/// Of what is counted in QEMU.
+pub const INSTRUCTIONS: [Budget; 7] = [
+    worst_step("joint-ekf", 6_000.0),
+    worst_step("joint-ekf-prior", 6_000.0),
+    spread("joint-ekf", 1.5),
+    spread("joint-ekf-prior", 1.5),
+    worst_step("ekf-sgf-rls", 4_000.0),
+    worst_step("window-9", 6_000.0),
+    worst_step("window-15", 10_000.0),
+];
