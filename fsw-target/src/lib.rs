@@ -9,7 +9,8 @@
 //! ```
 //!
 //! 1. [`sensors`]: what the loop needs of the hardware, as four small traits in SI units. A driver
-//!    implements one of them and is the only place that knows its part.
+//!    implements one of them and is the only place that knows its part: those that exist are in
+//!    [`drivers`].
 //! 2. [`app`]: the flight loop. One [`app::FlightLoop::tick`] per gyro sample reads the sensors,
 //!    composes an [`fsw_core::Sample`], steps the estimator and says what happened. A sensor that
 //!    fails is counted and its sample skipped; nothing here panics.
@@ -28,6 +29,7 @@
 
 pub mod app;
 pub mod craft;
+pub mod drivers;
 pub mod log;
 pub mod onboard;
 pub mod recording;

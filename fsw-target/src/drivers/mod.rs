@@ -1,0 +1,8 @@
+//! Drivers: each knows one kind of part, over embedded-hal 1.0 or a small trait of its own, and
+//! implements one of the traits of [`crate::sensors`].
+//!
+//! 1. [`gyro`]: rate gyros on SPI or I²C.
+
+
+pub mod gyro;
+
