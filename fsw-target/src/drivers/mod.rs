@@ -2,7 +2,7 @@
 //! implements one of the traits of [`crate::sensors`].
 //!
 //! 1. [`gyro`]: rate gyros on SPI or I²C.
-
+//! 2. [`wheel_tach`]: reaction-wheel speed from the edges of a Hall sensor or encoder.
 
 pub mod gyro;
-
+pub mod wheel_tach;

@@ -1,0 +1,373 @@
+//! The driver on wheels whose motion is known exactly.
+
+extern crate std;
+
+use super::*;
+use core::f64::consts::TAU;
+
+/// Edges of a wheel in these tests: twelve pulses a turn.
+const EDGES: u16 = 24;
+const STEP_RAD: f64 = TAU / EDGES as f64;
+const TICKS_PER_S: u32 = 1_000_000;
+const ZERO_AFTER_S: f32 = 0.5;
+/// Between readings, s.
+const SAMPLE_S: f64 = 0.1;
+
+/// A wheel of constant acceleration, and what its sensor says.
+#[derive(Clone, Copy)]
+struct Wheel {
+    speed_rad_s: f64,
+    slope_rad_s2: f64,
+}
+
+impl Wheel {
+    fn speed_rad_s(&self, time_s: f64) -> f64 {
+        self.speed_rad_s + self.slope_rad_s2 * time_s
+    }
+
+    /// In edges; starts in the middle between two.
+    fn angle(&self, time_s: f64) -> f64 {
+        0.5 + (self.speed_rad_s + 0.5 * self.slope_rad_s2 * time_s) * time_s / STEP_RAD
+    }
+
+    /// The flanks between two times, in order: when, and the levels just after.
+    fn flanks(&self, from_s: f64, to_s: f64) -> std::vec::Vec<(f64, bool, bool)> {
+        const SLICES: u32 = 10_000;
+        let slice_s = (to_s - from_s) / f64::from(SLICES);
+        let mut flanks = std::vec::Vec::new();
+        for slice in 0..SLICES {
+            let (mut before_s, mut after_s) =
+                (from_s + slice_s * f64::from(slice), from_s + slice_s * f64::from(slice + 1));
+            let (from, to) = (self.angle(before_s).floor(), self.angle(after_s).floor());
+            if from == to {
+                continue;
+            }
+            for _ in 0..40 {
+                let middle_s = 0.5 * (before_s + after_s);
+                if self.angle(middle_s).floor() == from {
+                    before_s = middle_s;
+                } else {
+                    after_s = middle_s;
+                }
+            }
+            let a = to.rem_euclid(2.0) == 1.0;
+            flanks.push((after_s, a, a != (to > from)));
+        }
+        flanks
+    }
+}
+
+fn ticks(time_s: f64) -> u32 {
+    (time_s * f64::from(TICKS_PER_S)) as u64 as u32
+}
+
+/// A board whose only wheel is read by the clock; time starts at `offset_s`.
+struct Board {
+    wheel: Wheel,
+    filter: EdgeFilter,
+    time_s: f64,
+    offset_s: f64,
+}
+
+impl Board {
+    fn new(speed_rad_s: f64, slope_rad_s2: f64) -> Self {
+        let wheel = Wheel { speed_rad_s, slope_rad_s2 };
+        Self { wheel, filter: EdgeFilter::new(100), time_s: 0.0, offset_s: 0.0 }
+    }
+}
+
+impl CaptureTimer<1> for Board {
+    type Error = &'static str;
+
+    fn ticks_per_s(&self) -> u32 {
+        TICKS_PER_S
+    }
+
+    /// The next reading, [`SAMPLE_S`] after the last.
+    fn captured(&mut self) -> Result<[Captured; 1], Self::Error> {
+        let to_s = self.time_s + SAMPLE_S;
+        for (time_s, a, b) in self.wheel.flanks(self.time_s, to_s) {
+            self.filter.edge(ticks(self.offset_s + time_s), a, b);
+        }
+        self.time_s = to_s;
+        Ok([self.filter.captured(ticks(self.offset_s + to_s))])
+    }
+}
+
+fn config() -> Config<1> {
+    Config { edges_per_turn: [EDGES], reversed: [false], zero_after_s: ZERO_AFTER_S }
+}
+
+fn tach(board: Board) -> WheelTach<Board, 1> {
+    WheelTach::new(board, &config()).unwrap()
+}
+
+/// The largest error of `readings` after the first few, rad/s, and its RMS.
+fn errors_rad_s(tach: &mut WheelTach<Board, 1>, readings: u32) -> (f64, f64) {
+    let (mut largest, mut squares, mut count) = (0.0f64, 0.0, 0);
+    for _ in 0..readings {
+        let Ok([speed]) = tach.speed_rad_s() else { continue };
+        let board = tach.timer();
+        let error = f64::from(speed) - board.wheel.speed_rad_s(board.time_s);
+        largest = largest.max(error.abs());
+        squares += error * error;
+        count += 1;
+    }
+    assert!(count + 15 > readings, "{count} of {readings} readings");
+    (largest, (squares / f64::from(count)).sqrt())
+}
+
+#[test]
+fn a_fast_wheel_is_seen_to_the_tick() {
+    for speed_rad_s in [628.0, -628.0, 100.3] {
+        let (largest, rms) = errors_rad_s(&mut tach(Board::new(speed_rad_s, 0.0)), 100);
+        let tick = speed_rad_s.abs() / (f64::from(TICKS_PER_S) * SAMPLE_S);
+        // An interval is short of a sample by up to an edge: 2.7 % at 100 rad/s.
+        assert!(largest < 1.05 * 2.0 * tick, "{speed_rad_s}: {largest} rad/s");
+        assert!(rms < 1.15 * 0.74 * tick, "{speed_rad_s}: {rms} rad/s RMS");
+    }
+}
+
+#[test]
+fn an_accelerating_wheel_is_not_seen_late() {
+    // 20 mN m on a wheel of 4e-4 kg m².
+    let slope_rad_s2 = 50.0;
+    let (largest, _) = errors_rad_s(&mut tach(Board::new(200.0, slope_rad_s2)), 80);
+    // The mean over the last interval would be late by 50 ms: 2.5 rad/s.
+    assert!(largest < 0.02, "{largest} rad/s");
+}
+
+#[test]
+fn a_wheel_is_followed_through_zero() {
+    // From 20 to −20 rad/s; the last edge before zero is up to 0.23 s old when the next comes.
+    let mut tach = tach(Board::new(20.0, -10.0));
+    let (largest, rms) = errors_rad_s(&mut tach, 40);
+    assert!(rms < 0.15 && largest < 0.6, "{largest} rad/s, {rms} rad/s RMS");
+    // Where edges come several in a sample again it is seen well.
+    let (largest, _) = errors_rad_s(&mut tach, 20);
+    assert!(largest < 0.01, "{largest} rad/s");
+}
+
+#[test]
+fn a_slow_wheel_is_seen_down_to_one_edge_in_the_time_out() {
+    let slowest_rad_s = STEP_RAD / f64::from(ZERO_AFTER_S);
+    let (largest, _) = errors_rad_s(&mut tach(Board::new(1.05 * slowest_rad_s, 0.0)), 200);
+    assert!(largest < 1e-4, "{largest} rad/s");
+    // Half as slow: zero between edges.
+    let mut tach = tach(Board::new(0.5 * slowest_rad_s, 0.0));
+    let mut speeds = (0..100).filter_map(|_| tach.speed_rad_s().ok());
+    assert!(speeds.any(|[speed]| speed == 0.0));
+}
+
+#[test]
+fn a_wheel_that_stops_is_slower_by_the_sample_and_then_stands() {
+    let mut tach = tach(Board::new(30.0, 0.0));
+    for _ in 0..10 {
+        let _ = tach.speed_rad_s();
+    }
+    // It locks where it is.
+    let stopped_s = tach.timer().time_s;
+    let wheel = Wheel { speed_rad_s: 0.0, slope_rad_s2: 0.0 };
+    tach.timer().wheel = wheel;
+    let mut bound = 30.1f64;
+    loop {
+        let [speed] = tach.speed_rad_s().unwrap();
+        let since_s = tach.timer().time_s - stopped_s;
+        bound = bound.min(STEP_RAD / since_s);
+        assert!(f64::from(speed) <= 1.26 * bound, "{since_s} s: {speed} rad/s");
+        if speed == 0.0 {
+            // It was read every tenth of a second.
+            assert!((since_s - f64::from(ZERO_AFTER_S)).abs() < 0.11, "{since_s} s");
+            break;
+        }
+        assert!(since_s < 1.0);
+    }
+}
+
+#[test]
+fn a_wheel_that_leaves_rest_is_seen_with_its_first_edges() {
+    let mut tach = tach(Board::new(0.0, 0.0));
+    while tach.speed_rad_s().is_err() {}
+    assert_eq!(tach.speed_rad_s(), Ok([0.0]));
+    let offset_s = tach.timer().time_s;
+    *tach.timer() = Board { offset_s, filter: tach.timer().filter, ..Board::new(0.0, 100.0) };
+    let [speed] = tach.speed_rad_s().unwrap();
+    assert!((speed - 10.0).abs() < 2.0, "{speed} rad/s");
+    // Half an edge of doubt where it began is two thirds as much in the next one's change.
+    let [speed] = tach.speed_rad_s().unwrap();
+    assert!((speed - 20.0).abs() < 2.0, "{speed} rad/s");
+    tach.speed_rad_s().unwrap();
+    let [speed] = tach.speed_rad_s().unwrap();
+    assert!((speed - 40.0).abs() < 0.01, "{speed} rad/s");
+}
+
+#[test]
+fn until_a_speed_is_known_there_is_none() {
+    let mut spinning = tach(Board::new(100.0, 0.0));
+    for _ in 0..3 {
+        assert_eq!(spinning.speed_rad_s(), Err(Error::Starting { wheel: 0 }));
+    }
+    assert!(spinning.speed_rad_s().is_ok());
+
+    // One that never moves stands still once the time-out is over.
+    let mut standing = tach(Board::new(0.0, 0.0));
+    for _ in 0..5 {
+        assert_eq!(standing.speed_rad_s(), Err(Error::Starting { wheel: 0 }));
+    }
+    assert_eq!(standing.speed_rad_s(), Ok([0.0]));
+}
+
+#[test]
+fn the_timer_may_wrap() {
+    let wrap_s = 2.0f64.powi(32) / f64::from(TICKS_PER_S);
+    let board = Board { offset_s: wrap_s - 2.05, ..Board::new(200.0, 50.0) };
+    let (largest, _) = errors_rad_s(&mut tach(board), 40);
+    assert!(largest < 0.02, "{largest} rad/s");
+    // A wheel that stands for longer than the timer's range still stands.
+    let mut tach = tach(Board::new(0.0, 0.0));
+    for _ in 0..6 {
+        let _ = tach.speed_rad_s();
+    }
+    for _ in 0..10 {
+        tach.timer().offset_s += 0.3 * wrap_s;
+        assert_eq!(tach.speed_rad_s(), Ok([0.0]));
+    }
+}
+
+#[test]
+fn the_instant_may_lie_before_the_last_edge() {
+    /// Reads 20 ms after the instant that the speed is wanted for.
+    struct Late(Board);
+    impl CaptureTimer<1> for Late {
+        type Error = &'static str;
+        fn ticks_per_s(&self) -> u32 {
+            TICKS_PER_S
+        }
+        fn captured(&mut self) -> Result<[Captured; 1], Self::Error> {
+            let [captured] = self.0.captured()?;
+            Ok([Captured { now_ticks: captured.now_ticks - 20_000, ..captured }])
+        }
+    }
+    let mut tach = WheelTach::new(Late(Board::new(200.0, 50.0)), &config()).unwrap();
+    for _ in 0..20 {
+        let Ok([speed]) = tach.speed_rad_s() else { continue };
+        let Late(board) = tach.timer();
+        let expected = board.wheel.speed_rad_s(board.time_s - 0.02);
+        assert!((f64::from(speed) - expected).abs() < 0.02, "{speed} rad/s");
+    }
+}
+
+#[test]
+fn a_wheel_mounted_the_other_way_has_the_other_sign() {
+    let config = Config { reversed: [true], ..config() };
+    let mut tach = WheelTach::new(Board::new(100.0, 20.0), &config).unwrap();
+    for _ in 0..5 {
+        let _ = tach.speed_rad_s();
+    }
+    let [speed] = tach.speed_rad_s().unwrap();
+    assert!((speed + 112.0).abs() < 0.01, "{speed} rad/s");
+}
+
+#[test]
+fn a_failing_timer_passes_through() {
+    struct Broken;
+    impl CaptureTimer<2> for Broken {
+        type Error = &'static str;
+        fn ticks_per_s(&self) -> u32 {
+            TICKS_PER_S
+        }
+        fn captured(&mut self) -> Result<[Captured; 2], Self::Error> {
+            Err("overcapture")
+        }
+    }
+    let config = Config { edges_per_turn: [EDGES; 2], reversed: [false; 2], zero_after_s: 1.0 };
+    let mut tach = WheelTach::new(Broken, &config).unwrap();
+    assert_eq!(tach.speed_rad_s(), Err(Error::Timer("overcapture")));
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let refused = |config: Config<1>| WheelTach::new(Board::new(0.0, 0.0), &config).err();
+    let no_edges = Config { edges_per_turn: [0], ..config() };
+    assert_eq!(refused(no_edges), Some(ConfigError::EdgesPerTurn));
+    for zero_after_s in [0.0, -1.0, f32::NAN, 2200.0] {
+        let config = Config { zero_after_s, ..config() };
+        assert_eq!(refused(config), Some(ConfigError::ZeroAfter));
+    }
+}
+
+/// Levels after each flank of A while the wheel turns forward.
+const FORWARD: [(bool, bool); 2] = [(true, false), (false, true)];
+
+/// A filter that has seen five flanks forward, 1000 ticks apart; the next is due at 5000.
+fn turning_filter() -> EdgeFilter {
+    let mut filter = EdgeFilter::new(100);
+    for k in 0..5 {
+        let (a, b) = FORWARD[k % 2];
+        filter.edge(1000 * k as u32, a, b);
+    }
+    assert_eq!(filter.captured(0).edges, 5);
+    filter
+}
+
+/// Where the filter is after the next true flank.
+fn after_the_next(mut filter: EdgeFilter) -> Captured {
+    let (a, b) = FORWARD[1];
+    filter.edge(5000, a, b);
+    filter.captured(5100)
+}
+
+#[test]
+fn a_glitch_leaves_no_trace() {
+    let clean = Captured { edges: 6, last_edge_ticks: 5000, now_ticks: 5100 };
+    assert_eq!(after_the_next(turning_filter()), clean);
+
+    // A short pulse of A, seen whole: one flank onward, one back.
+    let mut filter = turning_filter();
+    filter.edge(4500, false, false);
+    filter.edge(4510, true, false);
+    assert_eq!(filter.captured(0).last_edge_ticks, 4000);
+    assert_eq!(after_the_next(filter), clean);
+
+    // One that was over before the interrupt looked.
+    let mut filter = turning_filter();
+    filter.edge(4500, true, false);
+    assert_eq!(after_the_next(filter), clean);
+    assert_eq!(filter.glitches(), 1);
+
+    // Contacts that bounce: the last bounce counts.
+    let mut filter = turning_filter();
+    filter.edge(4990, false, true);
+    filter.edge(4995, true, true);
+    assert_eq!(after_the_next(filter), clean);
+
+    // Faster than any wheel.
+    let mut filter = turning_filter();
+    filter.edge(4010, false, true);
+    filter.edge(4020, true, false);
+    assert_eq!(after_the_next(filter), clean);
+    assert_eq!(filter.glitches(), 2);
+}
+
+#[test]
+fn a_wheel_that_dithers_on_a_flank_does_not_move() {
+    let mut filter = turning_filter();
+    for k in 0..10 {
+        // Back over the flank that made A high, and forward again.
+        let forward = k % 2 == 1;
+        filter.edge(10_000 + 1000 * k, forward, false);
+    }
+    assert_eq!(filter.captured(0).edges, 5);
+    assert_eq!(filter.glitches(), 0);
+}
+
+#[test]
+fn edges_count_back_when_the_wheel_turns_back() {
+    let mut filter = turning_filter();
+    // The same flanks backward: A falls while B is low, rises while B is high.
+    for k in 0..5 {
+        let a = k % 2 == 1;
+        filter.edge(10_000 + 1000 * k, a, a);
+    }
+    assert_eq!(filter.captured(0).edges, 1);
+}
