@@ -23,6 +23,8 @@ pub struct Config<T: Real> {
     pub stuck_after: u16,
 }
 
+crate::persist!([T: Real] Config<T> { range_rad_s, max_gap_us, stuck_after });
+
 impl<T: Real> Default for Config<T> {
     fn default() -> Self {
         Self { range_rad_s: T::lit(100.0), max_gap_us: 1_000_000, stuck_after: 10 }
@@ -86,6 +88,8 @@ pub struct Gate<T: Real> {
     last_rate_rad_s: Vec3<T>,
     repeats: u16,
 }
+
+crate::persist!([T: Real] Gate<T> { last_time_us, last_rate_rad_s, repeats; unchanged config });
 
 impl<T: Real> Gate<T> {
     /// A gate that has seen nothing yet. `config` must have passed [`Config::validate`].

@@ -15,7 +15,9 @@
 //!       │          momentum: conserved in inertial space
 //!  4 monitor     do the innovations fit? which directions has the data shown? could a body have it?
 //!       │
-//!  5 telemetry   estimate(): tensor, covariance, observed, status; counts of outcomes
+//!  5 checkpoint  all of that to and from non-volatile memory, bit for bit
+//!       │
+//!  6 telemetry   estimate(): tensor, covariance, observed, status; counts of outcomes
 //! ```
 //!
 //! The firmware and the simulator call the same [`Estimator::step`].
@@ -55,6 +57,8 @@ pub mod gate;
 pub mod estimator;
 
 pub mod monitor;
+
+pub mod checkpoint;
 
 pub mod telemetry;
 

@@ -1,4 +1,4 @@
-//! 5. One plain record per step, and counts of what became of the samples.
+//! 6. One plain record per step, and counts of what became of the samples.
 
 use crate::estimator::{Coasting, Outcome, Reset};
 use crate::gate::Rejection;

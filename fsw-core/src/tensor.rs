@@ -13,6 +13,8 @@ pub struct Inertia<T: Real> {
     elements: [T; 6],
 }
 
+crate::persist!([T: Real] Inertia<T> { elements });
+
 /// Why no rigid body has such an inertia tensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

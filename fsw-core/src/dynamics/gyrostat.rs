@@ -13,6 +13,8 @@ pub struct Gyrostat<T: Real> {
     inverse: Mat<T, 3, 3>,
 }
 
+crate::persist!([T: Real] Gyrostat<T> { inertia_kg_m2, inverse });
+
 /// `∂ω̇/∂ω` (3×3, 1/s) and `∂ω̇/∂j` (3×6, rad/s² per kg m²).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jacobians<T: Real> {

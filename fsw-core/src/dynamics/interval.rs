@@ -13,6 +13,8 @@ pub struct Drive<T: Real> {
     pub wheel_momentum_n_m_s: Vec3<T>,
 }
 
+crate::persist!([T: Real] Drive<T> { torque_n_m, wheel_momentum_n_m_s });
+
 /// The stretch from one usable sample to the next: how long, and the drive at its start, its
 /// middle and its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +40,8 @@ pub struct DriveHistory<T: Real> {
     /// Momentum one interval before `last`, and that interval's length, s.
     before_last: Option<(Vec3<T>, T)>,
 }
+
+crate::persist!([T: Real] DriveHistory<T> { last, before_last });
 
 impl<T: Real> Default for DriveHistory<T> {
     fn default() -> Self {

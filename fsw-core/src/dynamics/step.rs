@@ -45,6 +45,8 @@ pub struct AdamsBashforth2<T: Real, const N: usize> {
     last: Option<([T; N], T)>,
 }
 
+crate::persist!([T: Real, const N: usize] AdamsBashforth2<T, N> { last });
+
 impl<T: Real, const N: usize> Default for AdamsBashforth2<T, N> {
     fn default() -> Self {
         Self { last: None }

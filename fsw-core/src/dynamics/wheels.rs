@@ -10,6 +10,8 @@ pub struct WheelArray<T: Real, const W: usize> {
     momentum_per_speed: [Vec3<T>; W],
 }
 
+crate::persist!([T: Real, const W: usize] WheelArray<T, W> { momentum_per_speed });
+
 impl<T: Real, const W: usize> WheelArray<T, W> {
     /// Wheels along `axes` (body axes, normalised here), of `spin_inertia_kg_m2` each.
     ///

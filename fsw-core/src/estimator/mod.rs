@@ -8,7 +8,7 @@ pub mod rate_ekf;
 pub mod regression;
 pub mod savgol;
 #[cfg(test)]
-mod test_flight;
+pub(crate) mod test_flight;
 pub mod window;
 
 use crate::attitude::NoAttitude;
@@ -45,6 +45,10 @@ pub struct Prior<T: Real> {
     /// One sigma of each, kg m², above zero. Observability is judged against it.
     pub sigma_kg_m2: [T; 6],
 }
+
+crate::persist!(
+    [T: Real] Prior<T> { inertia_kg_m2, sigma_kg_m2 } if |prior| prior.validate().is_ok()
+);
 
 /// Range of a product over that of a moment, where it has to be made up: no physical product
 /// exceeds half a moment.
@@ -83,6 +87,9 @@ impl<T: Real> Prior<T> {
         })?;
         for sigma in self.sigma_kg_m2 {
             positive("prior.sigma_kg_m2", sigma)?;
+            // Variance and information of it are numbers, too.
+            positive("prior.sigma_kg_m2", sigma * sigma)?;
+            positive("prior.sigma_kg_m2", T::one() / (sigma * sigma))?;
         }
         Ok(())
     }
@@ -182,6 +189,8 @@ pub struct Innovation<T: Real> {
     /// Its variance on each axis by the filter's own covariance, gyro noise included, rad²/s².
     pub variance_rad2_s2: Vec3<T>,
 }
+
+crate::persist!([T: Real] Innovation<T> { rate_rad_s, variance_rad2_s2 });
 
 impl<T: Real> Innovation<T> {
     /// Normalised innovation squared, axis by axis: three degrees of freedom. Leaves out the

@@ -35,6 +35,10 @@ pub struct MomentumIntegral<T: Real> {
     last: Last<T>,
 }
 
+crate::persist!([T: Real] MomentumIntegral<T> {
+    information, samples, regressor_integral, impulse_n_m_s, last
+});
+
 /// The last sample, for the trapezoidal rule and for the rate at the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Last<T: Real> {
@@ -42,6 +46,8 @@ struct Last<T: Real> {
     torque_n_m: Vec3<T>,
     wheel_momentum_n_m_s: Vec3<T>,
 }
+
+crate::persist!([T: Real] Last<T> { regressor, torque_n_m, wheel_momentum_n_m_s });
 
 /// What the accumulated motion says of its last instant.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -37,6 +37,10 @@ pub struct Config<T: Real> {
     pub acceleration_doubt: T,
 }
 
+crate::persist!([T: Real] Config<T> {
+    gyro_noise_rad_s, rate_walk_rad_s_sqrt_s, acceleration_doubt
+});
+
 impl<T: Real> Config<T> {
     /// Defaults for a gyro of this noise (one sigma, white, per sample, rad/s).
     pub fn new(gyro_noise_rad_s: T) -> Self {
@@ -61,6 +65,9 @@ pub struct RateEkf<T: Real> {
     rate_rad_s: Vec3<T>,
     covariance: Mat<T, 3, 3>,
 }
+
+// What is nominal is the chain's, where a command may set it.
+crate::persist!([T: Real] RateEkf<T> { nominal, rate_rad_s, covariance; unchanged config });
 
 impl<T: Real> RateEkf<T> {
     /// At rest until [`restart`](Self::restart).

@@ -41,6 +41,8 @@ pub enum Elements {
     All,
 }
 
+crate::persist!([] enum Elements { 0 => Moments, 1 => All });
+
 /// What one instant of the motion says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant<T: Real> {
@@ -58,6 +60,10 @@ pub struct Instant<T: Real> {
     pub imbalance_n_m: Vec3<T>,
 }
 
+crate::persist!([T: Real] Instant<T> {
+    rate_rad_s, acceleration_rad_s2, torque_n_m, acceleration_sigma_rad_s2, imbalance_n_m
+});
+
 /// The sums.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regression<T: Real> {
@@ -69,6 +75,10 @@ pub struct Regression<T: Real> {
     /// `Σ Hᵀ` times the imbalance.
     imbalance: [T; 6],
 }
+
+crate::persist!([T: Real] Regression<T> {
+    information, moment_kg_m2, instants, residual_square, imbalance
+});
 
 /// What the sums say.
 #[derive(Clone, Copy, Debug, PartialEq)]

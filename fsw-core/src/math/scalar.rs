@@ -1,6 +1,7 @@
 //! The one scalar trait: everything in this crate is generic over it, and the caller picks
 //! `f32` or `f64` once, at the edge.
 
+use crate::checkpoint::{Blank, Persist};
 use core::fmt::Debug;
 use core::ops::Neg;
 use nalgebra::{ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
@@ -23,6 +24,8 @@ pub trait Real:
     + ClosedSubAssign
     + ClosedMulAssign
     + ClosedDivAssign
+    + Persist
+    + Blank
 {
     /// Distance from 1 to the next number.
     const EPSILON: Self;

@@ -13,6 +13,10 @@ pub struct SquareRootInformation<T: Real, const N: usize> {
     right_hand_side: [T; N],
 }
 
+crate::persist!([T: Real, const N: usize] SquareRootInformation<T, N> {
+    factor, right_hand_side
+});
+
 impl<T: Real, const N: usize> Default for SquareRootInformation<T, N> {
     fn default() -> Self {
         Self { factor: Mat::zeros(), right_hand_side: [T::zero(); N] }

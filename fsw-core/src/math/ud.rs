@@ -11,6 +11,11 @@ pub struct Ud<T: Real, const N: usize> {
     packed: Mat<T, N, N>,
 }
 
+crate::persist!(
+    [T: Real, const N: usize] Ud<T, N> { packed }
+    if |ud| ud.is_valid() && (0..N).all(|i| ud.variance(i).is_finite())
+);
+
 impl<T: Real, const N: usize> Ud<T, N> {
     /// Factors of the covariance `S Sᵀ`, by modified Gram-Schmidt from the last row up.
     ///

@@ -27,6 +27,11 @@ pub struct InnovationMonitor<T: Real> {
     mean_square_rad2_s2: T,
 }
 
+crate::persist!(
+    [T: Real] InnovationMonitor<T> { count, mean_nis, residuals, mean_square_rad2_s2 }
+    if |this| this.mean_nis >= T::zero() && this.mean_square_rad2_s2 >= T::zero()
+);
+
 impl<T: Real> Default for InnovationMonitor<T> {
     fn default() -> Self {
         let o = T::zero();
@@ -40,6 +45,9 @@ impl<T: Real> InnovationMonitor<T> {
         self.judge(innovation);
         let r = &innovation.rate_rad_s;
         let square = r.dot(r) * T::lit(1.0 / 3.0);
+        if !square.is_finite() {
+            return; // The filter is about to start anew; its mean must not be lost for good.
+        }
         // Beyond 2^20 residuals the mean forgets slowly instead of stalling in single precision.
         self.residuals = (self.residuals + 1).min(1 << 20);
         let weight = T::one() / T::count(self.residuals);

@@ -37,6 +37,13 @@ pub struct Config<T: Real> {
     pub gate: gate::Config<T>,
 }
 
+// A command may set what is nominal.
+crate::persist!([T: Real] Config<T> {
+    nominal;
+    unchanged rate_ekf, fit, growth, period_tolerance, elements, readout, spike_sigma,
+    lockout_after, gate
+});
+
 /// When the sums become an estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Readout<T: Real> {
@@ -56,6 +63,10 @@ pub enum Readout<T: Real> {
     },
 }
 
+crate::persist!([T: Real] enum Readout<T> {
+    0 => EverySample { forgetting: T }, 1 => EveryInterval { interval_us: u64, batch: Batch }
+});
+
 /// What a batch is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -65,6 +76,8 @@ pub enum Batch {
     /// All since the start.
     SinceStart,
 }
+
+crate::persist!([] enum Batch { 0 => LastInterval, 1 => SinceStart });
 
 impl<T: Real> Config<T> {
     /// `ekf-sgf-rls`: window growing 3, 3, 5, 5, 7 with a parabola, three moments, no forgetting.

@@ -69,6 +69,12 @@ pub struct Chain<T: Real, const W: usize, const C: usize = 8> {
     spikes_in_a_row: u16,
 }
 
+crate::persist!([T: Real, const W: usize, const C: usize] Chain<T, W, C> {
+    config, gate, drive, rate, differentiator, sums, last_interval, interval_start_us, monitor,
+    innovation, last_instant, last_delay_s, mean_innovation_rad_s, spikes_in_a_row;
+    unchanged wheels
+});
+
 impl<T: Real, const W: usize, const C: usize> Chain<T, W, C> {
     /// A chain that waits for its first sample.
     ///

@@ -21,6 +21,8 @@ pub struct AsPublished<T: Real> {
     rule: AdamsBashforth2<T, 9>,
 }
 
+crate::persist!([T: Real] AsPublished<T> { covariance, rule });
+
 impl<T: Real> Form<T> for AsPublished<T> {
     fn new(covariance_factor: &Mat<T, 9, 9>) -> Self {
         let covariance = covariance_factor * covariance_factor.transpose();

@@ -40,6 +40,13 @@ pub struct Config<T: Real> {
     pub gate: gate::Config<T>,
 }
 
+// A command may set the prior.
+crate::persist!([T: Real] Config<T> {
+    prior;
+    unchanged align_above, initial_rate, initial_inertia_kg_m2, gyro_noise_rad_s,
+    rate_walk_rad_s_sqrt_s, inertia_walk_kg_m2_sqrt_s, spike_sigma, lockout_after, gate
+});
+
 /// Rate before any data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialRate<T: Real> {
@@ -48,6 +55,8 @@ pub struct InitialRate<T: Real> {
     /// One sigma on each axis, rad/s.
     pub sigma_rad_s: T,
 }
+
+crate::persist!([T: Real] InitialRate<T> { rate_rad_s, sigma_rad_s });
 
 impl<T: Real> Config<T> {
     /// Defaults for a gyro of this noise (one sigma, white, per sample, rad/s).

@@ -22,6 +22,7 @@ use start::{NoStart, Start};
 
 use super::momentum_integral::MomentumIntegral;
 use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Prior, Reset, Status};
+use crate::checkpoint::Persist;
 use crate::dynamics::interval::{DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
@@ -48,6 +49,8 @@ pub struct State<T: Real> {
     /// Inertia tensor.
     pub inertia: Inertia<T>,
 }
+
+crate::persist!([T: Real] State<T> { rate_rad_s, inertia });
 
 /// How the filter keeps its covariance, and with it propagates and corrects.
 pub trait Form<T: Real>: Sized {
@@ -83,6 +86,10 @@ enum Phase<T: Real> {
     Tracking,
 }
 
+crate::persist!([T: Real] enum Phase<T> {
+    0 => Waiting, 1 => Aligning(motion: MomentumIntegral<T>), 2 => Tracking
+});
+
 /// The nine-state filter, W wheels, its covariance in form F.
 #[derive(Clone, Debug)]
 pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
@@ -102,6 +109,11 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
     innovation: Option<Innovation<T>>,
     spikes_in_a_row: u16,
 }
+
+crate::persist!([T: Real, F: Form<T> + Persist, const W: usize] JointEkf<T, F, W> {
+    config, gate, drive, phase, contradicted, prior, range_kg_m2, state, form, monitor, innovation,
+    spikes_in_a_row; unchanged wheels
+});
 
 impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// A filter that waits for its first sample.

@@ -31,6 +31,8 @@ pub struct StructuredUd<T: Real> {
     factors: Ud<T, 9>,
 }
 
+crate::persist!([T: Real] StructuredUd<T> { factors });
+
 impl<T: Real> StructuredUd<T> {
     /// `P ← Φ P Φᵀ` for the blocks A, B.
     fn propagate(&mut self, transition: &Transition<T>) {

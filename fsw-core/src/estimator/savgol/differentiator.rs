@@ -19,6 +19,8 @@ pub enum Growth {
     Odd,
 }
 
+crate::persist!([] enum Growth { 0 => WaitUntilFull, 1 => Odd });
+
 /// What the window holds after a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pushed<T: Real, const N: usize> {
@@ -58,6 +60,10 @@ pub struct Differentiator<T: Real, const N: usize, const C: usize> {
     smoothing: Kernel<T, C>,
     differentiation: Kernel<T, C>,
 }
+
+crate::persist!([T: Real, const N: usize, const C: usize] Differentiator<T, N, C> {
+    ring, next, filled, smoothing, differentiation; unchanged fit, growth, period_tolerance
+} if |this| this.next < C && this.filled <= this.fit.window);
 
 impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
     /// Fits as `fit` says; its `derivative` is not looked at, since value and first derivative

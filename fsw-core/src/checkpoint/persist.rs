@@ -1,0 +1,131 @@
+//! How a type is kept: its parts, one after the other. A macro, so that a part that was forgotten
+//! doesn't compile.
+
+/// Keeps a type, part by part in the order given.
+///
+/// ```text
+/// persist!([generics] Type { field, field; unchanged field, field } if |this| condition);
+/// persist!([generics] enum Type { 0 => Variant, 1 => Other(item: Item), 2 => Third { part: Part } });
+/// ```
+///
+/// All fields of a struct must be named, or it doesn't compile. Those after `unchanged` are
+/// configuration; without them the type is also
+/// [`Blank`](crate::checkpoint::Blank). What fails the condition is refused.
+#[macro_export]
+macro_rules! persist {
+    ([$($generics:tt)*] enum $type:ty { $(
+        $tag:literal => $variant:ident
+            $(($($item:ident: $of_item:ty),+))? $({$($part:ident: $of_part:ty),+})?
+    ),+ $(,)? }) => {
+        impl<$($generics)*> $crate::checkpoint::Persist for $type {
+            fn layout() -> u32 {
+                use $crate::checkpoint as kept;
+                let layout = const { kept::name(stringify!($type)) };
+                $(
+                    let layout = kept::mix(layout, const { kept::mix(kept::name(stringify!($variant)), $tag) });
+                    $($(let layout = kept::mix(layout, <$of_item as kept::Persist>::layout());)+)?
+                    $($(let layout = kept::mix(layout, <$of_part as kept::Persist>::layout());)+)?
+                )+
+                layout
+            }
+
+            fn persist<A: $crate::checkpoint::Archive>(
+                &mut self,
+                archive: &mut A,
+            ) -> Result<(), A::Error> {
+                use $crate::checkpoint as kept;
+                let before: u32 = match self {
+                    $(Self::$variant $(($($item),+))? $({$($part),+})? => {
+                        $($(let _ = $item;)+)?
+                        $($(let _ = $part;)+)?
+                        $tag
+                    })+
+                };
+                let mut tag = before;
+                archive.word(&mut tag)?;
+                if tag != before {
+                    *self = match tag {
+                        $($tag => Self::$variant
+                            $(($(<$of_item as kept::Blank>::blank()),+))?
+                            $({$($part: <$of_part as kept::Blank>::blank()),+})?,)+
+                        _ => return Err(kept::Invalid { place: stringify!($type) }.into()),
+                    };
+                }
+                match self {
+                    $(Self::$variant $(($($item),+))? $({$($part),+})? => {
+                        $($(kept::Persist::persist($item, archive)?;)+)?
+                        $($(kept::Persist::persist($part, archive)?;)+)?
+                    })+
+                }
+                Ok(())
+            }
+        }
+
+        impl<$($generics)*> $crate::checkpoint::Blank for $type {
+            fn blank() -> Self {
+                $crate::persist!(@first $(
+                    Self::$variant
+                        $(($(<$of_item as $crate::checkpoint::Blank>::blank()),+))?
+                        $({$($part: <$of_part as $crate::checkpoint::Blank>::blank()),+})?
+                );+)
+            }
+        }
+    };
+    (@first $first:expr $(; $other:expr)*) => { $first };
+    ([$($generics:tt)*] $type:ty { $($field:ident),+ $(,)? } $(if |$this:ident| $valid:expr)?) => {
+        $crate::persist!(
+            @kept [$($generics)*] $type { $($field),+; } $(if |$this| $valid)?
+        );
+
+        impl<$($generics)*> $crate::checkpoint::Blank for $type {
+            fn blank() -> Self {
+                Self { $($field: $crate::checkpoint::Blank::blank()),+ }
+            }
+        }
+    };
+    ([$($generics:tt)*] $type:ty {
+        $($field:ident),+; unchanged $($configured:ident),+ $(,)?
+    } $(if |$this:ident| $valid:expr)?) => {
+        $crate::persist!(
+            @kept [$($generics)*] $type { $($field),+; $($configured),+ } $(if |$this| $valid)?
+        );
+    };
+    (@kept [$($generics:tt)*] $type:ty {
+        $($field:ident),+; $($configured:ident),*
+    } $(if |$this:ident| $valid:expr)?) => {
+        impl<$($generics)*> $crate::checkpoint::Persist for $type {
+            fn layout() -> u32 {
+                use $crate::checkpoint as kept;
+                let layout = const { kept::name(stringify!($type)) };
+                $(
+                    let layout =
+                        kept::mix(layout, const { !kept::name(stringify!($configured)) });
+                    let layout = kept::mix(layout, kept::layout_of(|this: &Self| &this.$configured));
+                )*
+                $(
+                    let layout = kept::mix(layout, const { kept::name(stringify!($field)) });
+                    let layout = kept::mix(layout, kept::layout_of(|this: &Self| &this.$field));
+                )+
+                layout
+            }
+
+            fn persist<A: $crate::checkpoint::Archive>(
+                &mut self,
+                archive: &mut A,
+            ) -> Result<(), A::Error> {
+                use $crate::checkpoint as kept;
+                // Without `..`: a field that isn't named doesn't compile.
+                let Self { $($configured,)* $($field),+ } = self;
+                $(kept::Persist::persist($configured, &mut kept::Unchanged(archive))?;)*
+                $(kept::Persist::persist($field, archive)?;)+
+                $(
+                    let $this = &*self;
+                    if !$valid {
+                        return Err(kept::Invalid { place: stringify!($type) }.into());
+                    }
+                )?
+                Ok(())
+            }
+        }
+    };
+}

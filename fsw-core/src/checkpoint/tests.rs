@@ -1,0 +1,411 @@
+use super::*;
+use crate::dynamics::wheels::WheelArray;
+use crate::estimator::chain::{self, Chain};
+use crate::estimator::joint_ekf::{self, JointEkf, JointEkfPublished, JointEkfUd};
+use crate::estimator::regression::Elements;
+use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
+use crate::estimator::{Estimator, Outcome, Prior, Reset};
+use crate::math::{Vec3, scalar::Real};
+use crate::sample::Sample;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+const DEPLOYED: [f64; 6] = [3.0, 1.6, 2.6, 0.2, -0.1, 0.05];
+const NOISE_RAD_S: f64 = 1e-4;
+const PERIOD_US: u64 = 100_000;
+/// Of each of the two bodies.
+const SAMPLES: u64 = 400;
+
+fn wheels<T: Real>() -> WheelArray<T, 1> {
+    let axis = Vec3::new(T::one(), T::one(), T::zero());
+    WheelArray::new([axis], [T::lit(1e-3)]).unwrap()
+}
+
+fn tumble(inertia_kg_m2: [f64; 6]) -> Vec<Sample<f32, 1>> {
+    let flight = TestFlight {
+        inertia_kg_m2,
+        initial_rate_rad_s: Vec3::new(0.01, -0.02, 0.03),
+        wheels: wheels(),
+        period_us: PERIOD_US,
+        samples: SAMPLES,
+    };
+    flight.fly(|t| [100.0 + 50.0 * (0.5 * t).sin()], tumbling_torque_n_m)
+}
+
+/// All that can happen: a body, and the one that it becomes; noise; samples that are broken, late,
+/// repeated, far off or missing.
+fn eventful<T: Real>() -> Vec<Sample<T, 1>> {
+    let mut samples = tumble(INERTIA);
+    samples.extend(
+        tumble(DEPLOYED)
+            .into_iter()
+            .map(|sample| Sample { time_us: sample.time_us + SAMPLES * PERIOD_US, ..sample }),
+    );
+    // Numbers that jump about: a linear congruence, uniform in ±1.7 sigma.
+    let mut state = 1u64;
+    let mut noise = |_| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let uniform = (state >> 40) as f64 / (1u64 << 23) as f64 - 1.0;
+        (uniform * 3f64.sqrt() * NOISE_RAD_S) as f32
+    };
+    for sample in &mut samples {
+        sample.rate_rad_s += Vec3::from([0, 1, 2].map(&mut noise));
+    }
+    samples[250].rate_rad_s.x = f32::NAN;
+    samples[260].time_us = samples[259].time_us;
+    samples[270].rate_rad_s.y += 0.5;
+    for k in 281..295 {
+        samples[k].rate_rad_s = samples[280].rate_rad_s;
+    }
+    samples.drain(320..335);
+    samples.iter().map(cast).collect()
+}
+
+fn cast<T: Real>(sample: &Sample<f32, 1>) -> Sample<T, 1> {
+    Sample {
+        time_us: sample.time_us,
+        rate_rad_s: sample.rate_rad_s.map(T::from_f32),
+        wheel_speed_rad_s: sample.wheel_speed_rad_s.map(T::from_f32),
+        torque_n_m: sample.torque_n_m.map(T::from_f32),
+        attitude: None,
+    }
+}
+
+fn joint_ekf<T: Real>() -> JointEkfUd<T, 1> {
+    JointEkf::new(joint_ekf::Config::new(T::lit(NOISE_RAD_S)), wheels()).unwrap()
+}
+
+fn published<T: Real>() -> JointEkfPublished<T, 1> {
+    let config = joint_ekf::Config { prior: Some(prior()), ..joint_ekf::Config::new(T::lit(1e-4)) };
+    JointEkf::new(config, wheels()).unwrap()
+}
+
+fn rls<T: Real>() -> Chain<T, 1> {
+    let config = chain::Config::kim_2013(T::lit(NOISE_RAD_S), prior());
+    Chain::new(chain::Config { elements: Elements::All, ..config }, wheels()).unwrap()
+}
+
+fn lls<T: Real>() -> Chain<T, 1> {
+    Chain::new(chain::Config::kim_2016(T::lit(NOISE_RAD_S), prior()), wheels()).unwrap()
+}
+
+fn prior<T: Real>() -> Prior<T> {
+    Prior {
+        inertia_kg_m2: [1.2, 1.2, 1.2, 0.0, 0.0, 0.0].map(T::lit),
+        sigma_kg_m2: [0.2, 0.2, 0.2, 0.1, 0.1, 0.1].map(T::lit),
+    }
+}
+
+fn kept<P: Persist>(state: &mut P) -> Vec<u32> {
+    let mut noted = std::vec![0; words(state).unwrap() as usize];
+    let mut archive = ToWords::new(&mut noted);
+    state.persist(&mut archive).unwrap();
+    assert_eq!(archive.noted(), noted.len());
+    noted
+}
+
+fn bring_back<P: Persist>(state: &mut P, noted: &[u32]) -> Result<(), Refused> {
+    let mut archive = FromWords::new(noted);
+    state.persist(&mut archive)?;
+    assert_eq!(archive.left(), 0);
+    Ok(())
+}
+
+/// What a flight without interruption does: each sample's outcome, and the whole state after it.
+fn uninterrupted<T: Real, E: Estimator<T, 1> + Persist>(
+    mut estimator: E,
+    samples: &[Sample<T, 1>],
+) -> Vec<(Outcome, Vec<u32>)> {
+    samples.iter().map(|sample| (estimator.step(sample), kept(&mut estimator))).collect()
+}
+
+/// Restores into a fresh estimator after each of these samples, and compares the rest of the flight.
+fn resumes<T: Real, E: Estimator<T, 1> + Persist>(
+    fresh: impl Fn() -> E,
+    samples: &[Sample<T, 1>],
+    after: impl Iterator<Item = usize>,
+) {
+    let flown = uninterrupted(fresh(), samples);
+    let mut last = fresh();
+    samples.iter().for_each(|sample| {
+        last.step(sample);
+    });
+    for at in after {
+        let mut restored = fresh();
+        bring_back(&mut restored, &flown[at].1).unwrap();
+        for k in at + 1..samples.len() {
+            assert_eq!(restored.step(&samples[k]), flown[k].0, "from {at}, sample {k}");
+            // The whole state, near the start and now and then.
+            if k < at + 20 || k % 50 == 0 {
+                assert_eq!(kept(&mut restored), flown[k].1, "from {at}, sample {k}");
+            }
+        }
+        assert_eq!(restored.estimate(), last.estimate(), "from {at}");
+        assert_eq!(restored.rate_rad_s(), last.rate_rad_s());
+        assert_eq!(restored.innovation(), last.innovation());
+    }
+}
+
+fn some_of<T: Real>(samples: &[Sample<T, 1>], step: usize) -> impl Iterator<Item = usize> {
+    (0..samples.len()).step_by(step)
+}
+
+#[test]
+fn the_flight_has_what_it_should() {
+    let outcomes: Vec<Outcome> =
+        uninterrupted(joint_ekf::<f32>(), &eventful()).into_iter().map(|(o, _)| o).collect();
+    for name in ["aligning", "updated", "not_finite", "out_of_order", "spike", "stuck", "reset_gap"]
+    {
+        assert!(outcomes.iter().any(|o| o.name() == name), "{name}");
+    }
+    let aligned = outcomes.iter().filter(|o| **o == Outcome::Reset(Reset::Aligned)).count();
+    assert!(outcomes.contains(&Outcome::Reset(Reset::Lockout)));
+    assert_eq!(aligned, 2);
+}
+
+#[test]
+fn joint_ekf_resumes_bit_for_bit() {
+    let (single, double) = (eventful::<f32>(), eventful::<f64>());
+    resumes(joint_ekf::<f32>, &single, some_of(&single, 3));
+    resumes(joint_ekf::<f64>, &double, some_of(&double, 11));
+    resumes(published::<f64>, &double, some_of(&double, 37));
+}
+
+#[test]
+fn chains_resume_bit_for_bit() {
+    let (single, double) = (eventful::<f32>(), eventful::<f64>());
+    resumes(rls::<f32>, &single, some_of(&single, 5));
+    resumes(rls::<f64>, &double, some_of(&double, 17));
+    resumes(lls::<f32>, &single, some_of(&single, 17));
+    resumes(lls::<f64>, &double, some_of(&double, 37));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+    /// Whatever the samples hold, wherever the flight is interrupted.
+    #[test]
+    fn any_flight_resumes_after_any_sample(
+        at in 0..400usize,
+        bits in prop::collection::vec((any::<u64>(), prop::array::uniform7(any::<u32>())), 20),
+        spoil in 0..400usize,
+    ) {
+        let mut samples = eventful::<f32>();
+        samples.truncate(500);
+        for (k, (time, values)) in bits.into_iter().enumerate() {
+            let [a, b, c, d, e, f, g] = values.map(f32::from_bits);
+            let sample = &mut samples[(spoil + 7 * k) % 500];
+            if time % 5 == 0 {
+                sample.time_us = time;
+            }
+            (sample.rate_rad_s, sample.torque_n_m) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
+            sample.wheel_speed_rad_s = [g];
+        }
+        any_resumes(joint_ekf, &samples, at);
+        any_resumes(rls, &samples, at);
+    }
+}
+
+/// As [`resumes`]; a state with a number that isn't finite is not kept.
+fn any_resumes<E: Estimator<f32, 1> + Persist>(
+    fresh: impl Fn() -> E,
+    samples: &[Sample<f32, 1>],
+    at: usize,
+) {
+    let mut flying = fresh();
+    samples[..=at].iter().for_each(|sample| {
+        flying.step(sample);
+    });
+    if words(&mut flying).is_err() {
+        return;
+    }
+    let mut restored = fresh();
+    bring_back(&mut restored, &kept(&mut flying)).unwrap();
+    for sample in &samples[at + 1..] {
+        assert_eq!(restored.step(sample), flying.step(sample));
+    }
+    assert_eq!(std::format!("{:?}", restored.estimate()), std::format!("{:?}", flying.estimate()));
+}
+
+#[test]
+fn what_is_cut_short_is_refused() {
+    fn all_refused<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E) {
+        let samples = eventful();
+        for (_, noted) in uninterrupted(fresh(), &samples).iter().step_by(150) {
+            for length in 0..noted.len() {
+                let cut = bring_back(&mut fresh(), &noted[..length]);
+                assert_eq!(cut, Err(Refused::TooShort), "{length} of {}", noted.len());
+            }
+        }
+    }
+    all_refused(joint_ekf);
+    all_refused(rls);
+}
+
+/// Flips each bit of a checkpoint in turn. What isn't refused goes on, and stays finite.
+fn flipped_bits<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E, at: usize) {
+    let samples = eventful();
+    let noted = uninterrupted(fresh(), &samples[..=at]).pop().unwrap().1;
+    let (mut refused, mut finite) = (0, 0);
+    for bit in 0..32 * noted.len() {
+        let mut flipped = noted.clone();
+        flipped[bit / 32] ^= 1 << (bit % 32);
+        let mut estimator = fresh();
+        let mut archive = FromWords::new(&flipped);
+        // One that comes out shorter than it was noted is refused by its length.
+        if estimator.persist(&mut archive).is_err() || archive.left() > 0 {
+            refused += 1;
+            continue;
+        }
+        for sample in &samples[at + 1..at + 40] {
+            estimator.step(sample);
+        }
+        let estimate = estimator.estimate();
+        assert!(
+            estimate.inertia.elements_kg_m2().iter().all(|x| x.is_finite()),
+            "bit {bit} of {at}: {estimate:?}"
+        );
+        assert!(
+            estimate.sigma_kg_m2().iter().all(|x| x.is_finite()),
+            "bit {bit} of {at}: {estimate:?}"
+        );
+        assert!(estimate.residual_rms_rad_s.is_finite(), "bit {bit} of {at}: {estimate:?}");
+        assert!(
+            estimator.rate_rad_s().iter().all(|x| x.is_finite()),
+            "bit {bit} of {at}: {estimate:?}"
+        );
+        finite += 1;
+    }
+    assert!(refused > 0 && finite > 0, "{refused} refused, {finite} finite");
+}
+
+#[test]
+fn a_flipped_bit_is_refused_or_leaves_finite_numbers() {
+    for at in [3, 100, 240, 500] {
+        flipped_bits(joint_ekf, at);
+    }
+    for at in [3, 300] {
+        flipped_bits(rls, at);
+    }
+}
+
+#[test]
+fn what_means_nothing_is_refused() {
+    fn refused<P: Persist>(mut state: P, word: u32) -> bool {
+        let outcome = state.persist(&mut FromWords::new(&[word, 0]));
+        matches!(outcome, Err(Refused::Invalid(_)))
+    }
+    assert!(refused(false, 2));
+    assert!(refused(None::<u32>, 2));
+    assert!(refused(0u16, 0x1_0000));
+    assert!(refused(0f32, f32::NAN.to_bits()));
+    assert!(refused(0f32, f32::INFINITY.to_bits()));
+    assert!(refused(Elements::All, 2));
+    let mut nothing = f64::NAN;
+    assert!(words(&mut nothing).is_err(), "nor is it kept");
+}
+
+#[test]
+fn another_configuration_is_refused() {
+    let noted = kept(&mut joint_ekf::<f32>());
+    let config = joint_ekf::Config::new(2.0 * NOISE_RAD_S as f32);
+    let mut other = JointEkfUd::<f32, 1>::new(config, wheels()).unwrap();
+    let configuration = Err(Refused::Invalid(Invalid { place: "configuration" }));
+    assert_eq!(bring_back(&mut other, &noted), configuration);
+
+    let heavier = WheelArray::new([Vec3::new(1.0, 1.0, 0.0)], [2e-3]).unwrap();
+    let config = joint_ekf::Config::new(NOISE_RAD_S as f32);
+    let mut other = JointEkfUd::<f32, 1>::new(config, heavier).unwrap();
+    assert_eq!(bring_back(&mut other, &noted), configuration);
+}
+
+#[test]
+fn a_prior_that_was_set_comes_along() {
+    let config = joint_ekf::Config::new(NOISE_RAD_S as f32);
+    let with_prior = joint_ekf::Config { prior: Some(prior()), ..config };
+    let mut told = JointEkfUd::<f32, 1>::new(with_prior, wheels()).unwrap();
+    let mut restored = joint_ekf::<f32>();
+    bring_back(&mut restored, &kept(&mut told)).unwrap();
+    assert_eq!(kept(&mut restored), kept(&mut told));
+    for sample in &eventful() {
+        assert_eq!(restored.step(sample), told.step(sample));
+    }
+
+    let other = Prior { sigma_kg_m2: [0.3; 6], ..prior() };
+    let config = chain::Config { elements: Elements::All, ..chain::Config::kim_2013(1e-4, other) };
+    let mut told = Chain::<f32, 1>::new(config, wheels()).unwrap();
+    let mut restored = rls::<f32>();
+    bring_back(&mut restored, &kept(&mut told)).unwrap();
+    for sample in &eventful() {
+        assert_eq!(restored.step(sample), told.step(sample));
+    }
+    assert_eq!(restored.estimate(), told.estimate());
+}
+
+#[test]
+fn a_prior_that_no_body_has_is_refused() {
+    let mut prior = prior::<f32>();
+    let mut noted = kept(&mut prior);
+    noted[0] = 10f32.to_bits();
+    assert!(bring_back(&mut prior, &noted).is_err());
+}
+
+#[test]
+fn each_layout_has_its_own_fingerprint() {
+    struct A {
+        x: u32,
+        y: u32,
+    }
+    struct B {
+        x: u32,
+        y: u16,
+    }
+    struct C {
+        x: u32,
+        y: Option<u32>,
+    }
+    crate::persist!([] A { x, y });
+    crate::persist!([] B { x, y });
+    crate::persist!([] C { x, y });
+    mod renamed {
+        pub struct A {
+            pub x: u32,
+            pub z: u32,
+        }
+        crate::persist!([] A { x, z });
+    }
+    mod reordered {
+        pub struct A {
+            pub x: u32,
+            pub y: u32,
+        }
+        crate::persist!([] A { y, x });
+    }
+    mod configured {
+        pub struct A {
+            pub x: u32,
+            pub y: u32,
+        }
+        crate::persist!([] A { y; unchanged x });
+    }
+    let mut all = std::vec![
+        fingerprint::<A>(),
+        fingerprint::<B>(),
+        fingerprint::<C>(),
+        fingerprint::<renamed::A>(),
+        fingerprint::<reordered::A>(),
+        fingerprint::<configured::A>(),
+        fingerprint::<[A; 2]>(),
+        fingerprint::<[A; 3]>(),
+        fingerprint::<JointEkfUd<f32, 4>>(),
+        fingerprint::<JointEkfUd<f32, 3>>(),
+        fingerprint::<JointEkfUd<f64, 4>>(),
+        fingerprint::<JointEkfPublished<f32, 4>>(),
+        fingerprint::<Chain<f32, 4>>(),
+        fingerprint::<Chain<f32, 4, 16>>(),
+    ];
+    let layouts = all.len();
+    all.sort_unstable();
+    all.dedup();
+    assert_eq!(all.len(), layouts);
+}
