@@ -18,6 +18,7 @@
 //!    the same in a test, in QEMU and on the board.
 //! 4. [`replay`]: the committed flight with its estimator, ready to fly. The image `bin/replay`
 //!    and the test that compares host and target bit for bit both call it.
+//! 5. [`link`]: what goes to the ground and what comes from there, as packets over a serial line.
 //!
 //! Below that are the parts that only the chip has (`target_os = "none"`): `board`, the bring-up
 //! of the one board that exists, `log`, where a defmt frame goes, `exit`, how an image ends, and
@@ -30,6 +31,7 @@
 pub mod app;
 pub mod craft;
 pub mod drivers;
+pub mod link;
 pub mod log;
 pub mod onboard;
 pub mod recording;

@@ -1,0 +1,89 @@
+//! The tables of `link.md` are those of the code.
+
+extern crate std;
+use super::command::Function;
+use super::telemetry::samples::{estimate, status};
+use super::telemetry::{CheckpointState, ClockSource, GyroState, ResetCause, Telemetry};
+use super::wire::{About, Coded, Shape, Value, Visitor};
+use crate::onboard::EstimatorId;
+use fsw_core::{Outcome, Status};
+use std::string::String;
+use std::vec::Vec;
+use std::{format, print, println};
+
+const LINK: &str = include_str!("link.md");
+
+/// Primary header and time.
+const USER_DATA: usize = 14;
+
+/// The rows of one packet's table.
+struct Table {
+    offset: usize,
+    groups: Vec<&'static str>,
+    rows: String,
+}
+
+impl Visitor for Table {
+    fn open(&mut self, about: &About) {
+        self.groups.push(about.name);
+    }
+
+    fn close(&mut self) {
+        self.groups.pop();
+    }
+
+    fn field(&mut self, about: &About, shape: Shape, _: Option<&[Value]>) {
+        let optional = if shape.optional { "? " } else { "" };
+        let count = if shape.count > 1 { format!(" × {}", shape.count) } else { String::new() };
+        let kind = format!("{optional}{}{count}", shape.element);
+        let name = [&self.groups[1..], &[about.name]].concat().join(".");
+        let (offset, unit, meaning) = (self.offset, about.unit, about.meaning.trim());
+        self.rows += &format!("| {offset} | {kind} | `{name}` | {unit} | {meaning} |\n");
+        self.offset += shape.bytes;
+    }
+}
+
+fn table(telemetry: &Telemetry) -> String {
+    let mut table = Table { offset: USER_DATA, groups: Vec::new(), rows: String::new() };
+    telemetry.visit(&mut table);
+    let crc = format!("| {} | u16 | | – | The checksum. |\n", table.offset);
+    format!(
+        "| offset | type | field | unit | meaning |\n|---|---|---|---|---|\n{}{crc}",
+        table.rows
+    )
+}
+
+fn words<C: Coded>() -> String {
+    let word = |(code, word): &(u8, &str)| format!("{code} `{word}`");
+    let words: Vec<String> = C::CODES.iter().map(word).collect();
+    format!("| {} | {} |\n", C::NAME, words.join(", "))
+}
+
+fn assert_documented(part: &str) {
+    if !LINK.contains(part) {
+        println!("link.md should contain:");
+        print!("{part}");
+        panic!("link.md doesn't contain what was just printed");
+    }
+}
+
+#[test]
+fn the_tables_of_packets_are_those_of_the_code() {
+    assert_documented(&table(&Telemetry::Estimate(estimate())));
+    assert_documented(&table(&Telemetry::Status(status())));
+}
+
+#[test]
+fn the_numbers_of_words_are_those_of_the_code() {
+    let rows = [
+        words::<EstimatorId>(),
+        words::<Status>(),
+        words::<Outcome>(),
+        words::<ResetCause>(),
+        words::<ClockSource>(),
+        words::<GyroState>(),
+        words::<Function>(),
+        words::<CheckpointState>(),
+    ];
+    assert_documented(&rows.concat());
+}

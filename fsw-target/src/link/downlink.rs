@@ -1,0 +1,219 @@
+//! From reports to bytes on the line.
+//!
+//! In: reports, as the flight computer makes them. Out: their frames, byte by byte, as fast as the
+//! serial port takes them. The loop never waits for the line: a packet for which the queue has no
+//! room is dropped whole and counted, and so is one that the port lost a byte of, by the ground.
+//!
+//! Each kind of packet has a sequence count of its own, which also counts the dropped ones, so that
+//! the ground sees what it misses.
+
+use super::frame::Frame;
+use super::packet::{self, Apid, SequenceCount};
+use super::telemetry::Report;
+use embedded_hal_nb::{nb, serial};
+use heapless::Deque;
+
+/// The sending end of the line, with a queue of N bytes.
+#[derive(Debug)]
+pub struct Downlink<const N: usize> {
+    queue: Deque<u8, N>,
+    estimates: SequenceCount,
+    statuses: SequenceCount,
+    checkpoints: SequenceCount,
+    dropped: u32,
+    port_errors: u32,
+}
+
+impl<const N: usize> Downlink<N> {
+    /// A downlink that has sent nothing.
+    pub const fn new() -> Self {
+        let zero = SequenceCount::new(0);
+        Self {
+            queue: Deque::new(),
+            estimates: zero,
+            statuses: zero,
+            checkpoints: zero,
+            dropped: 0,
+            port_errors: 0,
+        }
+    }
+
+    /// Queues a report made at `time_us` of on-board time. Says whether it fits.
+    pub fn send<R: Report>(&mut self, time_us: u64, report: &R) -> bool {
+        let count = self.count(R::APID);
+        let sequence_count = *count;
+        *count = packet::next(sequence_count);
+        let packet = report.packet(time_us, sequence_count);
+        let sent = packet
+            .and_then(|packet| Frame::of(packet.bytes()))
+            .is_some_and(|frame| self.queue_whole(frame.bytes()));
+        if !sent {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+        sent
+    }
+
+    /// Whether a frame of so many bytes would fit.
+    pub fn has_room_for(&self, bytes: usize) -> bool {
+        bytes <= N.saturating_sub(self.queue.len())
+    }
+
+    /// Hands the port as much as it takes now.
+    pub fn drain(&mut self, port: &mut impl serial::Write<u8>) {
+        while let Some(&byte) = self.queue.front() {
+            match port.write(byte) {
+                Ok(()) => {}
+                Err(nb::Error::WouldBlock) => return,
+                // A byte that failed once is lost: tried again, it could hold up the line for good.
+                Err(nb::Error::Other(_)) => self.port_errors = self.port_errors.saturating_add(1),
+            }
+            self.queue.pop_front();
+        }
+    }
+
+    /// Bytes that wait for the port.
+    pub fn waiting(&self) -> usize {
+        self.queue.len()
+    }
+
+    /// Packets dropped whole, for which the queue had no room.
+    pub fn dropped(&self) -> u32 {
+        self.dropped
+    }
+
+    /// Bytes that the port reported an error of.
+    pub fn port_errors(&self) -> u32 {
+        self.port_errors
+    }
+
+    fn count(&mut self, apid: Apid) -> &mut SequenceCount {
+        match apid {
+            packet::STATUS => &mut self.statuses,
+            packet::CHECKPOINT => &mut self.checkpoints,
+            _ => &mut self.estimates,
+        }
+    }
+
+    fn queue_whole(&mut self, frame: &[u8]) -> bool {
+        let fits = self.has_room_for(frame.len());
+        if fits {
+            for byte in frame {
+                let _ = self.queue.push_back(*byte);
+            }
+        }
+        fits
+    }
+}
+
+impl<const N: usize> Default for Downlink<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::link::Receiver;
+    use crate::link::telemetry::samples::{estimate, status};
+    use crate::link::telemetry::{Received, Telemetry};
+    use embedded_hal_nb::serial::{ErrorKind, ErrorType, Write};
+    use std::vec::Vec;
+
+    /// Takes so many bytes, then none; every byte of `broken` is an error.
+    #[derive(Default)]
+    struct Port {
+        bytes: Vec<u8>,
+        takes: usize,
+        broken: Option<u8>,
+    }
+
+    impl ErrorType for Port {
+        type Error = ErrorKind;
+    }
+
+    impl Write for Port {
+        fn write(&mut self, byte: u8) -> nb::Result<(), ErrorKind> {
+            if self.takes == 0 {
+                return Err(nb::Error::WouldBlock);
+            }
+            self.takes -= 1;
+            if self.broken == Some(byte) {
+                return Err(nb::Error::Other(ErrorKind::Other));
+            }
+            self.bytes.push(byte);
+            Ok(())
+        }
+
+        fn flush(&mut self) -> nb::Result<(), ErrorKind> {
+            Ok(())
+        }
+    }
+
+    fn received(bytes: &[u8]) -> Vec<Received> {
+        let mut receiver = Receiver::default();
+        let packets = bytes.iter().filter_map(|byte| receiver.push(*byte));
+        packets.collect::<Result<_, _>>().unwrap()
+    }
+
+    #[test]
+    fn reports_arrive_in_order_on_a_slow_line() {
+        let mut downlink = Downlink::<600>::new();
+        let mut port = Port::default();
+        for k in 0..50 {
+            assert!(downlink.send(k, &estimate()));
+            while downlink.waiting() > 100 {
+                port.takes = 7;
+                downlink.drain(&mut port);
+            }
+        }
+        port.takes = usize::MAX;
+        downlink.drain(&mut port);
+        let received = received(&port.bytes);
+        assert_eq!(received.len(), 50);
+        for (k, packet) in (0..).zip(received) {
+            assert_eq!((packet.time_us, packet.sequence_count.value()), (k, k as u16));
+            assert_eq!(packet.telemetry, Telemetry::Estimate(estimate()));
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_dropped_whole_and_leaves_a_gap_in_the_count() {
+        let mut downlink = Downlink::<200>::new();
+        let mut port = Port { takes: usize::MAX, ..Port::default() };
+        assert!(downlink.send(0, &estimate()));
+        assert!(!downlink.send(1, &estimate()));
+        assert!(!downlink.send(2, &status()));
+        downlink.drain(&mut port);
+        assert!(downlink.send(3, &estimate()));
+        downlink.drain(&mut port);
+        let counts: Vec<_> =
+            received(&port.bytes).iter().map(|packet| packet.sequence_count.value()).collect();
+        assert_eq!((counts, downlink.dropped(), downlink.waiting()), ([0, 2].to_vec(), 2, 0));
+    }
+
+    #[test]
+    fn each_kind_has_a_count_of_its_own() {
+        let mut downlink = Downlink::<2000>::new();
+        let mut port = Port { takes: usize::MAX, ..Port::default() };
+        downlink.send(0, &estimate());
+        downlink.send(0, &estimate());
+        downlink.send(0, &status());
+        downlink.drain(&mut port);
+        let counts: Vec<_> = received(&port.bytes)
+            .iter()
+            .map(|packet| (packet.telemetry.kind(), packet.sequence_count.value()))
+            .collect();
+        assert_eq!(counts, [("estimate", 0), ("estimate", 1), ("status", 0)]);
+    }
+
+    #[test]
+    fn a_broken_port_holds_nothing_up() {
+        let mut downlink = Downlink::<300>::new();
+        let mut port = Port { takes: usize::MAX, broken: Some(0), ..Port::default() };
+        assert!(downlink.send(0, &estimate()));
+        downlink.drain(&mut port);
+        assert_eq!((downlink.waiting(), downlink.port_errors()), (0, 2));
+    }
+}

@@ -1,0 +1,304 @@
+//! CCSDS space packets with a checksum.
+//!
+//! In: who sends what, or the bytes of a packet. Out: the bytes, or what is in them.
+//!
+//! | bytes | what | source |
+//! |---|---|---|
+//! | 0 to 5 | primary header | CCSDS 133.0-B-2, 4.1.3 |
+//! | 6 to 13 | of telemetry: on-board time, µs since the computer's start, u64 | secondary header, 4.1.4.2 |
+//! | … | user data | `link.md` |
+//! | last 2 | checksum over all before it | ECSS-E-ST-70-41C, annex B |
+//!
+//! A packet is whole, never a segment of something longer. The primary header is written and read
+//! by the crate `spacepackets`. Its packet builders and readers aren't used: they slice by lengths
+//! that the compiler can't see, which would leave panicking code in the image.
+
+use super::frame::MAX_PACKET;
+use super::wire::{Reader, Wire, Writer};
+use arbitrary_int::{u3, u11, u14};
+use core::fmt;
+use crc::Crc;
+use spacepackets::{PacketId, PacketSequenceControl, SequenceFlags, SpacePacketHeader};
+
+pub use arbitrary_int::{u11 as Apid, u14 as SequenceCount};
+pub use spacepackets::PacketType;
+
+/// Telecommands.
+pub const COMMAND: Apid = u11::new(0x1f0);
+/// Telemetry: [`EstimateReport`](super::telemetry::EstimateReport).
+pub const ESTIMATE: Apid = u11::new(0x1f1);
+/// Telemetry: [`StatusReport`](super::telemetry::StatusReport).
+pub const STATUS: Apid = u11::new(0x1f2);
+/// Telemetry: [`CheckpointPart`](super::telemetry::CheckpointPart).
+pub const CHECKPOINT: Apid = u11::new(0x1f3);
+
+/// CRC-16 with polynomial 0x1021 and start value 0xffff, not reflected. 512 bytes of table in
+/// flash make a packet cost a tenth of what it costs bit by bit.
+static CHECKSUM: Crc<u16> = spacepackets::crc::CRC_CCITT_FALSE;
+
+/// Bytes of the checksum.
+const CHECKSUM_BYTES: usize = 2;
+
+/// What a packet says of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// Telemetry or telecommand.
+    pub packet_type: PacketType,
+    /// What kind of packet, by one of the numbers above.
+    pub apid: Apid,
+    /// Counts the packets of one APID, modulo 2¹⁴.
+    pub sequence_count: SequenceCount,
+    /// On-board time, µs: of telemetry.
+    pub time_us: Option<u64>,
+}
+
+impl Header {
+    fn primary(&self, packet_bytes: usize) -> Option<SpacePacketHeader> {
+        // The field holds the bytes after the primary header, less one.
+        let after = packet_bytes.checked_sub(SpacePacketHeader::LENGTH)?.checked_sub(1)?;
+        Some(SpacePacketHeader::new(
+            PacketId::new(self.packet_type, self.time_us.is_some(), self.apid),
+            PacketSequenceControl::new(SequenceFlags::Unsegmented, self.sequence_count),
+            u16::try_from(after).ok()?,
+        ))
+    }
+}
+
+/// A packet of at most [`MAX_PACKET`] bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Packet {
+    bytes: [u8; MAX_PACKET],
+    length: usize,
+}
+
+impl Packet {
+    /// A packet whose user data `body` writes; `None` where that is too long.
+    pub fn new(header: &Header, body: impl FnOnce(&mut Writer<'_>)) -> Option<Self> {
+        let mut bytes = [0; MAX_PACKET];
+        let (room_for_header, after) =
+            bytes.split_first_chunk_mut::<{ SpacePacketHeader::LENGTH }>()?;
+        let mut writer = Writer::new(after);
+        if let Some(time_us) = header.time_us {
+            time_us.put(&mut writer);
+        }
+        body(&mut writer);
+        let checksum_at = SpacePacketHeader::LENGTH + writer.finish()?;
+        let length = checksum_at + CHECKSUM_BYTES;
+        header.primary(length)?.write_to_slice(room_for_header).ok()?;
+
+        let checksum = CHECKSUM.checksum(bytes.get(..checksum_at)?);
+        Writer::new(bytes.get_mut(checksum_at..length)?).put(&checksum.to_be_bytes());
+        Some(Self { bytes, length })
+    }
+
+    /// All of it, from the primary header to the checksum.
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or_default()
+    }
+}
+
+/// Why bytes are no packet of ours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PacketError {
+    /// It ends before its own length says.
+    Truncated,
+    /// It goes on after its own length says.
+    TooLong,
+    /// The checksum isn't that of the bytes.
+    WrongChecksum,
+    /// Another version of the standard, a segment of something longer, or telemetry without a time.
+    Unsupported,
+}
+
+impl fmt::Display for PacketError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Truncated => "the packet ends before its length field says",
+            Self::TooLong => "the packet goes on after its length field says",
+            Self::WrongChecksum => "the checksum isn't that of the bytes",
+            Self::Unsupported => "the packet is of another version, a segment, or without a time",
+        })
+    }
+}
+
+impl core::error::Error for PacketError {}
+
+/// The header and the user data of a packet that is intact.
+///
+/// # Errors
+/// See [`PacketError`]; the first that applies.
+pub fn parse(bytes: &[u8]) -> Result<(Header, &[u8]), PacketError> {
+    let (before, checksum) = bytes.split_last_chunk().ok_or(PacketError::Truncated)?;
+    let (primary, after) = before
+        .split_first_chunk::<{ SpacePacketHeader::LENGTH }>()
+        .ok_or(PacketError::Truncated)?;
+    let (primary, _) =
+        SpacePacketHeader::from_be_bytes(primary).map_err(|_| PacketError::Truncated)?;
+    match bytes.len().cmp(&primary.packet_len()) {
+        core::cmp::Ordering::Less => return Err(PacketError::Truncated),
+        core::cmp::Ordering::Greater => return Err(PacketError::TooLong),
+        core::cmp::Ordering::Equal => {}
+    }
+    if CHECKSUM.checksum(before) != u16::from_be_bytes(*checksum) {
+        return Err(PacketError::WrongChecksum);
+    }
+    let SpacePacketHeader { version, packet_id, psc, .. } = primary;
+    if version != u3::new(0) || psc.seq_flags != SequenceFlags::Unsegmented {
+        return Err(PacketError::Unsupported);
+    }
+    let mut reader = Reader::new(after);
+    let time_us = match packet_id.sec_header_flag {
+        true => Some(u64::take(&mut reader).map_err(|_| PacketError::Unsupported)?),
+        false => None,
+    };
+    let (apid, sequence_count) = (packet_id.apid, psc.seq_count);
+    let header = Header { packet_type: packet_id.packet_type, apid, sequence_count, time_us };
+    Ok((header, reader.rest()))
+}
+
+/// Whether `count` comes after `last`: by 1 to 8191, modulo 2¹⁴. So the half of all counts that
+/// lies ahead is new, and the half that lies behind, with `last` itself, is old.
+pub fn is_ahead(count: SequenceCount, last: SequenceCount) -> bool {
+    let ahead = count.wrapping_sub(last).value();
+    (1..1 << 13).contains(&ahead)
+}
+
+/// The count after this one.
+pub fn next(count: SequenceCount) -> SequenceCount {
+    count.wrapping_add(u14::new(1))
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const TELECOMMAND: Header = Header {
+        packet_type: PacketType::Tc,
+        apid: COMMAND,
+        sequence_count: u14::new(0x0123),
+        time_us: None,
+    };
+
+    fn bytes(header: &Header, data: &[u8]) -> Vec<u8> {
+        Packet::new(header, |out| out.put(data)).unwrap().bytes().to_vec()
+    }
+
+    #[test]
+    fn the_checksum_has_its_known_check_value() {
+        assert_eq!(CHECKSUM.checksum(b"123456789"), 0x29b1);
+    }
+
+    #[test]
+    fn the_checksum_is_that_of_the_standards_examples() {
+        // ECSS-E-ST-70-41C, annex B.1.5: data and their checksums.
+        for (data, checksum) in [
+            (&[0x00, 0x00][..], 0x1d0f),
+            (&[0x00, 0x00, 0x00], 0xcc9c),
+            (&[0xab, 0xcd, 0xef, 0x01], 0x04a2),
+            (&[0x14, 0x56, 0xf8, 0x9a, 0x00, 0x01], 0x7fd5),
+        ] {
+            assert_eq!(CHECKSUM.checksum(data), checksum);
+        }
+    }
+
+    #[test]
+    fn a_telecommand_lies_as_in_the_standard() {
+        // Version 000, type 1, no secondary header, APID 001 1111 0000; whole 11, count 0x0123;
+        // bytes after the header less one: 2 of data and 2 of checksum make 3.
+        let made = [0b0001_0001, 0b1111_0000, 0b1100_0001, 0x23, 0x00, 0x03, 0xca, 0xfe];
+        let sent = bytes(&TELECOMMAND, &[0xca, 0xfe]);
+        assert_eq!(sent[..8], made);
+        assert_eq!(sent[8..], bit_by_bit(&made).to_be_bytes());
+        assert_eq!(parse(&sent), Ok((TELECOMMAND, &[0xca, 0xfe][..])));
+    }
+
+    #[test]
+    fn telemetry_lies_as_in_the_standard() {
+        let header = Header {
+            packet_type: PacketType::Tm,
+            apid: STATUS,
+            sequence_count: u14::new(0x3fff),
+            time_us: Some(0x0102_0304_0506_0708),
+        };
+        let sent = bytes(&header, &[0xca]);
+        let primary = [0b0000_1001, 0b1111_0010, 0b1111_1111, 0xff, 0x00, 0x0a];
+        assert_eq!(sent[..6], primary);
+        assert_eq!(sent[6..15], [1, 2, 3, 4, 5, 6, 7, 8, 0xca]);
+        assert_eq!(sent[15..], bit_by_bit(&sent[..15]).to_be_bytes());
+        assert_eq!(parse(&sent), Ok((header, &[0xca][..])));
+    }
+
+    /// The checksum as the standard describes it, with a shift register.
+    fn bit_by_bit(data: &[u8]) -> u16 {
+        let mut register = 0xffff_u16;
+        for bit in data.iter().flat_map(|byte| (0..8).rev().map(move |shift| byte >> shift & 1)) {
+            let feedback = u16::from(bit) ^ register >> 15;
+            register = (register << 1) ^ (feedback * 0x1021);
+        }
+        register
+    }
+
+    #[test]
+    fn what_is_not_a_whole_packet_of_version_0_is_refused() {
+        let good = bytes(&TELECOMMAND, &[1, 2, 3]);
+        for length in 0..good.len() {
+            assert_eq!(parse(&good[..length]), Err(PacketError::Truncated), "{length} bytes");
+        }
+        let longer = [&good[..], &[0]].concat();
+        assert_eq!(parse(&longer), Err(PacketError::TooLong));
+        let sealed = |mut packet: Vec<u8>| {
+            let end = packet.len() - 2;
+            let checksum = bit_by_bit(&packet[..end]).to_be_bytes();
+            packet[end..].copy_from_slice(&checksum);
+            packet
+        };
+        let change = |at: usize, bits: u8| {
+            let mut packet = good.clone();
+            packet[at] ^= bits;
+            sealed(packet)
+        };
+        let version_1 = change(0, 0b0010_0000);
+        let first_segment = change(2, 0b1000_0000);
+        let time_in_three_bytes = change(0, 0b0000_1000);
+        for packet in [version_1, first_segment, time_in_three_bytes] {
+            assert_eq!(parse(&packet), Err(PacketError::Unsupported));
+        }
+    }
+
+    #[test]
+    fn a_count_is_ahead_for_half_a_turn() {
+        let ahead = |count, last| is_ahead(u14::new(count), u14::new(last));
+        for last in [0, 1, 8191, 8192, 16_383] {
+            for (step, expected) in
+                [(0, false), (1, true), (8191, true), (8192, false), (16_383, false)]
+            {
+                assert_eq!(ahead((last + step) % 16_384, last), expected, "{last} + {step}");
+            }
+        }
+        assert_eq!(next(u14::new(16_383)), u14::new(0));
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_read_without_a_panic(
+            noise in prop::collection::vec(any::<u8>(), 0..=MAX_PACKET),
+        ) {
+            let _ = parse(&noise);
+        }
+
+        #[test]
+        fn a_corrupted_byte_is_always_noticed(
+            data in prop::collection::vec(any::<u8>(), 0..200),
+            at in any::<prop::sample::Index>(),
+            bits in 1_u8..,
+        ) {
+            let mut packet = bytes(&TELECOMMAND, &data);
+            let at = at.index(packet.len());
+            packet[at] ^= bits;
+            prop_assert!(parse(&packet).is_err());
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! The estimator's state, as it lies in memory, in pieces that fit a packet.
+
+use super::Report;
+use crate::link::packet::{Apid, CHECKPOINT};
+use crate::link::wire::{Reader, Unreadable, Wire, Writer};
+
+/// Bytes of a checkpoint in one packet. A whole one of 16 KiB takes 86 packets, and 1.7 s of a
+/// line at 115,200 baud.
+pub const PART_BYTES: usize = 192;
+
+/// A piece of a checkpoint, as it lies in memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CheckpointPart {
+    /// Which part, from 0.
+    pub index: u16,
+    /// Of how many. All but the last are full.
+    pub parts: u16,
+    bytes: [u8; PART_BYTES],
+    length: usize,
+}
+
+impl CheckpointPart {
+    /// Part `index` of a checkpoint of so many bytes; `None` past its end.
+    pub fn of(checkpoint: &[u8], index: u16) -> Option<Self> {
+        let parts = u16::try_from(checkpoint.len().div_ceil(PART_BYTES)).ok()?;
+        let bytes = checkpoint.chunks(PART_BYTES).nth(index.into())?;
+        Self::new(index, parts, bytes)
+    }
+
+    /// A part of which the bytes are at hand; `None` for more than [`PART_BYTES`] of them.
+    pub fn new(index: u16, parts: u16, bytes: &[u8]) -> Option<Self> {
+        let mut part = Self { index, parts, bytes: [0; PART_BYTES], length: bytes.len() };
+        let mut writer = Writer::new(&mut part.bytes);
+        writer.put(bytes);
+        writer.finish()?;
+        Some(part)
+    }
+
+    /// The bytes.
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or_default()
+    }
+}
+
+impl Report for CheckpointPart {
+    const APID: Apid = CHECKPOINT;
+
+    fn put(&self, out: &mut Writer<'_>) {
+        self.index.put(out);
+        self.parts.put(out);
+        out.put(self.bytes());
+    }
+
+    fn decode(data: &[u8]) -> Result<Self, Unreadable> {
+        let mut from = Reader::new(data);
+        let (index, parts) = (Wire::take(&mut from)?, Wire::take(&mut from)?);
+        let bytes = from.rest();
+        Self::new(index, parts, bytes).ok_or(Unreadable::TooLong(bytes.len()))
+    }
+}

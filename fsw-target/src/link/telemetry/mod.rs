@@ -1,0 +1,291 @@
+//! Telemetry: what the ground is told.
+//!
+//! In: what the flight computer knows, as plain structs in SI units. Out: packets; and on the ground
+//! the same structs from packets, bit for bit. The tables in `link.md` come from the lists here.
+
+/// The packets of a record.
+macro_rules! report {
+    ($name:ident, $apid:expr) => {
+        impl $crate::link::telemetry::Report for $name {
+            const APID: $crate::link::packet::Apid = $apid;
+
+            fn put(&self, out: &mut $crate::link::wire::Writer<'_>) {
+                $crate::link::wire::Wire::put(self, out);
+            }
+
+            fn decode(data: &[u8]) -> Result<Self, $crate::link::wire::Unreadable> {
+                let mut from = $crate::link::wire::Reader::new(data);
+                let report = $crate::link::wire::Wire::take(&mut from)?;
+                from.end()?;
+                Ok(report)
+            }
+        }
+    };
+}
+mod checkpoint;
+mod estimate;
+#[cfg(test)]
+pub mod samples;
+mod status;
+
+pub use checkpoint::{CheckpointPart, PART_BYTES};
+pub use estimate::EstimateReport;
+pub use status::{CheckpointState, ClockSource, GyroState, ResetCause, StatusReport};
+
+use super::frame::MAX_PACKET;
+use super::packet::{self, Apid, Header, Packet, PacketError, PacketType, SequenceCount};
+use super::wire::{About, Unreadable, Visitor, Wire, Writer};
+use core::fmt;
+
+/// Something that is sent as a packet of its own.
+pub trait Report: Sized {
+    /// Which packets are of this kind.
+    const APID: Apid;
+    /// Writes the user data.
+    fn put(&self, out: &mut Writer<'_>);
+    /// Reads the user data, all of it.
+    ///
+    /// # Errors
+    /// See [`Unreadable`].
+    fn decode(data: &[u8]) -> Result<Self, Unreadable>;
+
+    /// As a packet made at `time_us`. `None` never happens: no report is longer than a packet.
+    fn packet(&self, time_us: u64, sequence_count: SequenceCount) -> Option<Packet> {
+        let (packet_type, apid) = (PacketType::Tm, Self::APID);
+        let header = Header { packet_type, apid, sequence_count, time_us: Some(time_us) };
+        Packet::new(&header, |out| self.put(out))
+    }
+}
+
+/// A telemetry packet of any kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap, and never more than a few of them")]
+pub enum Telemetry {
+    /// The selected estimator.
+    Estimate(EstimateReport),
+    /// The flight computer.
+    Status(StatusReport),
+    /// A piece of the estimator's state.
+    Checkpoint(CheckpointPart),
+}
+
+/// A telemetry packet as it arrived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Received {
+    /// When it was made: on-board time, µs.
+    pub time_us: u64,
+    /// Counts the packets of this kind, modulo 2¹⁴, those included that were dropped on board.
+    pub sequence_count: SequenceCount,
+    /// What is in it.
+    pub telemetry: Telemetry,
+}
+
+/// Why bytes are no telemetry packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TelemetryError {
+    /// No packet, or none that is intact.
+    Packet(PacketError),
+    /// A telecommand, or telemetry of another APID.
+    UnknownKind {
+        /// Whether it is a telecommand.
+        command: bool,
+        /// Its APID.
+        apid: u16,
+    },
+    /// Of a known kind, but not as that kind lies.
+    Unreadable {
+        /// The kind.
+        kind: &'static str,
+        /// What is wrong.
+        why: Unreadable,
+    },
+}
+
+impl fmt::Display for TelemetryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Packet(why) => why.fmt(f),
+            Self::UnknownKind { command: true, apid } => {
+                write!(f, "a telecommand (APID {apid:#05x}), not telemetry")
+            }
+            Self::UnknownKind { command: false, apid } => {
+                write!(f, "telemetry of APID {apid:#05x}, which this program doesn't know")
+            }
+            Self::Unreadable { kind, why } => write!(f, "{kind} packet {why}"),
+        }
+    }
+}
+
+impl core::error::Error for TelemetryError {}
+
+impl From<PacketError> for TelemetryError {
+    fn from(error: PacketError) -> Self {
+        Self::Packet(error)
+    }
+}
+
+impl Telemetry {
+    /// From a whole packet.
+    ///
+    /// # Errors
+    /// See [`TelemetryError`].
+    pub fn decode(packet: &[u8]) -> Result<Received, TelemetryError> {
+        let (header, data) = packet::parse(packet)?;
+        let command = header.packet_type == PacketType::Tc;
+        let unknown = TelemetryError::UnknownKind { command, apid: header.apid.value() };
+        let (Some(time_us), false) = (header.time_us, command) else { return Err(unknown) };
+        let (kind, telemetry) = match header.apid {
+            packet::ESTIMATE => ("estimate", EstimateReport::decode(data).map(Self::Estimate)),
+            packet::STATUS => ("status", StatusReport::decode(data).map(Self::Status)),
+            packet::CHECKPOINT => {
+                ("checkpoint", CheckpointPart::decode(data).map(Self::Checkpoint))
+            }
+            _ => return Err(unknown),
+        };
+        let telemetry = telemetry.map_err(|why| TelemetryError::Unreadable { kind, why })?;
+        Ok(Received { time_us, sequence_count: header.sequence_count, telemetry })
+    }
+
+    /// What kind of packet it is, in a word.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Estimate(_) => "estimate",
+            Self::Status(_) => "status",
+            Self::Checkpoint(_) => "checkpoint",
+        }
+    }
+
+    /// Shows each field in the order of the line. The bytes of a checkpoint aren't shown.
+    pub fn visit(&self, visitor: &mut dyn Visitor) {
+        let about = About { name: self.kind(), unit: "–", meaning: "" };
+        match self {
+            Self::Estimate(report) => report.visit(&about, visitor),
+            Self::Status(report) => report.visit(&about, visitor),
+            Self::Checkpoint(part) => {
+                visitor.open(&about);
+                let of = |name, meaning| About { name, unit: "–", meaning };
+                part.index.visit(&of("index", "Which part, from 0."), visitor);
+                part.parts.visit(&of("parts", "Of how many."), visitor);
+                visitor.close();
+            }
+        }
+    }
+}
+
+// Header, time and checksum around each.
+const AROUND: usize = 6 + 8 + 2;
+const _: () = assert!(AROUND + <EstimateReport as Wire>::BYTES <= MAX_PACKET);
+const _: () = assert!(AROUND + <StatusReport as Wire>::BYTES <= MAX_PACKET);
+const _: () = assert!(AROUND + 4 + PART_BYTES <= MAX_PACKET);
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::samples::{any_estimate, any_status, estimate, status};
+    use super::*;
+    use crate::link::wire::Writer;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const COUNT: SequenceCount = SequenceCount::new(77);
+
+    fn bytes(report: &impl Report) -> Vec<u8> {
+        report.packet(123_456_789, COUNT).unwrap().bytes().to_vec()
+    }
+
+    /// The user data of a telemetry packet of this APID, sealed with a right checksum.
+    fn sealed(apid: Apid, data: &[u8]) -> Vec<u8> {
+        let (packet_type, time_us) = (PacketType::Tm, Some(0));
+        let header = Header { packet_type, apid, sequence_count: COUNT, time_us };
+        Packet::new(&header, |out: &mut Writer<'_>| out.put(data)).unwrap().bytes().to_vec()
+    }
+
+    #[test]
+    fn each_kind_arrives_with_its_time_and_count() {
+        let part = CheckpointPart::new(3, 7, &[1, 2, 3]).unwrap();
+        for (packet, telemetry) in [
+            (bytes(&estimate()), Telemetry::Estimate(estimate())),
+            (bytes(&status()), Telemetry::Status(status())),
+            (bytes(&part), Telemetry::Checkpoint(part)),
+        ] {
+            let received = Received { time_us: 123_456_789, sequence_count: COUNT, telemetry };
+            assert_eq!(Telemetry::decode(&packet), Ok(received));
+        }
+    }
+
+    #[test]
+    fn what_is_no_report_is_named() {
+        let estimate = &bytes(&estimate())[14..];
+        let data = &estimate[..estimate.len() - 2];
+        let kind = "estimate";
+        assert_eq!(
+            Telemetry::decode(&sealed(packet::ESTIMATE, &data[..data.len() - 1])),
+            Err(TelemetryError::Unreadable { kind, why: Unreadable::TooShort })
+        );
+        assert_eq!(
+            Telemetry::decode(&sealed(packet::ESTIMATE, &[data, &[0, 0]].concat())),
+            Err(TelemetryError::Unreadable { kind, why: Unreadable::TooLong(2) })
+        );
+        let mut unknown = data.to_vec();
+        unknown[8] = 200;
+        let why = Unreadable::UnknownCode { of: "EstimatorId", code: 200 };
+        assert_eq!(
+            Telemetry::decode(&sealed(packet::ESTIMATE, &unknown)),
+            Err(TelemetryError::Unreadable { kind, why })
+        );
+        assert_eq!(
+            Telemetry::decode(&sealed(Apid::new(9), &[])),
+            Err(TelemetryError::UnknownKind { command: false, apid: 9 })
+        );
+        let command = crate::link::Command::Ping.packet(COUNT).unwrap();
+        assert_eq!(
+            Telemetry::decode(command.bytes()),
+            Err(TelemetryError::UnknownKind { command: true, apid: 0x1f0 })
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn an_estimate_survives_to_the_last_bit(report in any_estimate()) {
+            let packet = bytes(&report);
+            let Ok(Received { telemetry: Telemetry::Estimate(read), .. }) = Telemetry::decode(&packet)
+            else {
+                return Err(TestCaseError::fail("not an estimate"));
+            };
+            // Not a number isn't equal to itself: its bits are.
+            let bits = |report: &EstimateReport| {
+                (report.inertia_kg_m2.map(f32::to_bits), report.nis.map(f32::to_bits))
+            };
+            prop_assert_eq!(bits(&read), bits(&report));
+            prop_assert_eq!(bytes(&read), packet);
+        }
+
+        #[test]
+        fn a_status_survives(report in any_status()) {
+            let read = Telemetry::decode(&bytes(&report)).unwrap().telemetry;
+            prop_assert_eq!(read, Telemetry::Status(report));
+        }
+
+        #[test]
+        fn a_checkpoint_comes_together_again(state in prop::collection::vec(any::<u8>(), 1..2000)) {
+            let part = |index| CheckpointPart::of(&state, index);
+            let mut together: Vec<u8> = Vec::new();
+            for packet in (0..).map_while(part).map(|part| bytes(&part)) {
+                let Telemetry::Checkpoint(part) = Telemetry::decode(&packet).unwrap().telemetry else {
+                    return Err(TestCaseError::fail("not a checkpoint"));
+                };
+                prop_assert_eq!(usize::from(part.parts), state.len().div_ceil(PART_BYTES));
+                together.extend(part.bytes());
+            }
+            prop_assert_eq!(together, state);
+        }
+
+        #[test]
+        fn any_user_data_is_read_without_a_panic(
+            apid in 0x1f0_u16..0x1f5,
+            data in prop::collection::vec(any::<u8>(), 0..230),
+        ) {
+            let _ = Telemetry::decode(&sealed(Apid::new(apid), &data));
+        }
+    }
+}

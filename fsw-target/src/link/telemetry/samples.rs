@@ -1,0 +1,137 @@
+//! Reports to test with.
+
+use super::{CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause, StatusReport};
+use crate::link::command::Function;
+use crate::link::uplink::UplinkCounters;
+use crate::link::wire::{Coded, Reader, Wire};
+use crate::onboard::EstimatorId;
+use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::{Outcome, Status};
+use proptest::prelude::*;
+
+/// One with a value in every field.
+pub fn estimate() -> EstimateReport {
+    EstimateReport {
+        sample_time_us: 123_400_000,
+        estimator: EstimatorId::JointEkf,
+        status: Status::Converged,
+        outcome: Some(Outcome::Updated),
+        physical: true,
+        projected: false,
+        residuals_white: Some(true),
+        observed_directions: 6,
+        element_observed: [true, true, true, false, true, false],
+        scale_observed: true,
+        inertia_kg_m2: [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016],
+        sigma_kg_m2: [1e-3, 2e-3, 3e-3, 4e-4, 5e-4, 6e-4],
+        rate_rad_s: [0.1, -0.2, 0.3],
+        residual_rms_rad_s: 1.9e-4,
+        nis: Some(2.5),
+        disturbance_torque_n_m: Some([1e-6, 2e-6, -3e-6]),
+        gyro_bias_rad_s: Some([1e-5, 2e-5, -3e-5]),
+    }
+}
+
+/// One with a value in every field.
+pub fn status() -> StatusReport {
+    let outcomes = OutcomeCounts { accepted: 6001, spike: 2, ..OutcomeCounts::default() };
+    StatusReport {
+        uptime_s: 600,
+        reset_cause: ResetCause::Watchdog,
+        clock: ClockSource::Crystal,
+        watchdog: true,
+        stack_high_water_bytes: 2100,
+        gyro: GyroState::Ready,
+        gyro_identity: Some(0x0f),
+        gyro_failures: 1,
+        wheel_failures: 2,
+        data_ready_overruns: 3,
+        outcomes,
+        uplink: UplinkCounters { accepted: 4, replayed: 5, ..UplinkCounters::NONE },
+        downlink_dropped: 6,
+        serial_errors: 7,
+        last_command: Some(Function::SetTorque),
+        last_sequence_count: 16_383,
+        last_command_done: Some(true),
+        telemetry_period_ms: 1000,
+        torque_n_m: [1e-3, -2e-3, 5e-4],
+        checkpoint: CheckpointState::RestoredOlder,
+        checkpoints_saved: 8,
+        checkpoints_failed: 9,
+    }
+}
+
+fn any_of<C: Coded + core::fmt::Debug>() -> impl Strategy<Value = C> {
+    (0..C::CODES.len()).prop_map(|i| C::of_code(C::CODES[i].0).unwrap())
+}
+
+fn any_bits<const N: usize>() -> impl Strategy<Value = [f32; N]> {
+    any::<[u32; N]>().prop_map(|bits| bits.map(f32::from_bits))
+}
+
+/// Any bits in every number.
+pub fn any_estimate() -> impl Strategy<Value = EstimateReport> {
+    let words = (any_of(), any_of(), proptest::option::of(any_of::<Outcome>()));
+    let flags = (any::<[bool; 3]>(), any::<Option<bool>>(), any::<[bool; 6]>());
+    let numbers = (any_bits(), any_bits(), any_bits(), any_bits::<2>());
+    let optional =
+        (any::<bool>(), proptest::option::of(any_bits()), proptest::option::of(any_bits()));
+    (any::<u64>(), any::<u8>(), words, flags, numbers, optional).prop_map(
+        |(sample_time_us, observed_directions, words, flags, numbers, optional)| EstimateReport {
+            sample_time_us,
+            estimator: words.0,
+            status: words.1,
+            outcome: words.2,
+            physical: flags.0[0],
+            projected: flags.0[1],
+            residuals_white: flags.1,
+            observed_directions,
+            element_observed: flags.2,
+            scale_observed: flags.0[2],
+            inertia_kg_m2: numbers.0,
+            sigma_kg_m2: numbers.1,
+            rate_rad_s: numbers.2,
+            residual_rms_rad_s: numbers.3[0],
+            nis: optional.0.then_some(numbers.3[1]),
+            disturbance_torque_n_m: optional.1,
+            gyro_bias_rad_s: optional.2,
+        },
+    )
+}
+
+/// Any counts and words, finite numbers.
+pub fn any_status() -> impl Strategy<Value = StatusReport> {
+    let words = (any_of(), any_of(), any_of(), any_of(), proptest::option::of(any_of()));
+    let optional = (any::<Option<u8>>(), any::<Option<bool>>(), any::<bool>(), any::<u16>());
+    let torque = proptest::array::uniform3(-100.0_f32..100.0);
+    (words, optional, torque, any::<[u32; 10]>(), any::<[[u8; 4]; 20]>()).prop_map(
+        |(words, optional, torque_n_m, n, counters)| {
+            let bytes = counters.as_flattened();
+            let mut reader = Reader::new(bytes);
+            StatusReport {
+                uptime_s: n[0],
+                reset_cause: words.0,
+                clock: words.1,
+                watchdog: optional.2,
+                stack_high_water_bytes: n[1],
+                gyro: words.2,
+                gyro_identity: optional.0,
+                gyro_failures: n[2],
+                wheel_failures: n[3],
+                data_ready_overruns: n[4],
+                outcomes: Wire::take(&mut reader).unwrap(),
+                uplink: Wire::take(&mut reader).unwrap(),
+                downlink_dropped: n[5],
+                serial_errors: n[6],
+                last_command: words.4,
+                last_sequence_count: optional.3,
+                last_command_done: optional.1,
+                telemetry_period_ms: n[7],
+                torque_n_m,
+                checkpoint: words.3,
+                checkpoints_saved: n[8],
+                checkpoints_failed: n[9],
+            }
+        },
+    )
+}
