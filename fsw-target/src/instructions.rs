@@ -12,7 +12,8 @@ use cortex_m::peripheral::{SYST, syst::SystClkSource};
 /// 256 ns.
 const TICKS_PER_1000: u64 = 43_008;
 
-/// SysTick counts down from here and starts again: it has 24 bits. That is 390,000 instructions.
+/// SysTick counts down from here and starts again: it has 24 bits. That is 390,000 instructions, and
+/// what takes more than that counts as [`u32::MAX`].
 const RELOAD: u32 = 0x00ff_ffff;
 
 /// Turns of the shortest loop that checks the counter.
@@ -20,6 +21,7 @@ const LOOP: u32 = 1_000;
 
 /// SysTick, counting instructions.
 pub struct InstructionCounter {
+    timer: SYST,
     /// What two readings cost themselves.
     overhead: u32,
 }
@@ -36,16 +38,16 @@ impl InstructionCounter {
     pub fn start(mut timer: SYST) -> Result<Self, NotExact> {
         timer.set_clock_source(SystClkSource::Core);
         timer.set_reload(RELOAD);
-        timer.clear_current();
         timer.enable_counter();
-        let mut counter = Self { overhead: 0 };
+        let mut counter = Self { timer, overhead: 0 };
         counter.overhead = counter.count(|| ());
         if counter.is_exact() { Ok(counter) } else { Err(NotExact) }
     }
 
     /// Four instructions must count as four (give or take one, since the compiler may load what the
-    /// readings need between them), and a loop of twice the turns as twice as many.
-    fn is_exact(&self) -> bool {
+    /// readings need between them), a loop of twice the turns as twice as many, and one that is too long
+    /// must be found out.
+    fn is_exact(&mut self) -> bool {
         let four = self.count(|| {
             asm::nop();
             asm::nop();
@@ -53,16 +55,25 @@ impl InstructionCounter {
             asm::nop();
         });
         let [short, long] = [LOOP, 2 * LOOP].map(|turns| self.count(|| asm::delay(turns)));
-        four.abs_diff(4) <= 1 && short >= LOOP && long.abs_diff(2 * short) <= 4
+        let too_long = self.count(|| asm::delay(RELOAD / 40));
+        four.abs_diff(4) <= 1
+            && short >= LOOP
+            && long.abs_diff(2 * short) <= 4
+            && too_long == u32::MAX
     }
 
-    /// Instructions that `work` executes: less than 390,000. What the compiler moves out of the
-    /// call isn't counted: hold it with [`core::hint::black_box`].
+    /// Instructions that `work` executes. What the compiler moves out of the call isn't counted:
+    /// hold it with [`core::hint::black_box`].
     #[inline(always)]
-    pub fn count(&self, work: impl FnOnce()) -> u32 {
+    pub fn count(&mut self, work: impl FnOnce()) -> u32 {
+        self.timer.clear_current();
+        let _ = self.timer.has_wrapped(); // it has, from the zero that it was set to
         let start = SYST::get_current();
         work();
         let end = SYST::get_current();
+        if self.timer.has_wrapped() {
+            return u32::MAX;
+        }
         instructions(start, end).saturating_sub(self.overhead)
     }
 }

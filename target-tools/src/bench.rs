@@ -24,6 +24,23 @@ pub struct Count {
     pub at: u32,
     /// Instructions of the median step.
     pub median: u32,
+    /// Status of the estimate at the end of the flight.
+    pub status: String,
+}
+
+/// The steps of one outcome within a [`Count`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutcomeCount {
+    /// What was stepped.
+    pub name: String,
+    /// Which flight.
+    pub flight: String,
+    /// What became of the samples.
+    pub outcome: String,
+    /// How many steps.
+    pub steps: u32,
+    /// Instructions of the most expensive one.
+    pub worst: u32,
 }
 
 /// A budget with what was measured.
@@ -40,19 +57,16 @@ pub struct Judged {
 pub struct Table {
     /// One for each name and flight, in the bench's order.
     pub counts: Vec<Count>,
+    /// The same by outcome.
+    pub outcomes: Vec<OutcomeCount>,
     /// One for each budget.
     pub judged: Vec<Judged>,
 }
 
-/// Builds the image, runs it in QEMU and reads its log. Each log line that isn't a count is given
-/// to `on_line`.
-pub fn run(mut on_line: impl FnMut(&str)) -> Result<Table> {
+/// Builds the image, runs it in QEMU and reads its log.
+pub fn run() -> Result<Table> {
     let elf = firmware::build("bench")?;
-    let run = qemu::run_counting(&elf, qemu::MACHINE, LIMIT, |line| {
-        if !is_count(line) {
-            on_line(line);
-        }
-    })?;
+    let run = qemu::run_counting(&elf, qemu::MACHINE, LIMIT, |_| {})?;
     if !run.success {
         bail!("the bench reported a failure: {}", run.lines.last().map_or("", String::as_str));
     }
@@ -62,21 +76,35 @@ pub fn run(mut on_line: impl FnMut(&str)) -> Result<Table> {
 impl Table {
     /// From the lines of the bench's log.
     fn of(lines: &[String]) -> Result<Self> {
-        let counts: Vec<Count> = lines
-            .iter()
-            .filter(|line| is_count(line))
-            .map(|line| read(line))
-            .collect::<Result<_>>()?;
+        let of_kind =
+            |kind: &'static str| lines.iter().filter_map(move |line| Words::of(line, kind));
+        let counts = of_kind("count").map(|words| words.count()).collect::<Result<Vec<_>>>()?;
+        let outcomes = of_kind("outcome").map(|words| words.outcome()).collect::<Result<_>>()?;
         let judged = budgets::INSTRUCTIONS
             .iter()
             .map(|budget| Judged { budget: *budget, measured: measured(budget, &counts) })
             .collect();
-        Ok(Self { counts, judged })
+        Ok(Self { counts, outcomes, judged })
     }
 
     /// The budgets that are exceeded, or whose figure is missing.
     pub fn exceeded(&self) -> Vec<&Judged> {
         self.judged.iter().filter(|judged| !judged.is_kept()).collect()
+    }
+
+    /// All steps of a name and an outcome together.
+    fn outcomes_of_all_flights(&self) -> Vec<OutcomeCount> {
+        let mut all: Vec<OutcomeCount> = Vec::new();
+        for o in &self.outcomes {
+            let is_it = |a: &&mut OutcomeCount| a.name == o.name && a.outcome == o.outcome;
+            match all.iter_mut().find(is_it) {
+                Some(a) => {
+                    (a.steps, a.worst) = (a.steps + o.steps, a.worst.max(o.worst));
+                }
+                None => all.push(o.clone()),
+            }
+        }
+        all
     }
 }
 
@@ -105,28 +133,48 @@ impl Count {
     }
 }
 
-fn is_count(line: &str) -> bool {
-    line.starts_with("count ")
-}
+/// A line `KIND key=value key=value …`.
+#[derive(Clone, Copy)]
+struct Words<'a>(&'a str);
 
-/// Reads `count name=… flight=… steps=… worst=… at=… median=…`.
-fn read(line: &str) -> Result<Count> {
-    let value = |key: &str| {
-        line.split_whitespace()
+impl<'a> Words<'a> {
+    /// If it is of this kind.
+    fn of(line: &'a str, kind: &str) -> Option<Self> {
+        line.strip_prefix(kind)?.strip_prefix(' ').map(Self)
+    }
+
+    fn value(self, key: &str) -> Result<&'a str> {
+        self.0
+            .split_whitespace()
             .find_map(|word| word.strip_prefix(key)?.strip_prefix('='))
-            .with_context(|| format!("no {key} in {line:?}"))
-    };
-    let number = |key: &str| {
-        value(key)?.parse::<u32>().with_context(|| format!("{key} is no number in {line:?}"))
-    };
-    Ok(Count {
-        name: value("name")?.into(),
-        flight: value("flight")?.into(),
-        steps: number("steps")?,
-        worst: number("worst")?,
-        at: number("at")?,
-        median: number("median")?,
-    })
+            .with_context(|| format!("no {key} in {:?}", self.0))
+    }
+
+    fn number(self, key: &str) -> Result<u32> {
+        self.value(key)?.parse().with_context(|| format!("{key} is no number in {:?}", self.0))
+    }
+
+    fn count(self) -> Result<Count> {
+        Ok(Count {
+            name: self.value("name")?.into(),
+            flight: self.value("flight")?.into(),
+            steps: self.number("steps")?,
+            worst: self.number("worst")?,
+            at: self.number("at")?,
+            median: self.number("median")?,
+            status: self.value("status")?.into(),
+        })
+    }
+
+    fn outcome(self) -> Result<OutcomeCount> {
+        Ok(OutcomeCount {
+            name: self.value("name")?.into(),
+            flight: self.value("flight")?.into(),
+            outcome: self.value("outcome")?.into(),
+            steps: self.number("steps")?,
+            worst: self.number("worst")?,
+        })
+    }
 }
 
 impl fmt::Display for Table {
@@ -134,16 +182,20 @@ impl fmt::Display for Table {
         writeln!(f, "instructions a step, Cortex-M4F, f32, counted in QEMU")?;
         writeln!(
             f,
-            "{:<24}{:<12}{:>8}{:>10}{:>10}{:>8}{:>10}",
+            "{:<24}{:<12}{:>8}{:>10}{:>10}{:>8}{:>10}  ends",
             "", "flight", "steps", "median", "worst", "at", "spread"
         )?;
         for c in &self.counts {
             let spread = c.spread();
             writeln!(
                 f,
-                "{:<24}{:<12}{:>8}{:>10}{:>10}{:>8}{spread:>10.2}",
-                c.name, c.flight, c.steps, c.median, c.worst, c.at
+                "{:<24}{:<12}{:>8}{:>10}{:>10}{:>8}{spread:>10.2}  {}",
+                c.name, c.flight, c.steps, c.median, c.worst, c.at, c.status
             )?;
+        }
+        writeln!(f, "\n{:<24}{:<20}{:>8}{:>10}", "by outcome, all flights", "", "steps", "worst")?;
+        for o in self.outcomes_of_all_flights() {
+            writeln!(f, "{:<24}{:<20}{:>8}{:>10}", o.name, o.outcome, o.steps, o.worst)?;
         }
         writeln!(f, "\n{:<24}{:<12}{:>10}{:>10}", "budget", "", "measured", "at most")?;
         for judged in &self.judged {
@@ -180,8 +232,10 @@ mod tests {
         table.judged.iter().find(is_it).unwrap().clone()
     }
 
-    const LONG: &str = "count name=joint-ekf flight=long steps=9 worst=5000 at=3 median=4000";
-    const SHORT: &str = "count name=joint-ekf flight=short steps=5 worst=4000 at=1 median=2000";
+    const LONG: &str =
+        "count name=joint-ekf flight=long steps=9 worst=5000 at=3 median=4000 status=a";
+    const SHORT: &str =
+        "count name=joint-ekf flight=short steps=5 worst=4000 at=1 median=2000 status=a";
 
     #[test]
     fn the_worst_flight_counts() {
@@ -205,6 +259,6 @@ mod tests {
     #[test]
     fn a_line_that_lacks_a_figure_is_an_error() {
         assert!(table(&["count name=joint-ekf flight=long steps=9 worst=5000"]).is_err());
-        assert!(table(&["count name=a flight=b steps=x worst=1 at=1 median=1"]).is_err());
+        assert!(table(&["count name=a flight=b steps=x worst=1 at=1 median=1 status=a"]).is_err());
     }
 }

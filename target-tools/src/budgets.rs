@@ -32,11 +32,13 @@ const fn spread(name: &'static str, at_most: f64) -> Budget {
 }
 
 /// Of what is counted in QEMU.
-pub const INSTRUCTIONS: [Budget; 7] = [
+pub const INSTRUCTIONS: [Budget; 9] = [
     worst_step("joint-ekf", 6_000.0),
     worst_step("joint-ekf-prior", 6_000.0),
+    worst_step("joint-ekf-walk", 6_000.0),
     spread("joint-ekf", 1.5),
     spread("joint-ekf-prior", 1.5),
+    spread("joint-ekf-walk", 1.5),
     worst_step("ekf-sgf-rls", 4_000.0),
     worst_step("window-9", 6_000.0),
     worst_step("window-15", 10_000.0),

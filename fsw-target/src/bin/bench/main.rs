@@ -4,15 +4,30 @@
 //! |---|---|
 //! | purpose | the instruction budgets: the most expensive step of a whole flight, and the median |
 //! | where | QEMU with `-icount shift=8` only, see `fsw_target::instructions`; `cargo bench-target` |
-//! | log | defmt, on USART1: one line `count …` for each estimator and flight |
+//! | log | defmt, on USART1: a line `count …` for each estimator and flight, others with details |
 //! | end | success once all is counted, failure where counting isn't exact |
+//!
+//! Built for the host, it flies the same flights and counts nothing: `cargo run -p fsw-target --bin
+//! bench` shows what became of their samples.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-#[cfg(target_os = "none")]
+mod counter;
 mod estimators;
-#[cfg(target_os = "none")]
+mod flights;
+mod noise;
 mod tally;
+
+use counter::Counter;
+use estimators::Places;
+
+/// Everything, in the order of the table.
+fn count_all(counter: &mut Counter, places: &mut Places) -> Result<(), &'static str> {
+    estimators::fly_all(counter, places).map_err(|error| {
+        fsw_target::log_line!("{:?}", error);
+        "an estimator refused its configuration"
+    })
+}
 
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
@@ -22,7 +37,7 @@ fn main() -> ! {
     if let Some(board) = Board::take() {
         log::init(board.log_port);
     }
-    match count() {
+    match count_on_target() {
         Ok(()) => exit::success(),
         Err(reason) => {
             defmt::error!("{=str}", reason);
@@ -32,19 +47,19 @@ fn main() -> ! {
 }
 
 #[cfg(target_os = "none")]
-fn count() -> Result<(), &'static str> {
-    use fsw_target::instructions::InstructionCounter;
+fn count_on_target() -> Result<(), &'static str> {
+    use core::cell::RefCell;
+    use critical_section::Mutex;
+
+    static PLACES: Mutex<RefCell<Places>> = Mutex::new(RefCell::new(Places::new()));
 
     let core = cortex_m::Peripherals::take().ok_or("the core's peripherals are taken")?;
-    let counter = InstructionCounter::start(core.SYST)
+    let mut counter = Counter::start(core.SYST)
         .map_err(|_| "counts are exact only in QEMU with -icount shift=8: cargo bench-target")?;
-    estimators::fly_all(&counter).map_err(|error| {
-        defmt::error!("{}", error);
-        "an estimator refused its configuration"
-    })
+    critical_section::with(|cs| count_all(&mut counter, &mut PLACES.borrow_ref_mut(cs)))
 }
 
 #[cfg(not(target_os = "none"))]
-fn main() {
-    println!("instructions are counted on the target: cargo bench-target");
+fn main() -> Result<(), &'static str> {
+    count_all(&mut Counter, &mut Places::new())
 }
