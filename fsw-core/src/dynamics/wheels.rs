@@ -1,6 +1,6 @@
 //! Reaction wheels: where they point, and the momentum that their speeds mean.
 
-use crate::error::{ConfigError, Invalid, positive};
+use crate::error::{ConfigError, Invalid, not_negative};
 use crate::math::{Vec3, norm, scalar::Real};
 
 /// W balanced, axisymmetric wheels. None is fine.
@@ -13,14 +13,15 @@ pub struct WheelArray<T: Real, const W: usize> {
 crate::persist!([T: Real, const W: usize] WheelArray<T, W> { momentum_per_speed });
 
 impl<T: Real, const W: usize> WheelArray<T, W> {
-    /// Wheels along `axes` (body axes, normalised here), of `spin_inertia_kg_m2` each.
+    /// Wheels along `axes` (body axes, normalised here), of `spin_inertia_kg_m2` each. A place without
+    /// a wheel has no spin inertia, and any axis.
     ///
     /// # Errors
-    /// `wheel.axis` of no length or not finite, `wheel.spin_inertia_kg_m2` not positive.
+    /// `wheel.axis` of no length or not finite, `wheel.spin_inertia_kg_m2` negative or not finite.
     pub fn new(axes: [Vec3<T>; W], spin_inertia_kg_m2: [T; W]) -> Result<Self, ConfigError> {
         let mut momentum_per_speed = [Vec3::zeros(); W];
         for i in 0..W {
-            positive("wheel.spin_inertia_kg_m2", spin_inertia_kg_m2[i])?;
+            not_negative("wheel.spin_inertia_kg_m2", spin_inertia_kg_m2[i])?;
             let length = norm(&axes[i]);
             if !length.is_finite() {
                 return Err(ConfigError { field: "wheel.axis", reason: Invalid::NotFinite });
@@ -58,11 +59,23 @@ mod tests {
     }
 
     #[test]
+    fn a_place_without_a_wheel_adds_nothing() {
+        let axes = [Vec3::new(0.0, 3.0, 4.0), Vec3::x()];
+        let [alone, beside] = [0.0, 300.0].map(|speed| {
+            let wheels = WheelArray::new(axes, [2e-3f32, 0.0]).unwrap();
+            wheels.momentum_n_m_s(&[100.0, speed])
+        });
+        assert_eq!(alone, beside);
+        let one = WheelArray::new([axes[0]], [2e-3f32]).unwrap();
+        assert_eq!(alone, one.momentum_n_m_s(&[100.0]));
+    }
+
+    #[test]
     fn names_the_field_that_is_wrong() {
         let new = |axis, inertia| WheelArray::<f32, 1>::new([axis], [inertia]).unwrap_err();
         assert_eq!(new(Vec3::zeros(), 1.0).reason, Invalid::ZeroAxis);
         assert_eq!(new(Vec3::new(f32::NAN, 0.0, 0.0), 1.0).reason, Invalid::NotFinite);
         assert_eq!(new(Vec3::x(), -1.0).field, "wheel.spin_inertia_kg_m2");
-        assert_eq!(new(Vec3::x(), 0.0).reason, Invalid::NotPositive);
+        assert_eq!(new(Vec3::x(), f32::NAN).reason, Invalid::NotFinite);
     }
 }
