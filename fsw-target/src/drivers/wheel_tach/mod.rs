@@ -65,7 +65,8 @@ pub trait CaptureTimer<const W: usize> {
 /// How the wheels' sensors are made and mounted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config<const W: usize> {
-    /// Edges in a turn of each wheel, both flanks of its first channel counted; above zero.
+    /// Edges in a turn of each wheel, both flanks of its first channel counted. Zero: there is no
+    /// wheel in this place, and its speed is zero.
     pub edges_per_turn: [u16; W],
     /// Whether the edges of a wheel count up as it turns against its axis.
     pub reversed: [bool; W],
@@ -92,8 +93,6 @@ pub enum Error<E> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum ConfigError {
-    /// A wheel without edges.
-    EdgesPerTurn,
     /// A timer that stands still.
     TicksPerS,
     /// `zero_after_s` isn't above zero, or is beyond half of the timer's range.
@@ -104,7 +103,8 @@ pub enum ConfigError {
 #[derive(Debug, Clone, Copy)]
 pub struct WheelTach<C, const W: usize> {
     timer: C,
-    trackers: [SpeedTracker; W],
+    /// Of the wheels that there are.
+    trackers: [Option<SpeedTracker>; W],
 }
 
 impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
@@ -115,9 +115,6 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
     pub fn new(timer: C, config: &Config<W>) -> Result<Self, ConfigError> {
         let ticks_per_s = timer.ticks_per_s();
         let Config { edges_per_turn, reversed, zero_after_s } = *config;
-        if edges_per_turn.contains(&0) {
-            return Err(ConfigError::EdgesPerTurn);
-        }
         if ticks_per_s == 0 {
             return Err(ConfigError::TicksPerS);
         }
@@ -129,7 +126,7 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
         let trackers = edges_per_turn.map(|edges| {
             let sign = signs.next().unwrap_or(1.0);
             let step_rad = sign * core::f32::consts::TAU / f32::from(edges);
-            SpeedTracker::new(step_rad, ticks_per_s, zero_after_s)
+            (edges > 0).then(|| SpeedTracker::new(step_rad, ticks_per_s, zero_after_s))
         });
         Ok(Self { timer, trackers })
     }
@@ -150,6 +147,7 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTachometers<W> for WheelTach<C, W>
         let mut starting = None;
         let wheels = speed_rad_s.iter_mut().zip(&mut self.trackers).zip(&captured);
         for (wheel, ((speed_rad_s, tracker), captured)) in wheels.enumerate() {
+            let Some(tracker) = tracker else { continue };
             match tracker.speed_rad_s(captured) {
                 Some(speed) => *speed_rad_s = speed,
                 None => starting = starting.or(Some(Error::Starting { wheel })),
