@@ -33,6 +33,9 @@ pub enum Tick<G, S> {
     GyroFailed(G),
     /// A wheel tachometer could not be read; the sample was skipped.
     WheelsFailed(S),
+    /// A newer sample came while the gyro was read, so that its time stamp is in doubt; the sample
+    /// was skipped for the newer one.
+    Overtaken,
 }
 
 /// What happened since start-up. The counts stop at their maximum.
@@ -44,6 +47,8 @@ pub struct Counters {
     pub gyro_failed: u32,
     /// Samples skipped because a wheel tachometer could not be read.
     pub wheels_failed: u32,
+    /// Samples skipped because a newer one came while they were read.
+    pub overtaken: u32,
 }
 
 /// The flight loop over an estimator `E`, the sensors `D, G, S, Q` and `W` wheels.
@@ -82,6 +87,10 @@ where
                 return Tick::GyroFailed(error);
             }
         };
+        if self.sensors.data_ready.has_newer() {
+            count(&mut self.counters.overtaken);
+            return Tick::Overtaken;
+        }
         let wheel_speed_rad_s = match self.sensors.wheels.speed_rad_s() {
             Ok(speed_rad_s) => speed_rad_s,
             Err(error) => {
@@ -150,12 +159,14 @@ mod tests {
     #[derive(Clone, Copy)]
     struct Bench {
         ready_us: Option<u64>,
+        has_newer: bool,
         rate_rad_s: Result<[f32; 3], &'static str>,
         speed_rad_s: Result<[f32; 2], &'static str>,
     }
 
     const HEALTHY: Bench = Bench {
         ready_us: Some(1_234_567),
+        has_newer: false,
         rate_rad_s: Ok([0.1, -0.2, 0.3]),
         speed_rad_s: Ok([400.0, -500.0]),
     };
@@ -163,6 +174,10 @@ mod tests {
     impl DataReady for Bench {
         fn take_us(&mut self) -> Option<u64> {
             self.ready_us
+        }
+
+        fn has_newer(&mut self) -> bool {
+            self.has_newer
         }
     }
 
@@ -231,6 +246,14 @@ mod tests {
         assert_eq!(flight.tick(), Tick::WheelsFailed("no edge"));
         assert_eq!(flight.estimator().steps, 0);
         assert_eq!(flight.counters(), Counters { wheels_failed: 1, ..Counters::default() });
+    }
+
+    #[test]
+    fn a_reading_that_may_be_of_a_newer_sample_is_not_given_the_older_stamp() {
+        let mut flight = flight(Bench { has_newer: true, ..HEALTHY });
+        assert_eq!(flight.tick(), Tick::Overtaken);
+        assert_eq!(flight.estimator().steps, 0);
+        assert_eq!(flight.counters(), Counters { overtaken: 1, ..Counters::default() });
     }
 
     #[test]

@@ -29,17 +29,19 @@
 #![no_std]
 
 pub mod app;
+pub mod board;
 pub mod craft;
 pub mod drivers;
+pub mod extended_time;
 pub mod link;
 pub mod log;
 pub mod onboard;
 pub mod recording;
 pub mod replay;
 pub mod sensors;
+pub mod stamps;
+pub mod supervisor;
 
-#[cfg(target_os = "none")]
-pub mod board;
 #[cfg(target_os = "none")]
 pub mod exit;
 #[cfg(target_os = "none")]

@@ -52,6 +52,11 @@ impl<const W: usize> DataReady for &Recording<'_, W> {
         self.current.set(Some(row));
         Some(row.time_us)
     }
+
+    /// No row comes before it is asked for.
+    fn has_newer(&mut self) -> bool {
+        false
+    }
 }
 
 impl<const W: usize> Gyro for &Recording<'_, W> {

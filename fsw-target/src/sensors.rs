@@ -7,12 +7,17 @@ use fsw_core::Vec3;
 
 /// When a gyro sample was taken: the data-ready interrupt, or its stand-in.
 pub trait DataReady {
-    /// Takes the time stamp of the oldest sample that has not been handled yet, microseconds since
+    /// Takes the time stamp of the newest sample that has not been handled yet, microseconds since
     /// an arbitrary start; `None` if there is none. Never waits.
     ///
     /// The stamp is that of the sample, not of the moment when the loop came to read it, so that a
-    /// late loop costs no accuracy.
+    /// late loop costs no accuracy. A loop that is late by more than a sample loses those before
+    /// the newest, since a gyro's registers hold no other: the estimator bridges the gap.
     fn take_us(&mut self) -> Option<u64>;
+
+    /// Whether a sample has come since the last [`DataReady::take_us`]. What was read of the gyro
+    /// in between may then be the newer one's.
+    fn has_newer(&mut self) -> bool;
 }
 
 /// A three-axis rate gyro.

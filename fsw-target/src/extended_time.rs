@@ -1,0 +1,49 @@
+//! Time in 64 bits from a counter of 32: what a board's clock is made of.
+//!
+//! Input: the counter, microseconds, whenever somebody asks for the time. Output: microseconds
+//! since the first reading of zero, as long as no two readings are further apart than a wrap of
+//! the counter (71 minutes).
+
+/// The time of the last reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ExtendedTime {
+    us: u64,
+}
+
+impl ExtendedTime {
+    /// Time zero.
+    pub const START: Self = Self { us: 0 };
+
+    /// The time at which the counter reads `count_us`: the first such after the last reading.
+    pub const fn advanced_to(self, count_us: u32) -> Self {
+        let elapsed_us = count_us.wrapping_sub(self.us as u32);
+        Self { us: self.us.wrapping_add(elapsed_us as u64) }
+    }
+
+    /// Microseconds.
+    pub const fn us(self) -> u64 {
+        self.us
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_goes_on_over_wraps_of_the_counter() {
+        let mut time = ExtendedTime::START;
+        let step_us: u32 = 1_000_000_007; // more than four steps to a wrap, never twice the same
+        for readings in 1..=100_u64 {
+            time = time.advanced_to((time.us() as u32).wrapping_add(step_us));
+            assert_eq!(time.us(), readings * u64::from(step_us));
+        }
+    }
+
+    #[test]
+    fn the_same_count_is_the_same_time() {
+        let time = ExtendedTime::START.advanced_to(u32::MAX);
+        assert_eq!(time.advanced_to(u32::MAX), time);
+        assert_eq!(time.advanced_to(0).us(), 1 << 32);
+    }
+}
