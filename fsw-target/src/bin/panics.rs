@@ -20,10 +20,11 @@ fn index_out_of_bounds() -> u8 {
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    use fsw_target::{board::Board, exit, log};
+    use fsw_target::board::{Board, LogPort};
+    use fsw_target::{exit, log};
 
     if let Some(board) = Board::take() {
-        log::init(board.log_port);
+        log::init(LogPort::new(board.link));
     }
     defmt::info!("about to panic");
     defmt::info!("unreachable: {=u8}", index_out_of_bounds());

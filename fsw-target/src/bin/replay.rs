@@ -35,6 +35,7 @@ fn fly() -> Result<(), &'static str> {
             Tick::Idle => break,
             Tick::Stepped(_) => samples += 1,
             Tick::GyroFailed(_) | Tick::WheelsFailed(_) => return Err("a sensor failed"),
+            Tick::Overtaken => return Err("a sample was overtaken"),
         }
         if samples.is_multiple_of(SAMPLES_PER_LINE) {
             log_progress(samples, &flight);
@@ -99,10 +100,11 @@ fn verdict(samples: u32, flight: &ReplayLoop) -> Result<(), &'static str> {
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    use fsw_target::{board::Board, exit, log};
+    use fsw_target::board::{Board, LogPort};
+    use fsw_target::{exit, log};
 
     if let Some(board) = Board::take() {
-        log::init(board.log_port);
+        log::init(LogPort::new(board.link));
     }
     match fly() {
         Ok(()) => exit::success(),

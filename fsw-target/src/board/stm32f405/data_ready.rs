@@ -1,0 +1,63 @@
+//! The gyro's data-ready line, PC4: its rising edge is an interrupt that takes the time.
+//!
+//! Output: the stamps of the samples, as [`DataReady`] wants them. The edge is stamped within
+//! microseconds, unless interrupts are masked for longer: see `flash.rs` for the one case.
+//!
+//! Registers: RM0090, chapters 9 (SYSCFG) and 12 (EXTI).
+
+use super::shared::Shared;
+use super::time::now_us;
+use crate::sensors::DataReady;
+use crate::stamps::Stamps;
+use stm32f4::stm32f405::{EXTI, SYSCFG, interrupt};
+
+/// The line's peripheral, and the stamps between interrupt and loop.
+struct Line {
+    exti: EXTI,
+    stamps: Stamps,
+}
+
+static LINE: Shared<Line> = Shared::new();
+
+#[interrupt]
+fn EXTI4() {
+    let time_us = now_us();
+    LINE.with(|line| {
+        line.exti.pr().write(|w| w.pr4().clear());
+        line.stamps.push(time_us);
+    });
+}
+
+/// The loop's side of the line.
+pub struct GyroDataReady {
+    opened: (),
+}
+
+/// Opens the line, whose pin must be set up and whose clock on.
+pub fn open(exti: EXTI, syscfg: &SYSCFG) -> GyroDataReady {
+    syscfg.exticr2().modify(|_, w| w.exti4().pc());
+    exti.rtsr().modify(|_, w| w.tr4().enabled());
+    exti.pr().write(|w| w.pr4().clear());
+    exti.imr().modify(|_, w| w.mr4().unmasked());
+    let line = Line { exti, stamps: Stamps::new() };
+    LINE.put(line);
+    GyroDataReady { opened: () }
+}
+
+impl GyroDataReady {
+    /// Samples whose stamp went unused because a newer one was there.
+    pub fn overruns(&self) -> u32 {
+        let () = self.opened;
+        LINE.with(|line| line.stamps.overruns()).unwrap_or_default()
+    }
+}
+
+impl DataReady for GyroDataReady {
+    fn take_us(&mut self) -> Option<u64> {
+        LINE.with(|line| line.stamps.take_newest()).flatten()
+    }
+
+    fn has_newer(&mut self) -> bool {
+        LINE.with(|line| !line.stamps.is_empty()).unwrap_or_default()
+    }
+}

@@ -1,0 +1,91 @@
+//! The pins, set up as the wiring table of the board says (`mod.rs`).
+//!
+//! Inputs are pulled to their idle level, so that a part that isn't plugged in is silent: a serial
+//! line and an open collector idle high, the gyro's interrupt low.
+//!
+//! Registers: RM0090, chapter 8 (GPIO); alternate functions: DS8626, table 9.
+
+use core::convert::Infallible;
+use embedded_hal::digital::{ErrorType, OutputPin};
+use stm32f4::stm32f405::{GPIOA, GPIOB, GPIOC, RCC};
+
+/// The gyro's chip select, PA4.
+pub struct ChipSelect {
+    gpioa: GPIOA,
+}
+
+/// The wheels' direction inputs, PC0 to PC3.
+pub struct Directions {
+    gpioc: GPIOC,
+}
+
+/// Sets up all pins.
+pub fn set_up(rcc: &RCC, gpioa: GPIOA, gpiob: &GPIOB, gpioc: GPIOC) -> (ChipSelect, Directions) {
+    rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled());
+    let _ = rcc.ahb1enr().read(); // as long as a clock takes to arrive, see `mod.rs`
+    let mut chip_select = ChipSelect { gpioa };
+    let Ok(()) = chip_select.set_high(); // before it is an output, so that no edge goes out
+    set_up_port_a(&chip_select.gpioa);
+    set_up_port_b(gpiob);
+    set_up_port_c(&gpioc);
+    (chip_select, Directions { gpioc })
+}
+
+fn set_up_port_a(gpioa: &GPIOA) {
+    gpioa.pupdr().modify(|_, w| {
+        w.pupdr0().pull_up().pupdr1().pull_up(); // tachometers 1 and 2
+        w.pupdr3().pull_up().pupdr10().pull_up(); // serial lines
+        w.pupdr6().pull_up() // MISO
+    });
+    gpioa.ospeedr().modify(|_, w| w.ospeedr5().high_speed().ospeedr7().high_speed());
+    gpioa.afrl().modify(|_, w| {
+        w.afrl0().af1().afrl1().af1(); // TIM2
+        w.afrl2().af7().afrl3().af7(); // USART2
+        w.afrl5().af5().afrl6().af5().afrl7().af5() // SPI1
+    });
+    gpioa.afrh().modify(|_, w| w.afrh9().af7().afrh10().af7()); // USART1
+    gpioa.moder().modify(|_, w| {
+        w.moder0().alternate().moder1().alternate().moder2().alternate().moder3().alternate();
+        w.moder4().output();
+        w.moder5().alternate().moder6().alternate().moder7().alternate();
+        w.moder9().alternate().moder10().alternate()
+    });
+}
+
+fn set_up_port_b(gpiob: &GPIOB) {
+    gpiob.pupdr().modify(|_, w| w.pupdr10().pull_up().pupdr11().pull_up()); // tachometers 3 and 4
+    gpiob.afrh().modify(|_, w| w.afrh10().af1().afrh11().af1()); // TIM2
+    gpiob.moder().modify(|_, w| w.moder10().alternate().moder11().alternate());
+}
+
+fn set_up_port_c(gpioc: &GPIOC) {
+    // All of them are inputs after reset.
+    gpioc.pupdr().modify(|_, w| {
+        w.pupdr0().pull_up().pupdr1().pull_up().pupdr2().pull_up().pupdr3().pull_up();
+        w.pupdr4().pull_down() // data ready
+    });
+}
+
+impl ErrorType for ChipSelect {
+    type Error = Infallible;
+}
+
+impl OutputPin for ChipSelect {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.gpioa.bsrr().write(|w| w.br4().set_bit());
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.gpioa.bsrr().write(|w| w.bs4().set_bit());
+        Ok(())
+    }
+}
+
+impl Directions {
+    /// Level of each wheel's direction input, wheel 1 first.
+    pub fn levels(&self) -> [bool; 4] {
+        let levels = self.gpioc.idr().read().bits();
+        [0, 1, 2, 3].map(|pin| levels & (1 << pin) != 0)
+    }
+}

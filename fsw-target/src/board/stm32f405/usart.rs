@@ -1,0 +1,181 @@
+//! Serial ports, 115200 baud 8N1: USART1 is the link to the ground, USART2 the sensor tunnel of
+//! the processor in the loop.
+//!
+//! Received bytes are put into a queue by the port's interrupt, so that a loop which is busy for
+//! up to 22 ms (256 bytes) loses none. What is lost is counted: the protocol above finds out which
+//! packet was hit, by its CRC, and the counts say why. Sending never waits: [`Write::write`] takes
+//! a byte if the transmitter has room, and the loop offers the next one when it comes by again.
+//!
+//! [`LogPort`] is USART1 for the images that log and end by themselves: it sends by polling.
+//!
+//! Registers: RM0090, chapter 30 (USART).
+
+use super::clocks::wait;
+use super::rates::{Clocks, baud_divider};
+use super::shared::Shared;
+use core::convert::Infallible;
+use core::ops::Deref;
+use embedded_hal_nb::nb;
+use embedded_hal_nb::serial::{ErrorType, Read, Write};
+use heapless::spsc::Queue;
+use stm32f4::stm32f405::{USART1, USART2, interrupt, usart1};
+
+/// Baud rate of both ports.
+const BAUD: u32 = 115_200;
+
+/// Bytes between interrupt and loop: 22 ms of line time. One place stays free.
+const RECEIVED: usize = 256;
+
+/// What a port has lost since start-up. The counts stop at their maximum.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, defmt::Format)]
+pub struct SerialCounters {
+    /// Bytes lost because the interrupt or the loop came too late.
+    pub overruns: u32,
+    /// Bytes dropped because of noise on the line, a wrong stop bit, or a break.
+    pub line_errors: u32,
+}
+
+/// The registers of a USART, owned.
+pub trait Registers: Deref<Target = usart1::RegisterBlock> + Send {}
+impl<U: Deref<Target = usart1::RegisterBlock> + Send> Registers for U {}
+
+/// A USART, and what its interrupt and the loop share.
+struct Port<U> {
+    usart: U,
+    received: Queue<u8, RECEIVED>,
+    counters: SerialCounters,
+}
+
+static PORT_1: Shared<Port<USART1>> = Shared::new();
+static PORT_2: Shared<Port<USART2>> = Shared::new();
+
+#[interrupt]
+fn USART1() {
+    PORT_1.with(Port::receive);
+}
+
+#[interrupt]
+fn USART2() {
+    PORT_2.with(Port::receive);
+}
+
+impl<U: Registers> Port<U> {
+    /// Puts the byte that has arrived into the queue.
+    fn receive(&mut self) {
+        let status = self.usart.sr().read();
+        if status.rxne().bit_is_clear() && status.ore().bit_is_clear() {
+            return;
+        }
+        // After the status, this clears its flags (section 30.6.1).
+        let byte = self.usart.dr().read().dr().bits() as u8;
+        if status.ore().bit_is_set() {
+            // The byte after this one is lost.
+            count(&mut self.counters.overruns);
+        }
+        if status.fe().bit_is_set() || status.nf().bit_is_set() {
+            count(&mut self.counters.line_errors);
+        } else if status.rxne().bit_is_set() && self.received.enqueue(byte).is_err() {
+            count(&mut self.counters.overruns);
+        }
+    }
+}
+
+/// The loop's side of a port.
+pub struct SerialPort<U: 'static> {
+    shared: &'static Shared<Port<U>>,
+}
+
+/// The port of telemetry and commands.
+pub type Link = SerialPort<USART1>;
+/// The port on which the processor in the loop asks for its sensors.
+pub type Tunnel = SerialPort<USART2>;
+
+/// Opens USART1 and USART2, whose bus clocks must be on and whose pins set up.
+pub fn open(usart_1: USART1, usart_2: USART2, clocks: &Clocks) -> (Link, Tunnel) {
+    follow_clocks(&usart_1, &usart_2, clocks);
+    (SerialPort::open(usart_1, &PORT_1), SerialPort::open(usart_2, &PORT_2))
+}
+
+/// Sets both baud rates anew after the clocks have changed.
+pub fn follow_clocks(
+    usart_1: &usart1::RegisterBlock,
+    usart_2: &usart1::RegisterBlock,
+    clocks: &Clocks,
+) {
+    for (usart, bus_hz) in [(usart_1, clocks.apb2_hz), (usart_2, clocks.apb1_hz)] {
+        let divider = baud_divider(bus_hz, BAUD);
+        usart.brr().write(|w| {
+            w.div_mantissa().set((divider >> 4) as u16).div_fraction().set((divider & 0xf) as u8)
+        });
+    }
+}
+
+impl<U: Registers> SerialPort<U> {
+    fn open(usart: U, shared: &'static Shared<Port<U>>) -> Self {
+        usart.cr3().write(|w| w.eie().enabled());
+        usart.cr1().write(|w| w.ue().enabled().te().enabled().re().enabled().rxneie().enabled());
+        let port = Port { usart, received: Queue::new(), counters: SerialCounters::default() };
+        shared.put(port);
+        Self { shared }
+    }
+
+    /// What was lost so far.
+    pub fn counters(&self) -> SerialCounters {
+        self.shared.with(|port| port.counters).unwrap_or_default()
+    }
+}
+
+/// Lost bytes are no error of a read: see [`SerialPort::counters`].
+impl<U> ErrorType for SerialPort<U> {
+    type Error = Infallible;
+}
+
+impl<U: Registers> Read for SerialPort<U> {
+    fn read(&mut self) -> nb::Result<u8, Infallible> {
+        let byte = self.shared.with(|port| port.received.dequeue()).flatten();
+        byte.ok_or(nb::Error::WouldBlock)
+    }
+}
+
+impl<U: Registers> Write for SerialPort<U> {
+    fn write(&mut self, byte: u8) -> nb::Result<(), Infallible> {
+        let sent = self.shared.with(|port| {
+            let has_room = port.usart.sr().read().txe().bit_is_set();
+            if has_room {
+                port.usart.dr().write(|w| w.dr().set(u16::from(byte)));
+            }
+            has_room
+        });
+        if sent == Some(true) { Ok(()) } else { Err(nb::Error::WouldBlock) }
+    }
+
+    fn flush(&mut self) -> nb::Result<(), Infallible> {
+        let sent = self.shared.with(|port| port.usart.sr().read().tc().bit_is_set());
+        if sent == Some(false) { Err(nb::Error::WouldBlock) } else { Ok(()) }
+    }
+}
+
+/// USART1 for images that log and end by themselves: sends by polling.
+pub struct LogPort {
+    link: Link,
+}
+
+/// How often the transmitter is offered a byte before it is given up. A byte takes 14,600 cycles
+/// at 168 MHz and an offer at least ten, so this is more than ten bytes' time: the port is dead.
+const OFFERS: u32 = 16_000;
+
+impl LogPort {
+    /// Makes the link the log's.
+    pub fn new(link: Link) -> Self {
+        Self { link }
+    }
+
+    /// Sends one byte, or drops it if the port takes none in [`OFFERS`] tries.
+    pub fn send(&mut self, byte: u8) {
+        let _ = wait(OFFERS, || self.link.write(byte).is_ok());
+    }
+}
+
+fn count(counter: &mut u32) {
+    *counter = counter.saturating_add(1);
+}
