@@ -32,12 +32,12 @@ fn count_all(counter: &mut Counter, places: &mut Places) -> Result<(), &'static 
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    use fsw_target::{board::Board, exit, log};
+    use fsw_target::board::{Board, LogPort};
+    use fsw_target::{exit, log};
 
-    if let Some(board) = Board::take() {
-        log::init(board.log_port);
-    }
-    match count_on_target() {
+    let Some(board) = Board::take() else { exit::failure() };
+    log::init(LogPort::new(board.link));
+    match count_on_target(board.syst) {
         Ok(()) => exit::success(),
         Err(reason) => {
             defmt::error!("{=str}", reason);
@@ -47,14 +47,13 @@ fn main() -> ! {
 }
 
 #[cfg(target_os = "none")]
-fn count_on_target() -> Result<(), &'static str> {
+fn count_on_target(timer: cortex_m::peripheral::SYST) -> Result<(), &'static str> {
     use core::cell::RefCell;
     use critical_section::Mutex;
 
     static PLACES: Mutex<RefCell<Places>> = Mutex::new(RefCell::new(Places::new()));
 
-    let core = cortex_m::Peripherals::take().ok_or("the core's peripherals are taken")?;
-    let mut counter = Counter::start(core.SYST)
+    let mut counter = Counter::start(timer)
         .map_err(|_| "counts are exact only in QEMU with -icount shift=8: cargo bench-target")?;
     critical_section::with(|cs| count_all(&mut counter, &mut PLACES.borrow_ref_mut(cs)))
 }
