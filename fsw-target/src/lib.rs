@@ -33,6 +33,7 @@ pub mod board;
 pub mod craft;
 pub mod drivers;
 pub mod extended_time;
+pub mod failure;
 pub mod link;
 pub mod log;
 pub mod onboard;
@@ -46,3 +47,7 @@ pub mod supervisor;
 pub mod exit;
 #[cfg(target_os = "none")]
 pub mod instructions;
+#[cfg(target_os = "none")]
+pub mod restart;
+#[cfg(target_os = "none")]
+pub mod stack;

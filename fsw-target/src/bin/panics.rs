@@ -18,6 +18,9 @@ fn index_out_of_bounds() -> u8 {
 }
 
 #[cfg(target_os = "none")]
+fsw_target::ends_by!(fsw_target::exit::failed);
+
+#[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use fsw_target::board::{Board, LogPort};

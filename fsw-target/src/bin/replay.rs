@@ -98,6 +98,9 @@ fn verdict(samples: u32, flight: &ReplayLoop) -> Result<(), &'static str> {
 }
 
 #[cfg(target_os = "none")]
+fsw_target::ends_by!(fsw_target::exit::failed);
+
+#[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use fsw_target::board::{Board, LogPort};

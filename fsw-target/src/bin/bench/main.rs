@@ -30,6 +30,9 @@ fn count_all(counter: &mut Counter, places: &mut Places) -> Result<(), &'static 
 }
 
 #[cfg(target_os = "none")]
+fsw_target::ends_by!(fsw_target::exit::failed);
+
+#[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use fsw_target::board::{Board, LogPort};
