@@ -19,6 +19,7 @@
 //! 4. [`replay`]: the committed flight with its estimator, ready to fly. The image `bin/replay`
 //!    and the test that compares host and target bit for bit both call it.
 //! 5. [`link`]: what goes to the ground and what comes from there, as packets over a serial line.
+//! 6. [`store`]: checkpoints in flash, from which the estimator goes on after a reset, bit for bit.
 //!
 //! Below that are the parts that only the chip has (`target_os = "none"`): `board`, the bring-up
 //! of the one board that exists, `log`, where a defmt frame goes, `exit`, how an image ends, and
@@ -41,6 +42,7 @@ pub mod recording;
 pub mod replay;
 pub mod sensors;
 pub mod stamps;
+pub mod store;
 pub mod supervisor;
 
 #[cfg(target_os = "none")]

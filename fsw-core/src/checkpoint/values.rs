@@ -1,6 +1,9 @@
 //! What state is made of in the end: numbers, and what holds them.
 //!
 //! A whole number takes a word, or two, the low one first; a float the words of its bits.
+//!
+//! Numbers and rows of them are passed by functions that aren't inlined: in an image they then stand once,
+//! and a state is a list of calls.
 
 use super::{Archive, Blank, Invalid, Persist, mix, name};
 use crate::math::{Mat, scalar::Real};
@@ -12,7 +15,7 @@ macro_rules! persist_number {
                 const { name(stringify!($number)) }
             }
 
-            #[inline]
+            #[inline(never)]
             fn persist<A: Archive>(&mut self, $archive: &mut A) -> Result<(), A::Error> {
                 let $value = *self;
                 *self = $persist;
@@ -73,6 +76,11 @@ fn finite<T: Real>(value: T) -> Result<T, Invalid> {
     if value.is_finite() { Ok(value) } else { Err(Invalid { place: "a number that isn't finite" }) }
 }
 
+#[inline(never)]
+fn each<P: Persist, A: Archive>(row: &mut [P], archive: &mut A) -> Result<(), A::Error> {
+    row.iter_mut().try_for_each(|element| element.persist(archive))
+}
+
 /// A tag, 0 or 1, then the value if there is one.
 impl<P: Persist + Blank> Persist for Option<P> {
     fn layout() -> u32 {
@@ -102,7 +110,7 @@ impl<P: Persist, const N: usize> Persist for [P; N] {
     }
 
     fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
-        self.iter_mut().try_for_each(|element| element.persist(archive))
+        each(self, archive)
     }
 }
 
@@ -118,7 +126,7 @@ impl<T: Real, const R: usize, const C: usize> Persist for Mat<T, R, C> {
     }
 
     fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
-        self.iter_mut().try_for_each(|element| element.persist(archive))
+        each(self.as_mut_slice(), archive)
     }
 }
 

@@ -12,7 +12,7 @@ pub(crate) mod test_flight;
 pub mod window;
 
 use crate::attitude::NoAttitude;
-use crate::error::{ConfigError, Invalid, positive};
+use crate::error::{ConfigError, Invalid, finite, positive};
 use crate::gate::Rejection;
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::observability::{Observed, observed};
@@ -87,9 +87,9 @@ impl<T: Real> Prior<T> {
         })?;
         for sigma in self.sigma_kg_m2 {
             positive("prior.sigma_kg_m2", sigma)?;
-            // Variance and information of it are numbers, too.
-            positive("prior.sigma_kg_m2", sigma * sigma)?;
-            positive("prior.sigma_kg_m2", T::one() / (sigma * sigma))?;
+            // Variance and information of it are numbers, too: else this is none.
+            let variance = sigma * sigma;
+            finite("prior.sigma_kg_m2", variance * (T::one() / variance))?;
         }
         Ok(())
     }

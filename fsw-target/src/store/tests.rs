@@ -1,0 +1,440 @@
+extern crate std;
+use super::*;
+use crate::recording::cubesat_pyramid::{CRAFT, ROWS, WHEELS};
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+};
+use fsw_core::estimator::chain::{self, Chain};
+use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
+use fsw_core::estimator::{Outcome, Prior};
+use fsw_core::{Estimator, Sample, Vec3, WheelArray};
+use proptest::prelude::*;
+use std::vec::Vec;
+
+/// Bytes of a flash word, and of a page.
+const WORD: usize = 4;
+const PAGE: usize = 256;
+/// Two halves of two pages.
+const CAPACITY: usize = 4 * PAGE;
+
+/// A flash memory as particular as a real one. Small ones that can be had (embedded-storage-inmemory)
+/// lose no power and let a word be written twice.
+#[derive(Clone)]
+struct Flash {
+    bytes: Vec<u8>,
+    /// Words programmed since they were erased.
+    programmed: Vec<bool>,
+    /// Of each page.
+    erasures: Vec<u32>,
+    /// Words and pages until the power fails, in the midst of one.
+    power: Option<u32>,
+    /// What is left of what was in the midst.
+    noise: u64,
+    /// A bit that can't be programmed to 0.
+    stuck_bit: Option<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Failure {
+    NoPower,
+    WrittenTwice,
+    Misused(NorFlashErrorKind),
+}
+
+impl NorFlashError for Failure {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl Flash {
+    fn erased(capacity: usize) -> Self {
+        Self {
+            bytes: std::vec![0xff; capacity],
+            programmed: std::vec![false; capacity / WORD],
+            erasures: std::vec![0; capacity / PAGE],
+            power: None,
+            noise: 1,
+            stuck_bit: None,
+        }
+    }
+
+    /// Numbers that jump about: a linear congruence.
+    fn random(&mut self) -> u8 {
+        self.noise = self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (self.noise >> 56) as u8
+    }
+
+    /// Whether there is power for one more word or page to its end.
+    fn lasts(&mut self) -> Result<bool, Failure> {
+        match &mut self.power {
+            None => Ok(true),
+            Some(0) => Err(Failure::NoPower),
+            Some(left) => {
+                *left -= 1;
+                Ok(*left > 0)
+            }
+        }
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = Failure;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
+        check_read(self, offset, bytes.len()).map_err(Failure::Misused)?;
+        let offset = offset as usize;
+        bytes.copy_from_slice(&self.bytes[offset..offset + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = PAGE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
+        check_erase(self, from, to).map_err(Failure::Misused)?;
+        for page in from as usize / PAGE..to as usize / PAGE {
+            let lasts = self.lasts()?;
+            self.erasures[page] += 1;
+            for at in page * PAGE..(page + 1) * PAGE {
+                let noise = self.random();
+                self.bytes[at] = if lasts { 0xff } else { self.bytes[at] | noise };
+                self.programmed[at / WORD] = !lasts;
+            }
+            if !lasts {
+                return Err(Failure::NoPower);
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
+        check_write(self, offset, bytes.len()).map_err(Failure::Misused)?;
+        for (k, word) in bytes.chunks_exact(WORD).enumerate() {
+            let lasts = self.lasts()?;
+            let at = offset as usize + k * WORD;
+            if self.programmed[at / WORD] {
+                return Err(Failure::WrittenTwice);
+            }
+            self.programmed[at / WORD] = true;
+            for (i, byte) in word.iter().enumerate() {
+                let noise = self.random();
+                self.bytes[at + i] = if lasts { *byte } else { *byte | noise };
+            }
+            if let Some(bit) = self.stuck_bit {
+                self.bytes[bit / 8] |= 1 << (bit % 8);
+            }
+            if !lasts {
+                return Err(Failure::NoPower);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A state that shows it if it is mixed from two: the same number everywhere, more or less often.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct State {
+    words: [u32; 5],
+    more: Option<[u32; 14]>,
+}
+
+fsw_core::persist!([] State { words, more });
+
+fn state(number: u32) -> State {
+    let more = number.is_multiple_of(3).then_some([number; 14]);
+    State { words: [number; 5], more }
+}
+
+fn open(flash: Flash) -> Store<Flash> {
+    Store::open(flash).unwrap()
+}
+
+fn loaded(store: &mut Store<Flash>) -> Option<State> {
+    let mut found = State::default();
+    store.load(&mut found).unwrap().map(|_| found)
+}
+
+/// Saves states of these numbers, until the power fails; says which were saved to the end.
+fn save_all(store: &mut Store<Flash>, numbers: std::ops::Range<u32>) -> Option<u32> {
+    let mut last = None;
+    for number in numbers {
+        if store.save(&mut state(number)).is_err() {
+            break;
+        }
+        last = Some(number);
+    }
+    last
+}
+
+#[test]
+fn an_empty_flash_has_nothing() {
+    assert_eq!(loaded(&mut open(Flash::erased(CAPACITY))), None);
+    let mut noise = Flash::erased(CAPACITY);
+    for at in 0..CAPACITY {
+        noise.bytes[at] = noise.random();
+    }
+    noise.programmed.fill(true);
+    let mut store = open(noise);
+    assert_eq!(loaded(&mut store), None);
+    store.save(&mut state(1)).unwrap();
+    assert_eq!(loaded(&mut store), Some(state(1)));
+}
+
+#[test]
+fn the_newest_is_loaded_also_after_a_reset() {
+    let mut store = open(Flash::erased(CAPACITY));
+    for number in 0..50 {
+        let saved = store.save(&mut state(number)).unwrap();
+        assert_eq!(saved.sequence, number);
+        assert_eq!(loaded(&mut store), Some(state(number)));
+        store = open(store.flash);
+        assert_eq!(loaded(&mut store), Some(state(number)));
+    }
+}
+
+#[test]
+fn both_halves_wear_alike_and_resets_wear_nothing() {
+    let wear = |is_reset: fn(u32) -> bool| {
+        let mut store = open(Flash::erased(CAPACITY));
+        for number in 0..400 {
+            store.save(&mut state(number)).unwrap();
+            if is_reset(number) {
+                store = open(store.flash);
+            }
+        }
+        let pages = store.flash.erasures.clone();
+        assert_eq!(store.erasures(), pages.iter().sum::<u32>() / 2);
+        assert_eq!(open(store.flash).erasures(), pages.iter().sum::<u32>() / 2);
+        pages
+    };
+    let pages = wear(|_| false);
+    let (least, most) = (pages.iter().min().unwrap(), pages.iter().max().unwrap());
+    // A half has room for three checkpoints, of 160, 96 and 96 bytes: 400 / 3 erasures, of two halves.
+    assert!(most - least <= 1 && (66..=67).contains(most), "{least} to {most}");
+    assert_eq!(wear(|number| number % 7 == 0), pages);
+    assert_eq!(wear(|_| true), pages);
+}
+
+/// The power fails in the midst of each word and each page in turn.
+#[test]
+fn wherever_the_power_fails_the_last_or_the_one_before_is_loaded() {
+    const SAVES: u32 = 14;
+    let words_and_pages = {
+        let mut flash = Flash::erased(CAPACITY);
+        flash.power = Some(u32::MAX);
+        let mut store = open(flash);
+        assert_eq!(save_all(&mut store, 1..SAVES), Some(SAVES - 1));
+        assert!(store.erasures() > 3);
+        u32::MAX - store.flash.power.unwrap()
+    };
+    for noise in 0..8 {
+        for cut in 1..=words_and_pages {
+            let mut flash = Flash::erased(CAPACITY);
+            (flash.power, flash.noise) = (Some(cut), noise);
+            let mut store = open(flash);
+            let last = save_all(&mut store, 1..SAVES);
+            store.flash.power = None;
+            let mut store = open(store.flash);
+            let found = loaded(&mut store);
+            let next = state(last.unwrap_or(0) + 1);
+            let is_one = found == last.map(state) || found == Some(next);
+            assert!(is_one, "cut {cut}: {found:?} after {last:?}");
+            // And it goes on.
+            assert_eq!(save_all(&mut store, 100..110), Some(109), "cut {cut}");
+            assert_eq!(loaded(&mut open(store.flash)), Some(state(109)));
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+    /// Power that fails again and again.
+    #[test]
+    fn what_was_saved_is_never_lost(
+        cuts in prop::collection::vec(1..120u32, 1..40),
+        noise in any::<u64>(),
+    ) {
+        let mut flash = Flash::erased(CAPACITY);
+        flash.noise = noise;
+        let (mut saved, mut number) = (None, 0);
+        for cut in cuts {
+            flash.power = Some(cut);
+            let mut store = open(flash);
+            prop_assert_eq!(loaded(&mut store), saved.map(state));
+            while store.flash.power != Some(0) {
+                number += 1;
+                if store.save(&mut state(number)).is_ok() {
+                    saved = Some(number);
+                }
+            }
+            flash = store.flash;
+            flash.power = None;
+            // The one that was being saved may have got there.
+            let found = loaded(&mut open(flash.clone()));
+            prop_assert!(found == saved.map(state) || found == Some(state(number)));
+            saved = found.map(|found| found.words[0]);
+        }
+    }
+}
+
+#[test]
+fn a_flipped_bit_brings_back_the_one_before_at_worst() {
+    let mut store = open(Flash::erased(CAPACITY));
+    save_all(&mut store, 1..8);
+    let mut before = 0;
+    for bit in 0..8 * CAPACITY {
+        let mut flash = store.flash.clone();
+        flash.bytes[bit / 8] ^= 1 << (bit % 8);
+        let mut flipped = open(flash);
+        let found = loaded(&mut flipped);
+        assert!(found == Some(state(7)) || found == Some(state(6)), "bit {bit}: {found:?}");
+        before += u32::from(found == Some(state(6)));
+        // What is written next has room, whatever the flipped bit looks like.
+        flipped.save(&mut state(8)).unwrap();
+        assert_eq!(loaded(&mut open(flipped.flash)), Some(state(8)), "bit {bit}");
+    }
+    // Each bit of the newest one counts.
+    assert_eq!(before, 8 * Record::length(6));
+}
+
+#[test]
+fn what_was_passed_over_is_told() {
+    let mut store = open(Flash::erased(CAPACITY));
+    save_all(&mut store, 1..3);
+    let newest = store.newest.unwrap();
+    store.flash.bytes[newest.at as usize + 40] ^= 1;
+    let checkpoint = store.load(&mut State::default()).unwrap().unwrap();
+    assert_eq!((checkpoint.sequence, checkpoint.passed_over), (newest.sequence - 1, 1));
+}
+
+#[test]
+fn what_reads_otherwise_than_it_was_written_does_not_count() {
+    let mut store = open(Flash::erased(CAPACITY));
+    store.save(&mut state(1)).unwrap();
+    let next = store.active.used.unwrap() as usize;
+    // In the state, of which bit 0 is to be 0.
+    store.flash.stuck_bit = Some(8 * (next + 40));
+    assert_eq!(store.save(&mut state(2)), Err(Error::NotStored));
+    assert_eq!(loaded(&mut store), Some(state(1)));
+    store.save(&mut state(4)).unwrap();
+    assert_eq!(loaded(&mut open(store.flash)), Some(state(4)));
+}
+
+#[test]
+fn only_its_own_layout_is_loaded() {
+    let mut store = open(Flash::erased(CAPACITY));
+    store.save(&mut state(1)).unwrap();
+    let mut other = [0u32; 6];
+    assert_eq!(store.load(&mut other), Ok(None));
+    store.save(&mut [7u32; 6]).unwrap();
+    assert_eq!(loaded(&mut store), Some(state(1)));
+}
+
+#[test]
+fn what_cannot_be_is_an_error() {
+    let odd = Store::open(Flash::erased(3 * PAGE));
+    assert_eq!(odd.err(), Some(Error::Geometry));
+    let mut store = open(Flash::erased(CAPACITY));
+    assert_eq!(store.save(&mut [0u32; 120]), Err(Error::TooLarge));
+    store.save(&mut [0u32; 8 * (512 / 32 - 3)]).unwrap();
+    let not_a_number = Error::Invalid(Invalid { place: "a number that isn't finite" });
+    assert_eq!(store.save(&mut [f32::NAN]), Err(not_a_number));
+}
+
+#[test]
+fn room_is_made_before_it_is_needed() {
+    let mut store = open(Flash::erased(CAPACITY));
+    let mut asked = 0;
+    for number in 0..40 {
+        let mut state = state(number);
+        asked += u32::from(store.make_room(&mut state).unwrap());
+        let before = store.erasures();
+        store.save(&mut state).unwrap();
+        assert_eq!(store.erasures(), before, "erased in {number}");
+        assert_eq!(loaded(&mut store), Some(state));
+    }
+    assert_eq!(asked, store.erasures());
+}
+
+/// The ground puts what it was sent into a flash of its own, behind the mark.
+#[test]
+fn what_is_read_out_in_parts_can_be_loaded_elsewhere() {
+    let mut store = open(Flash::erased(CAPACITY));
+    assert_eq!(store.read_part(0, &mut [0; 64]), Ok(0));
+    save_all(&mut store, 1..10);
+    let (mut sent, mut part, mut index) = (Vec::new(), [0; 70], 0);
+    loop {
+        let valid = store.read_part(index, &mut part).unwrap();
+        if valid == 0 {
+            break;
+        }
+        sent.extend_from_slice(&part[..valid]);
+        index += 1;
+        if index == 1 {
+            // Saved meanwhile, and not read out.
+            store.save(&mut state(10)).unwrap();
+        }
+    }
+    assert_eq!(sent.len() as u32, Record::length(5 + 1 + 14));
+    let mut ground = Flash::erased(CAPACITY);
+    ground.bytes[32..32 + sent.len()].copy_from_slice(&sent);
+    assert_eq!(loaded(&mut open(ground)), Some(state(9)));
+}
+
+fn wheels() -> WheelArray<f32, WHEELS> {
+    CRAFT.wheels().unwrap()
+}
+
+fn joint_ekf() -> JointEkfUd<f32, WHEELS> {
+    JointEkfUd::new(joint_ekf::Config::new(CRAFT.gyro_noise_rad_s), wheels()).unwrap()
+}
+
+fn chain() -> Chain<f32, WHEELS> {
+    let prior = Prior { inertia_kg_m2: [0.05, 0.05, 0.03, 0.0, 0.0, 0.0], sigma_kg_m2: [0.02; 6] };
+    Chain::new(chain::Config::kim_2013(CRAFT.gyro_noise_rad_s, prior), wheels()).unwrap()
+}
+
+/// Flies the recording with a reset after each of these samples.
+fn flies_on_after_resets<E: Estimator<f32, WHEELS> + Persist>(
+    fresh: impl Fn() -> E,
+    resets: &[usize],
+) {
+    let (mut without, mut with) = (fresh(), fresh());
+    let mut store = open(Flash::erased(64 * PAGE));
+    for (k, row) in ROWS.iter().enumerate() {
+        let sample = Sample {
+            time_us: row.time_us,
+            rate_rad_s: Vec3::from(row.rate_rad_s),
+            wheel_speed_rad_s: row.wheel_speed_rad_s,
+            torque_n_m: Vec3::from(row.torque_n_m),
+            attitude: None,
+        };
+        let (a, b): (Outcome, Outcome) = (without.step(&sample), with.step(&sample));
+        assert_eq!(a, b, "sample {k}");
+        if resets.contains(&k) {
+            store.save(&mut with).unwrap();
+            store = open(store.flash);
+            with = fresh();
+            store.load(&mut with).unwrap().unwrap();
+        }
+    }
+    assert_eq!(without.estimate(), with.estimate());
+}
+
+#[test]
+fn estimators_fly_on_after_resets() {
+    let resets: Vec<usize> = (0..600).step_by(13).collect();
+    flies_on_after_resets(joint_ekf, &resets);
+    flies_on_after_resets(chain, &resets);
+}
