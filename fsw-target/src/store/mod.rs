@@ -220,6 +220,11 @@ impl<F: NorFlash> Store<F> {
         Ok(valid)
     }
 
+    /// Length of the newest whole checkpoint as it stands in the flash, bytes; 0 if there is none.
+    pub fn newest_bytes(&self) -> u32 {
+        self.newest.map_or(0, |record| record.end().saturating_sub(record.at))
+    }
+
     /// How often one half or the other has been erased.
     pub fn erasures(&self) -> u32 {
         self.erasures

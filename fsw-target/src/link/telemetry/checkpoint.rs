@@ -1,4 +1,4 @@
-//! The estimator's state, as it lies in memory, in pieces that fit a packet.
+//! A checkpoint, as it stands in the flash ([`crate::store`]), in pieces that fit a packet.
 
 use super::Report;
 use crate::link::packet::{Apid, CHECKPOINT};
@@ -8,7 +8,7 @@ use crate::link::wire::{Reader, Unreadable, Wire, Writer};
 /// line at 115,200 baud.
 pub const PART_BYTES: usize = 192;
 
-/// A piece of a checkpoint, as it lies in memory.
+/// A piece of a checkpoint, as it stands in the flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CheckpointPart {
     /// Which part, from 0.
