@@ -10,11 +10,15 @@
 //! `campaign` goes from simulation to estimation many times, and to statistics of the results;
 //! `papers` does so with the published systems, and sets the results beside what was printed.
 //!
+//! `ground` is the other end of the flight computer's serial line: telemetry from bytes, and what is
+//! missing of it.
+//!
 //! `cli` has a file for each verb, which strings these together.
 
 pub mod campaign;
 pub mod cli;
 pub mod estimation;
+pub mod ground;
 pub mod input;
 pub mod papers;
 pub mod recording;

@@ -4,18 +4,21 @@
 //! finish; 2: bad input.
 
 mod campaign;
+mod command;
 mod crlb;
 mod estimate;
 mod mc;
 mod replay;
 mod run;
 mod tables;
+mod telemetry;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use fsw_target::link::command::CommandError;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -68,6 +71,17 @@ enum Verb {
     Replay(replay::Arguments),
     /// The Cramér-Rao bound of a scenario: what no unbiased estimator can beat.
     Crlb(crlb::Arguments),
+    /// What a flight computer says on its serial line: one line for each telemetry packet.
+    ///
+    /// A port must be set to raw first: stty -F /dev/ttyUSB0 115200 raw -echo. What is damaged or
+    /// missing is noted on stderr; in text, counts of zero are left out. With --json each line is a
+    /// document of its own.
+    Telemetry(telemetry::Arguments),
+    /// A telecommand, as the bytes that go to a flight computer's serial port: on stdout.
+    ///
+    /// As in: host-sim command reset > /dev/ttyUSB0, with the port set to raw first: stty -F
+    /// /dev/ttyUSB0 115200 raw -echo.
+    Command(command::Arguments),
 }
 
 /// How to estimate: the same for every verb that does.
@@ -105,6 +119,14 @@ enum Failure {
         "{file}: the gyro's noise can't be measured from this log ({why}); give it as gyro.noise_rad_s in the craft file"
     )]
     NoNoise { file: String, why: &'static str },
+    #[error(
+        "{file}: no telemetry packet in {bytes} bytes; give the raw bytes of the line, and check the baud rate"
+    )]
+    NoTelemetry { file: String, bytes: u64 },
+    #[error("{0}; the computer would refuse it")]
+    RefusedCommand(CommandError),
+    #[error("{file}: has no [prior]; add one, or give --inertia and --sigma")]
+    NoPrior { file: String },
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
     #[error(transparent)]
@@ -127,7 +149,10 @@ impl Failure {
             Self::Input(_)
             | Self::SetUp(_)
             | Self::Run(RunFailed::SetUp(_))
-            | Self::NoNoise { .. } => MISUSE,
+            | Self::NoNoise { .. }
+            | Self::NoTelemetry { .. }
+            | Self::RefusedCommand(_)
+            | Self::NoPrior { .. } => MISUSE,
             Self::Integration(_)
             | Self::Run(RunFailed::Integration(_))
             | Self::Interrupted
@@ -158,6 +183,8 @@ pub fn main() -> ExitCode {
         Verb::Tables(arguments) => tables::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Crlb(arguments) => crlb::run(&arguments),
+        Verb::Telemetry(arguments) => telemetry::run(&arguments),
+        Verb::Command(arguments) => command::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

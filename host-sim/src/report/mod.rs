@@ -10,6 +10,7 @@
 //!             └─> runs::RunRow, one for each ──> a CSV file
 //! papers ─────┬─> published::TablesReport ──> --json, published_text, papers_dir
 //!             └─> figures ──> papers_dir
+//! ground ─────────> packet: one line of text or JSON for each telemetry packet
 //! ```
 //!
 //! The types here are plain numbers and know nothing of the flight core. Elements of an inertia
@@ -20,6 +21,7 @@ pub mod history;
 pub mod json;
 mod number;
 pub mod out_dir;
+pub mod packet;
 pub mod papers_dir;
 pub mod plots;
 pub mod published;

@@ -1,0 +1,87 @@
+//! `telemetry`: what a flight computer says on its serial line, one line for each packet.
+
+use std::fs::File;
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Failure;
+use crate::ground::{Heard, Listener};
+use crate::input::InputError;
+use crate::input::error::{Place, Problem};
+use crate::report::packet;
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The bytes of the line: a serial port set to raw, a file of what it said, or - for stdin.
+    #[arg(value_name = "FILE")]
+    source: PathBuf,
+    /// Print one JSON document a line, with every field, instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Bytes read at a time, at most: a port gives what it has.
+const CHUNK: usize = 4096;
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let file = arguments.source.display().to_string();
+    let unreadable = |error| InputError {
+        place: Place { file: file.clone(), line: None },
+        problem: Problem::Unreadable(error),
+    };
+    let mut source: Box<dyn Read> = match file.as_str() {
+        "-" => Box::new(io::stdin()),
+        _ => Box::new(File::open(&arguments.source).map_err(unreadable)?),
+    };
+
+    let mut listener = Listener::default();
+    let mut chunk = [0; CHUNK];
+    loop {
+        let bytes = match source.read(&mut chunk) {
+            Ok(0) => break,
+            Ok(length) => &chunk[..length],
+            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            Err(error) => return Err(unreadable(error).into()),
+        };
+        for byte in bytes {
+            let Some(heard) = listener.hear(*byte) else { continue };
+            if !show(&mut listener, &heard, arguments.json)? {
+                return Ok(());
+            }
+        }
+    }
+    if let Some(cut) = listener.end() {
+        eprintln!("note: {cut}");
+    }
+    match listener.packets() {
+        0 => Err(Failure::NoTelemetry { file, bytes: listener.bytes() }),
+        _ => Ok(()),
+    }
+}
+
+/// Prints a packet, and notes what is wrong. Says no once nobody reads on.
+fn show(listener: &mut Listener, heard: &Heard, json: bool) -> Result<bool, Failure> {
+    let received = match heard {
+        Heard::Packet(packet) => packet,
+        Heard::Damaged(damaged) => {
+            eprintln!("note: {damaged}");
+            return Ok(true);
+        }
+    };
+    let missing = listener.missing_before(received);
+    if missing > 0 {
+        let (kind, count) = (received.telemetry.kind(), received.sequence_count);
+        eprintln!("note: missing before {kind} {count}: {missing}");
+    }
+    let line = match json {
+        true => packet::json(received).map_err(Failure::Json)?,
+        false => packet::text(received),
+    };
+    match writeln!(io::stdout(), "{line}") {
+        // A reader such as `head` that has seen enough isn't a failure.
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
+        other => other.map(|()| true).map_err(Failure::Print),
+    }
+}

@@ -1,0 +1,322 @@
+//! The ground's verbs as a user at a bench runs them: `command` to the flight computer's serial port,
+//! `telemetry` from it.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::convert::Infallible;
+use std::fs;
+use std::process::Output;
+
+use assert_cmd::Command as Program;
+use embedded_hal_nb::{nb, serial};
+use fsw_core::Status;
+use fsw_core::estimator::Prior;
+use fsw_core::telemetry::OutcomeCounts;
+use fsw_target::link::telemetry::{
+    CheckpointPart, CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause,
+    StatusReport,
+};
+use fsw_target::link::uplink::UplinkCounters;
+use fsw_target::link::{Command, Downlink, Uplink};
+use fsw_target::onboard::EstimatorId;
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn host_sim(arguments: &[&str]) -> Output {
+    Program::new(env!("CARGO_BIN_EXE_host-sim")).args(arguments).output().unwrap()
+}
+
+/// Exit code 2, nothing on stdout, one or two lines on stderr that name each of `named`.
+fn refused(output: &Output, named: &[&str]) {
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(output.stdout.is_empty());
+    assert!((1..=2).contains(&message.lines().count()), "{message}");
+    for name in named {
+        assert!(message.contains(name), "{name:?} isn't in {message:?}");
+    }
+}
+
+/// What a flight computer makes of the bytes, and of each of them.
+fn obeyed(uplink: &mut Uplink, arguments: &[&str]) -> Vec<Command> {
+    let output = host_sim(&[&["command"], arguments].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output.stdout.iter().filter_map(|byte| uplink.push(*byte)).collect()
+}
+
+#[test]
+fn each_command_is_one_that_the_flight_computer_obeys() {
+    let prior = Prior {
+        inertia_kg_m2: [14.2, 17.3, 20.3, 0.0867, -0.1357, 0.6016],
+        sigma_kg_m2: [3.0, 3.0, 3.0, 1.0, 1.0, 1e-3],
+    };
+    let numbers = "set-prior --inertia 14.2 17.3 20.3 0.0867 -0.1357 0.6016 --sigma 3 3 3 1 1 1e-3";
+    let mut uplink = Uplink::new();
+    for (line, command) in [
+        ("ping", Command::Ping),
+        ("reset", Command::Reset),
+        (numbers, Command::SetPrior(prior)),
+        ("open-window", Command::OpenWindow),
+        ("close-window", Command::CloseWindow),
+        ("select window", Command::Select(EstimatorId::Window)),
+        ("select joint-ekf", Command::Select(EstimatorId::JointEkf)),
+        ("select ekf-sgf-rls", Command::Select(EstimatorId::EkfSgfRls)),
+        ("save-checkpoint", Command::SaveCheckpoint),
+        ("dump-checkpoint", Command::DumpCheckpoint),
+        ("set-telemetry-period 250", Command::SetTelemetryPeriod { ms: 250 }),
+        ("set-torque 1e-3 -2e-3 .5", Command::SetTorque([1e-3, -2e-3, 0.5])),
+    ] {
+        let words: Vec<&str> = line.split(' ').collect();
+        assert_eq!(obeyed(&mut uplink, &words), [Command::StartSequence, command], "{line}");
+    }
+    assert_eq!(uplink.counters(), UplinkCounters { accepted: 24, ..UplinkCounters::NONE });
+}
+
+#[test]
+fn a_start_of_the_sequence_goes_alone() {
+    let mut uplink = Uplink::new();
+    assert_eq!(obeyed(&mut uplink, &["start-sequence"]), [Command::StartSequence]);
+    assert_eq!(obeyed(&mut uplink, &["ping", "--sequence", "1"]), [Command::Ping]);
+}
+
+#[test]
+fn a_command_with_a_count_of_its_own_is_obeyed_once() {
+    let mut uplink = Uplink::new();
+    let reset = ["reset", "--sequence", "41"];
+    assert_eq!(obeyed(&mut uplink, &reset), [Command::Reset]);
+    assert_eq!(obeyed(&mut uplink, &reset), []);
+    assert_eq!(uplink.counters().replayed, 1);
+}
+
+#[test]
+fn the_bytes_are_those_of_the_documentation() {
+    let link = fs::read_to_string("../fsw-target/src/link/link.md").unwrap();
+    let output = host_sim(&["command", "set-torque", "1e-3", "-2e-3", "5e-4", "--sequence", "5"]);
+    let bytes: Vec<String> = output.stdout.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert!(link.contains(&format!("```text\n{}\n```", bytes.join(" "))), "{bytes:?}");
+}
+
+#[test]
+fn a_prior_comes_from_a_craft_file_too() {
+    let folder = TempDir::new().unwrap();
+    let craft = |name: &str, text: &str| {
+        let file = folder.path().join(name);
+        fs::write(&file, text).unwrap();
+        file.to_str().unwrap().to_owned()
+    };
+    let known = craft(
+        "known.toml",
+        "[prior]\ninertia_kg_m2 = [2, 2, 3, 0, 0, 0]\nsigma_kg_m2 = [1, 1, 1, 1, 1, 1]\n",
+    );
+    let inertia_kg_m2 = [2.0, 2.0, 3.0, 0.0, 0.0, 0.0];
+    let prior = Command::SetPrior(Prior { inertia_kg_m2, sigma_kg_m2: [1.0; 6] });
+    let commands = obeyed(&mut Uplink::new(), &["set-prior", "--craft", &known, "--sequence", "1"]);
+    assert_eq!(commands, [prior]);
+    let unknown = craft("unknown.toml", "");
+    refused(
+        &host_sim(&["command", "set-prior", "--craft", &unknown]),
+        &["unknown.toml", "[prior]"],
+    );
+}
+
+#[test]
+fn what_the_computer_would_refuse_is_refused_here() {
+    for (line, named) in [
+        ("set-torque 0 0 101", "100 N m"),
+        ("set-torque 0 0 NaN", "100 N m"),
+        ("set-torque 0 0", "<Z_N_M>"),
+        ("set-telemetry-period 10", "50 ms"),
+        ("set-telemetry-period -10", "-10"),
+        ("set-prior --inertia 1 1 3 0 0 0 --sigma 1 1 1 1 1 1", "no body"),
+        ("set-prior --inertia 1 1 1 0 0 0 --sigma 1 1 0 1 1 1", "sigma"),
+        ("set-prior --inertia 1 1 1 0 0 0", "--sigma"),
+        ("set-prior", "--craft"),
+        ("select joint-ekf-published", "ekf-sgf-rls"),
+        ("reset --sequence 16384", "16384"),
+        ("", "reset"),
+    ] {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        refused(&host_sim(&[&["command"], &words[..]].concat()), &[named]);
+    }
+}
+
+/// A serial port that keeps what is written to it.
+struct Line(Vec<u8>);
+
+impl serial::ErrorType for Line {
+    type Error = Infallible;
+}
+
+impl serial::Write for Line {
+    fn write(&mut self, byte: u8) -> nb::Result<(), Infallible> {
+        self.0.push(byte);
+        Ok(())
+    }
+
+    fn flush(&mut self) -> nb::Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+fn estimate(jxx_kg_m2: f32) -> EstimateReport {
+    EstimateReport {
+        sample_time_us: 12_300_000,
+        estimator: EstimatorId::Window,
+        status: Status::Converged,
+        outcome: None,
+        physical: true,
+        projected: false,
+        residuals_white: None,
+        observed_directions: 6,
+        element_observed: [true; 6],
+        scale_observed: true,
+        inertia_kg_m2: [jxx_kg_m2, 17.3, 20.3, 0.0867, 0.1357, f32::NAN],
+        sigma_kg_m2: [1e-3; 6],
+        rate_rad_s: [0.1, 0.2, 0.3],
+        residual_rms_rad_s: 1.9e-4,
+        nis: Some(2.5),
+        disturbance_torque_n_m: Some([1e-6, 2e-6, -3e-6]),
+        gyro_bias_rad_s: None,
+    }
+}
+
+const STATUS: StatusReport = StatusReport {
+    uptime_s: 12,
+    reset_cause: ResetCause::Watchdog,
+    clock: ClockSource::Internal,
+    watchdog: true,
+    stack_high_water_bytes: 2100,
+    gyro: GyroState::WrongIdentity,
+    gyro_identity: Some(0),
+    gyro_failures: 0,
+    wheel_failures: 0,
+    data_ready_overruns: 3,
+    outcomes: OutcomeCounts {
+        accepted: 6001,
+        not_finite: 0,
+        out_of_range: 0,
+        out_of_order: 0,
+        stuck: 0,
+        spike: 2,
+        no_attitude: 0,
+        waiting_for_rest: 0,
+        gap_resets: 0,
+        lockout_resets: 0,
+        change_resets: 0,
+        divergence_resets: 0,
+    },
+    uplink: UplinkCounters::NONE,
+    downlink_dropped: 0,
+    serial_errors: 0,
+    last_command: None,
+    last_sequence_count: 0,
+    last_command_done: None,
+    telemetry_period_ms: 1000,
+    torque_n_m: [0.0; 3],
+    checkpoint: CheckpointState::None,
+    checkpoints_saved: 0,
+    checkpoints_failed: 0,
+};
+
+/// What a flight computer says: an estimate, a status, a piece of a checkpoint, another estimate.
+fn line() -> Vec<u8> {
+    let (mut downlink, mut line) = (Downlink::<2000>::new(), Line(Vec::new()));
+    downlink.send(12_345_678, &estimate(14.2));
+    downlink.send(12_345_679, &STATUS);
+    downlink.send(12_345_680, &CheckpointPart::new(0, 9, &[0xca, 0xfe, 0]).unwrap());
+    downlink.send(12_345_681, &estimate(14.200_001));
+    downlink.drain(&mut line);
+    line.0
+}
+
+fn telemetry(bytes: &[u8], arguments: &[&str]) -> Output {
+    Program::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(["telemetry", "-"])
+        .args(arguments)
+        .write_stdin(bytes)
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn telemetry_is_one_line_a_packet() {
+    let output = telemetry(&line(), &[]);
+    assert!(output.status.success() && output.stderr.is_empty());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 4, "{text}");
+    for (line, start, within) in [
+        (0, "    12.345678 s  estimate 0", "  inertia_kg_m2 14.2000 17.3000 20.3000 0.0867000 "),
+        (1, "    12.345679 s  status 0", "  outcomes.accepted 6001  outcomes.spike 2  downlink"),
+        (2, "    12.345680 s  checkpoint 0", "  index 0  parts 9  bytes 3"),
+        (3, "    12.345681 s  estimate 1", "  estimator window  status converged  physical yes"),
+    ] {
+        assert!(lines[line].starts_with(start) && lines[line].contains(within), "{text}");
+    }
+    assert!(!text.contains("gyro_bias"), "what is missing is left out: {text}");
+}
+
+#[test]
+fn telemetry_as_json_has_every_field_to_the_last_bit() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("line.bin");
+    fs::write(&file, line()).unwrap();
+    let output = host_sim(&["telemetry", file.to_str().unwrap(), "--json"]);
+    assert!(output.status.success());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let packets: Vec<Value> =
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let kinds: Vec<_> = packets.iter().map(|packet| packet["kind"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["estimate", "status", "checkpoint", "estimate"]);
+
+    let estimate = &packets[3];
+    assert_eq!(
+        (&estimate["time_us"], &estimate["sequence_count"]),
+        (&12_345_681.into(), &1.into())
+    );
+    let jxx = estimate["inertia_kg_m2"][0].to_string().parse::<f32>().unwrap();
+    assert_eq!(jxx.to_bits(), 14.200_001_f32.to_bits());
+    assert!(estimate["inertia_kg_m2"][5].is_null() && estimate["gyro_bias_rad_s"].is_null());
+    assert!(estimate["outcome"].is_null());
+    assert_eq!(estimate["estimator"], "window");
+
+    let status = &packets[1];
+    assert_eq!(status["outcomes"]["spike"], 2);
+    assert_eq!(status["uplink"]["replayed"], 0);
+    assert_eq!(status["reset_cause"], "watchdog");
+    assert_eq!(packets[2]["bytes"], "cafe00");
+}
+
+#[test]
+fn damage_is_noted_and_the_rest_is_shown() {
+    let mut damaged = line();
+    damaged[40] ^= 1; // the first byte of jxx
+    let output = telemetry(&damaged[..damaged.len() - 20], &[]);
+    assert!(output.status.success());
+    assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 2);
+    let notes = String::from_utf8_lossy(&output.stderr);
+    let notes: Vec<&str> = notes.lines().collect();
+    assert!(notes.len() == 2 && notes[0].contains("checksum"), "{notes:?}");
+    assert!(notes[1].contains("before it is complete"), "{notes:?}");
+}
+
+#[test]
+fn a_gap_in_the_count_is_noted() {
+    let (mut downlink, mut line) = (Downlink::<200>::new(), Line(Vec::new()));
+    for _ in 0..3 {
+        downlink.send(0, &estimate(1.0));
+    }
+    downlink.drain(&mut line);
+    downlink.send(0, &estimate(1.0));
+    downlink.drain(&mut line);
+    let output = telemetry(&line.0, &[]);
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "note: missing before estimate 3: 2\n");
+}
+
+#[test]
+fn what_is_no_telemetry_is_refused() {
+    refused(&telemetry(b"", &[]), &["-", "no telemetry packet in 0 bytes"]);
+    refused(&telemetry(b"Hello, world\n", &["--json"]), &["no telemetry packet in 13 bytes"]);
+    refused(&host_sim(&["telemetry", "no/such/port"]), &["no/such/port", "cannot be read"]);
+    refused(&host_sim(&["telemetry"]), &["FILE"]);
+}
