@@ -27,8 +27,13 @@ pub struct Sensors<D, G, S, Q> {
 pub enum Tick<G, S> {
     /// No sample was ready.
     Idle,
-    /// The estimator was stepped, with this outcome.
-    Stepped(Outcome),
+    /// The estimator was stepped.
+    Stepped {
+        /// Time stamp of the sample, µs.
+        time_us: u64,
+        /// What became of it.
+        outcome: Outcome,
+    },
     /// The gyro could not be read; the sample was skipped.
     GyroFailed(G),
     /// A wheel tachometer could not be read; the sample was skipped.
@@ -104,12 +109,27 @@ where
         let sample = Sample { time_us, rate_rad_s, wheel_speed_rad_s, torque_n_m, attitude };
         let outcome = self.estimator.step(&sample);
         self.counters.outcomes.add(&outcome);
-        Tick::Stepped(outcome)
+        Tick::Stepped { time_us, outcome }
     }
 
     /// The estimator, with its estimate.
     pub fn estimator(&self) -> &E {
         &self.estimator
+    }
+
+    /// The estimator, to be told what the ground wants.
+    pub fn estimator_mut(&mut self) -> &mut E {
+        &mut self.estimator
+    }
+
+    /// The sensors.
+    pub fn sensors(&self) -> &Sensors<D, G, S, Q> {
+        &self.sensors
+    }
+
+    /// The sensors, to be started anew or told what the ground wants.
+    pub fn sensors_mut(&mut self) -> &mut Sensors<D, G, S, Q> {
+        &mut self.sensors
     }
 
     /// What happened so far.
@@ -179,6 +199,10 @@ mod tests {
         fn has_newer(&mut self) -> bool {
             self.has_newer
         }
+
+        fn overruns(&self) -> u32 {
+            0
+        }
     }
 
     impl Gyro for Bench {
@@ -201,6 +225,10 @@ mod tests {
         fn torque_n_m(&mut self) -> Vec3<f32> {
             Vec3::new(1e-3, 2e-3, -3e-3)
         }
+
+        fn command(&mut self, _: Vec3<f32>) {
+            unimplemented!("the loop never commands")
+        }
     }
 
     fn flight(bench: Bench) -> FlightLoop<Listener, Bench, Bench, Bench, Bench, 2> {
@@ -211,7 +239,8 @@ mod tests {
     #[test]
     fn the_sample_arrives_intact() {
         let mut flight = flight(HEALTHY);
-        assert_eq!(flight.tick(), Tick::Stepped(Outcome::Updated));
+        let stepped = Tick::Stepped { time_us: 1_234_567, outcome: Outcome::Updated };
+        assert_eq!(flight.tick(), stepped);
         let sample = Sample {
             time_us: 1_234_567,
             rate_rad_s: Vec3::new(0.1, -0.2, 0.3),
@@ -259,7 +288,8 @@ mod tests {
     #[test]
     fn what_the_estimator_refuses_is_counted_by_its_reason() {
         let mut flight = flight(Bench { rate_rad_s: Ok([f32::NAN, 0.0, 0.0]), ..HEALTHY });
-        assert_eq!(flight.tick(), Tick::Stepped(Outcome::Coasting(Coasting::Spike)));
+        let outcome = Outcome::Coasting(Coasting::Spike);
+        assert_eq!(flight.tick(), Tick::Stepped { time_us: 1_234_567, outcome });
         assert_eq!(flight.counters().outcomes.spike, 1);
     }
 

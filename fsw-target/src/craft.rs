@@ -51,6 +51,6 @@ mod tests {
 
     #[test]
     fn the_flown_craft_is_one_that_the_estimators_accept() {
-        assert_eq!(Onboard::new(FLOWN).map(|onboard| *onboard.craft()), Ok(FLOWN));
+        assert_eq!(Onboard::new(FLOWN).map(|onboard| onboard.prior()), Ok(FLOWN.prior));
     }
 }

@@ -31,6 +31,7 @@
 
 pub mod app;
 pub mod board;
+pub mod computer;
 pub mod craft;
 pub mod drivers;
 pub mod extended_time;

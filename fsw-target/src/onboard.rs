@@ -4,10 +4,13 @@
 //! opened or closed. Output: what the selected estimator says. A wish that can't be granted is
 //! refused with the reason, and nothing changes.
 //!
+//! What is kept in a checkpoint is the selected one, and the prior: [`Persist`].
+//!
 //! All have their place in memory for good, so that selecting one allocates nothing and moves
 //! nothing. Selecting one starts it afresh: what another one has seen is no business of its.
 
 use crate::craft::{Craft, WHEELS};
+use fsw_core::checkpoint::{self, Archive, Invalid, Persist};
 use fsw_core::estimator::chain::{self, Chain};
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Window};
@@ -80,7 +83,10 @@ impl From<ConfigError> for Refused {
 /// The estimators.
 #[derive(Debug, Clone)]
 pub struct Onboard {
+    /// As built.
     craft: Craft<WHEELS>,
+    /// The craft's, or what the ground has set instead.
+    prior: Option<Prior<f32>>,
     selected: EstimatorId,
     window: FlownWindow,
     joint_ekf: FlownJointEkf,
@@ -96,9 +102,10 @@ impl Onboard {
     pub fn new(craft: Craft<WHEELS>) -> Result<Self, ConfigError> {
         Ok(Self {
             selected: EstimatorId::default(),
-            window: new_window(&craft)?,
-            joint_ekf: new_joint_ekf(&craft)?,
-            chain: new_chain(&craft)?,
+            window: new_window(&craft, craft.prior)?,
+            joint_ekf: new_joint_ekf(&craft, craft.prior)?,
+            chain: new_chain(&craft, craft.prior)?,
+            prior: craft.prior,
             craft,
         })
     }
@@ -108,9 +115,16 @@ impl Onboard {
         self.selected
     }
 
-    /// What is known of the spacecraft, with the prior that was set last.
-    pub fn craft(&self) -> &Craft<WHEELS> {
-        &self.craft
+    /// What is believed of the inertia beforehand: the craft's prior, or the one that was set last.
+    pub fn prior(&self) -> Option<Prior<f32>> {
+        self.prior
+    }
+
+    /// As at the start: `window`, and the craft's own prior.
+    pub fn start_afresh(&mut self) {
+        self.prior = self.craft.prior;
+        // The craft was accepted with this prior, so `window` accepts it again.
+        let _ = self.select(EstimatorId::default());
     }
 
     /// Starts the selected estimator afresh: all that it has found is forgotten, the prior stays.
@@ -126,11 +140,12 @@ impl Onboard {
     /// # Errors
     /// [`Refused::NoNominalInertia`].
     pub fn select(&mut self, id: EstimatorId) -> Result<(), Refused> {
+        let (craft, prior) = (&self.craft, self.prior);
         match id {
-            EstimatorId::Window => self.window = new_window(&self.craft)?,
-            EstimatorId::JointEkf => self.joint_ekf = new_joint_ekf(&self.craft)?,
+            EstimatorId::Window => self.window = new_window(craft, prior)?,
+            EstimatorId::JointEkf => self.joint_ekf = new_joint_ekf(craft, prior)?,
             EstimatorId::EkfSgfRls => {
-                let chain = new_chain(&self.craft)?;
+                let chain = new_chain(craft, prior)?;
                 self.chain = Some(chain.ok_or(Refused::NoNominalInertia)?);
             }
         }
@@ -144,7 +159,7 @@ impl Onboard {
     /// [`Refused::Config`] for a tensor that no body has, or a sigma that isn't positive.
     pub fn set_prior(&mut self, prior: Prior<f32>) -> Result<(), Refused> {
         prior.validate()?;
-        self.craft.prior = Some(prior);
+        self.prior = Some(prior);
         self.reset()
     }
 
@@ -181,22 +196,64 @@ impl Onboard {
     }
 }
 
-fn new_window(craft: &Craft<WHEELS>) -> Result<FlownWindow, ConfigError> {
-    let config =
-        window::Config { prior: craft.prior, ..window::Config::new(craft.gyro_noise_rad_s) };
+fn new_window(
+    craft: &Craft<WHEELS>,
+    prior: Option<Prior<f32>>,
+) -> Result<FlownWindow, ConfigError> {
+    let config = window::Config { prior, ..window::Config::new(craft.gyro_noise_rad_s) };
     Window::new(config, craft.wheels()?)
 }
 
-fn new_joint_ekf(craft: &Craft<WHEELS>) -> Result<FlownJointEkf, ConfigError> {
-    let config =
-        joint_ekf::Config { prior: craft.prior, ..joint_ekf::Config::new(craft.gyro_noise_rad_s) };
+fn new_joint_ekf(
+    craft: &Craft<WHEELS>,
+    prior: Option<Prior<f32>>,
+) -> Result<FlownJointEkf, ConfigError> {
+    let config = joint_ekf::Config { prior, ..joint_ekf::Config::new(craft.gyro_noise_rad_s) };
     JointEkfUd::new(config, craft.wheels()?)
 }
 
-fn new_chain(craft: &Craft<WHEELS>) -> Result<Option<FlownChain>, ConfigError> {
-    let Some(nominal) = craft.prior else { return Ok(None) };
+fn new_chain(
+    craft: &Craft<WHEELS>,
+    prior: Option<Prior<f32>>,
+) -> Result<Option<FlownChain>, ConfigError> {
+    let Some(nominal) = prior else { return Ok(None) };
     let config = chain::Config::kim_2013(craft.gyro_noise_rad_s, nominal);
     Chain::new(config, craft.wheels()?).map(Some)
+}
+
+fsw_core::persist!([] enum EstimatorId { 0 => Window, 1 => JointEkf, 2 => EkfSgfRls });
+
+/// The prior, which estimator is selected, and its state. The others are started afresh when they
+/// are selected.
+impl Persist for Onboard {
+    fn layout() -> u32 {
+        [
+            Option::<Prior<f32>>::layout(),
+            EstimatorId::layout(),
+            FlownJointEkf::layout(),
+            FlownChain::layout(),
+        ]
+        .into_iter()
+        .fold(0, checkpoint::mix)
+    }
+
+    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
+        let before = (self.prior, self.selected);
+        self.prior.persist(archive)?;
+        self.selected.persist(archive)?;
+        if (self.prior, self.selected) != before {
+            // Configured as it was when the state was kept.
+            self.select(self.selected).map_err(|_| Invalid { place: "Onboard" })?;
+        }
+        match (self.selected, &mut self.chain) {
+            (EstimatorId::JointEkf, _) => self.joint_ekf.persist(archive),
+            (EstimatorId::EkfSgfRls, Some(chain)) => chain.persist(archive),
+            // Not kept yet.
+            (EstimatorId::Window | EstimatorId::EkfSgfRls, _) => {
+                Err(Invalid { place: "Window" }.into())
+            }
+        }
+    }
 }
 
 impl Estimator<f32, WHEELS> for Onboard {
@@ -279,7 +336,7 @@ mod tests {
         assert_eq!(onboard.selected(), EstimatorId::Window);
         let impossible = Prior { inertia_kg_m2: [1.0, 1.0, 3.0, 0.0, 0.0, 0.0], ..PRIOR };
         assert!(matches!(onboard.set_prior(impossible), Err(Refused::Config(_))));
-        assert_eq!(onboard.craft().prior, None);
+        assert_eq!(onboard.prior(), None);
         onboard.select(EstimatorId::JointEkf).unwrap();
         assert_eq!(onboard.open_window(), Err(Refused::NoWindows));
     }

@@ -57,6 +57,10 @@ impl<const W: usize> DataReady for &Recording<'_, W> {
     fn has_newer(&mut self) -> bool {
         false
     }
+
+    fn overruns(&self) -> u32 {
+        0
+    }
 }
 
 impl<const W: usize> Gyro for &Recording<'_, W> {
@@ -79,6 +83,9 @@ impl<const W: usize> TorqueCommand for &Recording<'_, W> {
     fn torque_n_m(&mut self) -> Vec3<f32> {
         self.current().map_or(Vec3::zeros(), |row| Vec3::from(row.torque_n_m))
     }
+
+    /// The recording has its own.
+    fn command(&mut self, _: Vec3<f32>) {}
 }
 
 /// A CubeSat shakes itself with four wheels for a minute: `flights/cubesat_pyramid.csv` and its

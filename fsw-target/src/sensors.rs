@@ -18,6 +18,9 @@ pub trait DataReady {
     /// Whether a sample has come since the last [`DataReady::take_us`]. What was read of the gyro
     /// in between may then be the newer one's.
     fn has_newer(&mut self) -> bool;
+
+    /// Samples that were announced and lost since the start, because the loop came too late.
+    fn overruns(&self) -> u32;
 }
 
 /// A three-axis rate gyro.
@@ -38,9 +41,34 @@ pub trait WheelTachometers<const W: usize> {
     fn speed_rad_s(&mut self) -> Result<[f32; W], Self::Error>;
 }
 
-/// The external torque that the controller commands (thrusters, magnetorquers).
+/// The external torque that acts, as far as it is known (thrusters, magnetorquers).
 pub trait TorqueCommand {
-    /// External torque in body axes, N m; zero if nothing is commanded. Wheel torques are internal
+    /// External torque in body axes, N m; zero if none is known. Wheel torques are internal
     /// and do not belong here: the tachometers show them.
     fn torque_n_m(&mut self) -> Vec3<f32>;
+
+    /// The ground commands this torque from now on. Ignored by what has it from elsewhere.
+    fn command(&mut self, torque_n_m: Vec3<f32>);
+}
+
+/// A torque that the ground commands, and nothing else: it acts until the next command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CommandedTorque {
+    torque_n_m: Vec3<f32>,
+}
+
+impl Default for CommandedTorque {
+    fn default() -> Self {
+        Self { torque_n_m: Vec3::zeros() }
+    }
+}
+
+impl TorqueCommand for CommandedTorque {
+    fn torque_n_m(&mut self) -> Vec3<f32> {
+        self.torque_n_m
+    }
+
+    fn command(&mut self, torque_n_m: Vec3<f32>) {
+        self.torque_n_m = torque_n_m;
+    }
 }

@@ -37,6 +37,24 @@ pub trait Estimator<T: Real, const W: usize> {
     fn innovation(&self) -> Option<Innovation<T>>;
 }
 
+impl<T: Real, const W: usize, E: Estimator<T, W> + ?Sized> Estimator<T, W> for &mut E {
+    fn step(&mut self, sample: &Sample<T, W>) -> Outcome {
+        (**self).step(sample)
+    }
+
+    fn estimate(&self) -> Estimate<T> {
+        (**self).estimate()
+    }
+
+    fn rate_rad_s(&self) -> Vec3<T> {
+        (**self).rate_rad_s()
+    }
+
+    fn innovation(&self) -> Option<Innovation<T>> {
+        (**self).innovation()
+    }
+}
+
 /// Inertia before any data, elements `jxx jyy jzz jxy jxz jyz`, taken as uncorrelated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior<T: Real> {

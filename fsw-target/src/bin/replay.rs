@@ -33,7 +33,7 @@ fn fly() -> Result<(), &'static str> {
     loop {
         match flight.tick() {
             Tick::Idle => break,
-            Tick::Stepped(_) => samples += 1,
+            Tick::Stepped { .. } => samples += 1,
             Tick::GyroFailed(_) | Tick::WheelsFailed(_) => return Err("a sensor failed"),
             Tick::Overtaken => return Err("a sample was overtaken"),
         }

@@ -44,14 +44,6 @@ pub fn open(exti: EXTI, syscfg: &SYSCFG) -> GyroDataReady {
     GyroDataReady { opened: () }
 }
 
-impl GyroDataReady {
-    /// Samples whose stamp went unused because a newer one was there.
-    pub fn overruns(&self) -> u32 {
-        let () = self.opened;
-        LINE.with(|line| line.stamps.overruns()).unwrap_or_default()
-    }
-}
-
 impl DataReady for GyroDataReady {
     fn take_us(&mut self) -> Option<u64> {
         LINE.with(|line| line.stamps.take_newest()).flatten()
@@ -59,5 +51,10 @@ impl DataReady for GyroDataReady {
 
     fn has_newer(&mut self) -> bool {
         LINE.with(|line| !line.stamps.is_empty()).unwrap_or_default()
+    }
+
+    fn overruns(&self) -> u32 {
+        let () = self.opened;
+        LINE.with(|line| line.stamps.overruns()).unwrap_or_default()
     }
 }

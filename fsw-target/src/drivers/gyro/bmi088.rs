@@ -18,8 +18,8 @@
 //! keeps neither what it found for an identity nor what it set, and has no data-ready and no self-test.
 //! The others are for embedded-hal 0.2, or for the accelerometer.
 
-use super::RateGyro;
 use super::bus::RegisterBus;
+use super::{RateGyro, StartFault};
 use crate::sensors::Gyro;
 use embedded_hal::delay::DelayNs;
 use fsw_core::{Mat, Vec3};
@@ -220,6 +220,17 @@ pub enum StartError<E> {
     NotARotation,
 }
 
+impl<E> From<StartError<E>> for StartFault {
+    fn from(error: StartError<E>) -> Self {
+        match error {
+            StartError::Bus(_) => Self::Bus,
+            StartError::WrongIdentity { found } => Self::WrongIdentity { found },
+            StartError::NotAccepted(_) => Self::NotAsSet,
+            StartError::NotARotation => Self::WrongSettings,
+        }
+    }
+}
+
 /// A register that holds something else than its setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
@@ -374,6 +385,8 @@ impl<B: RegisterBus> Gyro for Bmi088<B> {
 }
 
 impl<B: RegisterBus> RateGyro for Bmi088<B> {
+    const IDENTITY: u8 = CHIP_ID;
+
     type StartError = StartError<B::Error>;
     type SelfTestError = SelfTestError<B::Error>;
 

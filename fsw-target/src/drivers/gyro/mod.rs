@@ -9,8 +9,28 @@ pub mod bus;
 use crate::sensors::Gyro;
 use embedded_hal::delay::DelayNs;
 
+/// Why a gyro can't be set up, whichever it is: for telemetry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum StartFault {
+    /// The bus failed.
+    Bus,
+    /// Another part, or none.
+    WrongIdentity {
+        /// What the identity register held.
+        found: u8,
+    },
+    /// A register doesn't hold what was written to it.
+    NotAsSet,
+    /// What it was to be set to makes no sense.
+    WrongSettings,
+}
+
 /// A gyro chip that can be set up, tested and set up again in flight.
 pub trait RateGyro: Gyro {
+    /// What its identity register holds.
+    const IDENTITY: u8;
+
     /// Why it can't be set up.
     type StartError;
     /// Why it failed its self-test, or couldn't do it.

@@ -1,0 +1,134 @@
+//! Checkpoints of the estimators: brought back at the start, saved now and then, sent to the ground.
+
+use super::Housekeeping;
+use crate::link::telemetry::{CheckpointPart, CheckpointState, PART_BYTES};
+use crate::onboard::Onboard;
+use crate::store::{self, Store};
+use embedded_storage::nor_flash::NorFlash;
+use fsw_core::checkpoint::{self, Archive, Persist};
+
+/// Between two checkpoints, unless the ground asks, µs: ten minutes. At seven checkpoints of
+/// `window` to an erasure of one half of the flash, 10,000 erasures of each last 2.6 years.
+const PERIOD_US: u64 = 600_000_000;
+
+/// Nobody knows for how long a computer was off: more than any gate takes for a pause between two
+/// samples, µs.
+const OFF_US: u64 = 60_000_000;
+
+/// Checkpoints, and what became of them.
+pub struct Checkpoints<F> {
+    /// None where the flash can't be read.
+    store: Option<Store<F>>,
+    /// What was in the flash at the start.
+    pub found: CheckpointState,
+    /// Saved since then.
+    pub saved: u32,
+    /// Not saved, since the flash failed.
+    pub failed: u32,
+    next_us: u64,
+    /// The part that is sent next, while one is.
+    dumping: Option<u16>,
+}
+
+/// What is kept: the estimators, and when that was.
+struct Kept<'a> {
+    time_us: u64,
+    onboard: &'a mut Onboard,
+}
+
+impl Persist for Kept<'_> {
+    fn layout() -> u32 {
+        checkpoint::mix(u64::layout(), Onboard::layout())
+    }
+
+    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
+        self.time_us.persist(archive)?;
+        self.onboard.persist(archive)
+    }
+}
+
+impl<F: NorFlash> Checkpoints<F> {
+    /// Opens the flash, and brings the estimators and the time back from it.
+    pub fn restore(flash: F, onboard: &mut Onboard, board: &mut impl Housekeeping) -> Self {
+        let mut checkpoints = Self {
+            store: None,
+            found: CheckpointState::Failed,
+            saved: 0,
+            failed: 0,
+            next_us: 0,
+            dumping: None,
+        };
+        if let Ok(store) = Store::open(flash) {
+            let store = checkpoints.store.insert(store);
+            checkpoints.found = bring_back(store, onboard, board);
+        }
+        checkpoints.next_us = board.now_us().saturating_add(PERIOD_US);
+        checkpoints
+    }
+
+    /// Whether it is time to save one.
+    pub fn is_due(&self, now_us: u64) -> bool {
+        now_us >= self.next_us
+    }
+
+    /// Saves one; false if that failed. The next one is due a period after.
+    pub fn save(&mut self, onboard: &mut Onboard, board: &mut impl Housekeeping) -> bool {
+        let mut kept = Kept { time_us: board.now_us(), onboard };
+        let saved = self.store.as_mut().is_some_and(|store| store.save(&mut kept).is_ok());
+        let counter = if saved { &mut self.saved } else { &mut self.failed };
+        *counter = counter.saturating_add(1);
+        self.next_us = board.now_us().saturating_add(PERIOD_US);
+        saved
+    }
+
+    /// Begins to send the newest checkpoint; false if there is none.
+    pub fn begin_dump(&mut self) -> bool {
+        let has_one = self.parts() > 0;
+        self.dumping = has_one.then_some(0);
+        has_one
+    }
+
+    fn parts(&self) -> u16 {
+        let bytes = self.store.as_ref().map_or(0, Store::newest_bytes);
+        u16::try_from(bytes.div_ceil(PART_BYTES as u32)).unwrap_or(u16::MAX)
+    }
+
+    pub fn next_part(&mut self) -> Option<CheckpointPart> {
+        let index = self.dumping?;
+        let parts = self.parts();
+        let mut bytes = [0; PART_BYTES];
+        let store = self.store.as_mut()?;
+        let length = store.read_part(index.into(), &mut bytes).unwrap_or(0);
+        let part = CheckpointPart::new(index, parts, bytes.get(..length)?)?;
+        self.dumping = index.checked_add(1).filter(|next| *next < parts && length > 0);
+        (length > 0).then_some(part)
+    }
+}
+
+fn bring_back<F: NorFlash>(
+    store: &mut Store<F>,
+    onboard: &mut Onboard,
+    board: &mut impl Housekeeping,
+) -> CheckpointState {
+    let mut kept = Kept { time_us: 0, onboard };
+    let found = store.load(&mut kept);
+    let time_us = kept.time_us;
+    match found {
+        Ok(None) => CheckpointState::None,
+        Ok(Some(found)) => {
+            board.resume_at(time_us.saturating_add(OFF_US));
+            match found.passed_over {
+                0 => CheckpointState::Restored,
+                _ => CheckpointState::RestoredOlder,
+            }
+        }
+        Err(why) => {
+            // It may be half of one and half of the other.
+            onboard.start_afresh();
+            match why {
+                store::Error::Invalid(_) => CheckpointState::Unusable,
+                _ => CheckpointState::Failed,
+            }
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! The flight computer: what the loop of an image does, again and again.
+//!
+//! ```text
+//!  bytes ─► link ─► Command ─┐
+//!                            ▼
+//!  sensors ─► FlightLoop ─► Onboard ─► reports ─► link ─► bytes
+//!                            ▲ │
+//!                            │ ▼
+//!                          Store (flash)
+//! ```
+//!
+//! Input: the [`Parts`] that a board brings, or the simulator in its place. Output: telemetry, and
+//! leave to feed the watchdog once every task has done its work. [`Computer::poll`] never waits but
+//! for the gyro's start (0.1 s, and only while there is no gyro to lose samples of) and for the flash
+//! (see [`crate::store`]), and never ends the loop: whatever fails is counted and told.
+
+mod checkpoints;
+mod parts;
+#[cfg(test)]
+mod tests;
+
+pub use parts::{Health, Housekeeping, Parts, Reporting, SensorsOf};
+
+use checkpoints::Checkpoints;
+
+use crate::app::{FlightLoop, Tick};
+use crate::craft::WHEELS;
+use crate::drivers::gyro::{RateGyro, StartFault};
+use crate::link::command::{Command, MAX_COMMAND};
+use crate::link::frame::MAX_FRAME;
+use crate::link::telemetry::{EstimateReport, GyroState, StatusReport};
+use crate::link::{Downlink, Uplink};
+use crate::onboard::Onboard;
+use crate::sensors::{DataReady, TorqueCommand};
+use crate::supervisor::{Supervisor, Task};
+use embedded_hal_nb::nb;
+use embedded_hal_nb::serial::Read;
+use fsw_core::{Outcome, Vec3};
+
+/// Bytes that wait for the line: two reports and a part of a checkpoint.
+const QUEUE: usize = 768;
+
+/// Received bytes that one poll looks at: more than a command, fewer than keep a sample waiting.
+const BYTES_PER_POLL: usize = 64;
+const _: () = assert!(BYTES_PER_POLL >= MAX_COMMAND);
+
+/// Without a sample for so long, the gyro is started anew; so soon again if that fails, µs.
+const GYRO_SILENCE_US: u64 = 1_000_000;
+
+type FlightLoopOf<'a, P> = FlightLoop<
+    &'a mut Onboard,
+    <P as Parts>::DataReady,
+    <P as Parts>::Gyro,
+    <P as Parts>::Wheels,
+    <P as Parts>::Torque,
+    WHEELS,
+>;
+
+/// The flight computer.
+pub struct Computer<'a, P: Parts> {
+    flight: FlightLoopOf<'a, P>,
+    board: P::Board,
+    link: P::Link,
+    uplink: Uplink,
+    downlink: Downlink<QUEUE>,
+    flash: Checkpoints<P::Flash>,
+    supervisor: Supervisor,
+    reporting: Reporting,
+    next_report_us: u64,
+    gyro: Gyro,
+    last: Option<(u64, Outcome)>,
+    /// Whether the last command was done, and has to be answered.
+    last_done: Option<bool>,
+    must_answer: bool,
+    torque_n_m: [f32; 3],
+}
+
+/// How the gyro was at its last start, and when it was last tried.
+struct Gyro {
+    state: GyroState,
+    identity: Option<u8>,
+    tried_us: u64,
+}
+
+impl<'a, P: Parts> Computer<'a, P> {
+    /// A computer on its parts: starts the gyro and goes on from the last checkpoint, if it can.
+    ///
+    /// On-board time goes on from the checkpoint's, so that samples stay in order; how long the
+    /// computer was off nobody knows, so that the estimator sees a gap.
+    pub fn start(
+        onboard: &'a mut Onboard,
+        sensors: SensorsOf<P>,
+        link: P::Link,
+        flash: P::Flash,
+        mut board: P::Board,
+        reporting: Reporting,
+    ) -> Self {
+        let flash = Checkpoints::restore(flash, onboard, &mut board);
+        let now_us = board.now_us();
+        let mut computer = Self {
+            flight: FlightLoop::new(onboard, sensors),
+            board,
+            link,
+            uplink: Uplink::new(),
+            downlink: Downlink::new(),
+            flash,
+            supervisor: Supervisor::new(),
+            reporting,
+            next_report_us: now_us,
+            gyro: Gyro { state: GyroState::NotStarted, identity: None, tried_us: now_us },
+            last: None,
+            last_done: None,
+            must_answer: false,
+            torque_n_m: [0.0; 3],
+        };
+        computer.start_gyro();
+        computer
+    }
+
+    /// One round: what the ground asks, what the sensors say, what the ground is told.
+    pub fn poll(&mut self) {
+        self.take_commands();
+        self.take_sample();
+        self.keep_checkpoint();
+        self.send_reports();
+        if let Some(permit) = self.supervisor.permit() {
+            self.board.feed(permit);
+        }
+    }
+
+    /// The estimators.
+    pub fn onboard(&self) -> &Onboard {
+        self.flight.estimator()
+    }
+
+    /// Bytes that wait for the link.
+    pub fn waiting_bytes(&self) -> usize {
+        self.downlink.waiting()
+    }
+
+    fn take_commands(&mut self) {
+        for _ in 0..BYTES_PER_POLL {
+            match self.link.read() {
+                Ok(byte) => {
+                    if let Some(command) = self.uplink.push(byte) {
+                        self.last_done = Some(self.obey(command));
+                        self.must_answer = true;
+                    }
+                }
+                Err(nb::Error::WouldBlock) => break,
+                // Counted by the port; what is around the byte is still to come.
+                Err(nb::Error::Other(_)) => {}
+            }
+        }
+        self.supervisor.report(Task::Commanding);
+    }
+
+    /// Does what the ground asks; false if it can't be done.
+    fn obey(&mut self, command: Command) -> bool {
+        let onboard = self.flight.estimator_mut();
+        let done = match command {
+            Command::Ping | Command::StartSequence => Ok(()),
+            Command::Reset => onboard.reset(),
+            Command::SetPrior(prior) => onboard.set_prior(prior),
+            Command::OpenWindow => onboard.open_window(),
+            Command::CloseWindow => onboard.close_window(),
+            Command::Select(id) => onboard.select(id),
+            Command::SaveCheckpoint => return self.flash.save(onboard, &mut self.board),
+            Command::DumpCheckpoint => return self.flash.begin_dump(),
+            Command::SetTelemetryPeriod { ms } => {
+                self.reporting = Reporting::Every(ms);
+                self.next_report_us = self.board.now_us();
+                Ok(())
+            }
+            Command::SetTorque(torque_n_m) => {
+                self.torque_n_m = torque_n_m;
+                self.flight.sensors_mut().torque.command(Vec3::from(torque_n_m));
+                Ok(())
+            }
+        };
+        done.is_ok()
+    }
+
+    fn take_sample(&mut self) {
+        let tick = self.flight.tick();
+        if let Tick::Stepped { time_us, outcome } = tick {
+            self.last = Some((time_us, outcome));
+            if self.reporting == Reporting::EachSample {
+                self.report_estimate();
+            }
+        }
+        let now_us = self.board.now_us();
+        let heard_us = self.last.map_or(0, |(time_us, _)| time_us).max(self.gyro.tried_us);
+        if now_us.saturating_sub(heard_us) > GYRO_SILENCE_US {
+            self.start_gyro();
+        }
+        self.supervisor.report(Task::Sampling);
+    }
+
+    fn start_gyro(&mut self) {
+        let started = self.flight.sensors_mut().gyro.restart(self.board.delay());
+        self.gyro = Gyro::of::<P::Gyro>(started, self.board.now_us());
+    }
+
+    /// Saves a checkpoint when it is time, between two samples.
+    fn keep_checkpoint(&mut self) {
+        if self.last.is_some() && self.flash.is_due(self.board.now_us()) {
+            self.flash.save(self.flight.estimator_mut(), &mut self.board);
+        }
+    }
+
+    fn send_reports(&mut self) {
+        let now_us = self.board.now_us();
+        if let Reporting::Every(ms) = self.reporting
+            && now_us >= self.next_report_us
+        {
+            self.next_report_us = now_us.saturating_add(u64::from(ms) * 1_000);
+            self.report_estimate();
+            self.report_status();
+        } else if self.must_answer {
+            self.report_status();
+        }
+        self.dump_part();
+        self.downlink.drain(&mut self.link);
+        self.supervisor.report(Task::Reporting);
+    }
+
+    fn report_estimate(&mut self) {
+        let (sample_time_us, outcome) = match self.last {
+            Some((time_us, outcome)) => (time_us, Some(outcome)),
+            None => (0, None),
+        };
+        let onboard = self.flight.estimator();
+        let id = onboard.selected();
+        let report = EstimateReport::of(id, &**onboard, sample_time_us, outcome);
+        self.downlink.send(self.board.now_us(), &report);
+    }
+
+    fn report_status(&mut self) {
+        self.must_answer = false;
+        let now_us = self.board.now_us();
+        let health = self.board.health();
+        let counters = self.flight.counters();
+        let overruns = self.flight.sensors().data_ready.overruns();
+        let accepted = self.uplink.last_accepted();
+        let report = StatusReport {
+            uptime_s: u32::try_from(now_us / 1_000_000).unwrap_or(u32::MAX),
+            reset_cause: health.reset_cause,
+            clock: health.clock,
+            watchdog: health.watchdog,
+            stack_high_water_bytes: health.stack_high_water_bytes,
+            gyro: self.gyro.state,
+            gyro_identity: self.gyro.identity,
+            gyro_failures: counters.gyro_failed,
+            wheel_failures: counters.wheels_failed,
+            data_ready_overruns: overruns.saturating_add(counters.overtaken),
+            outcomes: counters.outcomes,
+            uplink: self.uplink.counters(),
+            downlink_dropped: self.downlink.dropped(),
+            serial_errors: health.serial_errors.saturating_add(self.downlink.port_errors()),
+            last_command: accepted.map(|accepted| accepted.function),
+            last_sequence_count: accepted.map_or(0, |accepted| accepted.sequence_count.value()),
+            last_command_done: self.last_done,
+            telemetry_period_ms: match self.reporting {
+                Reporting::Every(ms) => ms,
+                Reporting::EachSample => 0,
+            },
+            torque_n_m: self.torque_n_m,
+            checkpoint: self.flash.found,
+            checkpoints_saved: self.flash.saved,
+            checkpoints_failed: self.flash.failed,
+        };
+        self.downlink.send(now_us, &report);
+    }
+
+    /// Sends the next part of a checkpoint, if one is asked for and the line has room beside reports.
+    fn dump_part(&mut self) {
+        if !self.downlink.has_room_for(2 * MAX_FRAME) {
+            return;
+        }
+        if let Some(part) = self.flash.next_part() {
+            self.downlink.send(self.board.now_us(), &part);
+        }
+    }
+}
+
+impl Gyro {
+    fn of<G: RateGyro<StartError: Into<StartFault>>>(
+        started: Result<(), G::StartError>,
+        tried_us: u64,
+    ) -> Self {
+        let (state, identity) = match started.map_err(Into::into) {
+            Ok(()) => (GyroState::Ready, Some(G::IDENTITY)),
+            Err(StartFault::Bus) => (GyroState::BusError, None),
+            Err(StartFault::WrongIdentity { found }) => (GyroState::WrongIdentity, Some(found)),
+            Err(StartFault::NotAsSet) => (GyroState::NotAsSet, Some(G::IDENTITY)),
+            Err(StartFault::WrongSettings) => (GyroState::WrongSettings, None),
+        };
+        Self { state, identity, tried_us }
+    }
+}
