@@ -1,15 +1,21 @@
 //! Least squares through a triangular square-root information factor.
 //!
-//! Rows `a · x = y` of equal weight go in one at a time by Givens rotations, so only the factor
-//! R (upper triangular, `RᵀR = Σ a aᵀ`) and `R x = d` are kept. Forming `RᵀR` itself in single
-//! precision would square the condition number; R doesn't.
+//! Rows `a · x = y` go in one at a time by Givens rotations, so only the factor R (upper triangular,
+//! `RᵀR = Σ w a aᵀ`) and `R x = d` are kept. Forming `RᵀR` itself in single precision would square the
+//! condition number; R doesn't.
+//!
+//! R is kept as `√D U`, D diagonal and U of unit diagonal: rotated so, a row takes one division an
+//! unknown and no square root (Gentleman, J. Inst. Maths Applics 12, 1973; his Algorithm AS 75), and an
+//! element two products.
 
 use super::{Mat, scalar::Real};
 
-/// `R x = d` for N unknowns, and the number of rows it came from.
+/// `R x = d` for N unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SquareRootInformation<T: Real, const N: usize> {
-    factor: Mat<T, N, N>,
+    /// U above the diagonal, D on it, zeros below.
+    factor: [[T; N]; N],
+    /// `D^(-1/2) d`.
     right_hand_side: [T; N],
 }
 
@@ -17,114 +23,323 @@ crate::persist!([T: Real, const N: usize] SquareRootInformation<T, N> {
     factor, right_hand_side
 });
 
+/// What no solution can explain of a row, and the weight that is left of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Left<T> {
+    value: T,
+    weight: T,
+}
+
+impl<T: Real> Left<T> {
+    /// Of unit variance: squares of these add up to the sum of squared residuals.
+    pub fn residual(&self) -> T {
+        self.value * self.weight.sqrt()
+    }
+
+    /// Its square.
+    pub fn square(&self) -> T {
+        self.value * self.value * self.weight
+    }
+}
+
 impl<T: Real, const N: usize> Default for SquareRootInformation<T, N> {
     fn default() -> Self {
-        Self { factor: Mat::zeros(), right_hand_side: [T::zero(); N] }
+        Self { factor: [[T::zero(); N]; N], right_hand_side: [T::zero(); N] }
     }
+}
+
+/// Unrolls a loop over up to 18 unknowns: with an index that the compiler knows, the row stays in
+/// registers, which halves the instructions.
+macro_rules! for_each_unknown {
+    ($n:ident, $i:ident => $body:block) => {
+        for_each_unknown!(@ $n, $i, $body, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17)
+    };
+    (@ $n:ident, $i:ident, $body:block, $($index:literal)+) => {
+        const { assert!($n <= 18, "more unknowns than are unrolled") };
+        $(if $index < $n {
+            const $i: usize = $index;
+            $body
+        })+
+    };
 }
 
 impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// Takes in one equation `row · x = y`, of unit variance. Returns what no solution can
     /// explain of it: the sum of its squares is the sum of the squared residuals.
-    pub fn add(&mut self, mut row: [T; N], mut y: T) -> T {
+    pub fn add(&mut self, row: [T; N], y: T) -> T {
+        self.add_weighted(&row, y, T::one()).residual()
+    }
+
+    /// Takes in one equation of variance `1 / weight`.
+    #[inline(never)]
+    pub fn add_weighted(&mut self, row: &[T; N], mut y: T, mut weight: T) -> Left<T> {
+        let mut rest = *row;
+        for_each_unknown!(N, I => {
+            let x = rest[I];
+            let above = &mut self.factor[I];
+            let weighted = weight * x;
+            let pivot = above[I] + weighted * x;
+            if x != T::zero() && pivot != T::zero() {
+                let one_over = T::one() / pivot;
+                let share = weighted * one_over;
+                weight *= above[I] * one_over;
+                above[I] = pivot;
+                for k in I + 1..N {
+                    rest[k] -= x * above[k];
+                    above[k] += share * rest[k];
+                }
+                y -= x * self.right_hand_side[I];
+                self.right_hand_side[I] += share * y;
+            }
+        });
+        Left { value: y, weight }
+    }
+
+    /// What [`add_weighted`](Self::add_weighted) would leave of a row.
+    #[inline(never)]
+    pub fn would_leave(&self, row: &[T; N], mut y: T, mut weight: T) -> Left<T> {
+        let mut rest = *row;
+        for_each_unknown!(N, I => {
+            let x = rest[I];
+            let above = &self.factor[I];
+            let pivot = above[I] + weight * x * x;
+            if x != T::zero() && pivot != T::zero() {
+                weight *= above[I] / pivot;
+                for k in I + 1..N {
+                    rest[k] -= x * above[k];
+                }
+                y -= x * self.right_hand_side[I];
+            }
+        });
+        Left { value: y, weight }
+    }
+
+    /// About another point, a step from the one that it was about: `R (x − step) = d'`.
+    pub fn shift(&mut self, step: &[T; N]) {
         for i in 0..N {
-            let b = row[i];
-            if b == T::zero() {
+            if self.factor[i][i] == T::zero() {
                 continue;
             }
-            let a = self.factor[(i, i)];
-            let h = (a * a + b * b).sqrt();
-            let (c, s) = (a / h, b / h);
-            for k in i..N {
-                let (r, x) = (self.factor[(i, k)], row[k]);
-                self.factor[(i, k)] = c * r + s * x;
-                row[k] = c * x - s * r;
+            let mut y = self.right_hand_side[i] - step[i];
+            for k in i + 1..N {
+                y -= self.factor[i][k] * step[k];
             }
-            let d = self.right_hand_side[i];
-            self.right_hand_side[i] = c * d + s * y;
-            y = c * y - s * d;
+            self.right_hand_side[i] = y;
         }
-        y
+    }
+
+    /// In other units: every unknown's number, and so every right-hand side, times `scale`; all weights
+    /// times `weight`.
+    pub fn rescale(&mut self, scale: T, weight: T) {
+        for i in 0..N {
+            self.right_hand_side[i] *= scale;
+            self.factor[i][i] *= weight;
+        }
+    }
+
+    /// Replaces what is known of unknown `index` and those after it by equations of another factor.
+    pub fn take_over(&mut self, other: &Self, index: usize) {
+        *self = Self::default();
+        for i in index..N {
+            self.factor[i] = other.factor[i];
+            self.right_hand_side[i] = other.right_hand_side[i];
+        }
+    }
+
+    /// How many unknowns the equations determine.
+    pub fn rank(&self) -> u32 {
+        (0..N).filter(|i| self.factor[*i][*i] > T::zero()).count() as u32
+    }
+
+    /// Unknown `index` has changed by an amount of zero mean and this variance, and what is known of
+    /// it fades.
+    ///
+    /// With the change c as a further unknown: `R (x − c) = d` and `c = 0` with its weight. Rotated into
+    /// the latter from the last equation up, those keep their triangle, and c leaves them.
+    pub fn walk(&mut self, index: usize, variance: T) {
+        let mut weight = T::one() / variance;
+        let (mut of_change, mut y) = ([T::zero(); N], T::zero());
+        for i in (0..=index).rev() {
+            let above = &mut self.factor[i];
+            let x = if i == index { -T::one() } else { -above[index] };
+            let d = above[i];
+            let pivot = weight + d * x * x;
+            let share = d * x / pivot;
+            above[i] = d * (weight / pivot);
+            weight = pivot;
+            of_change[i] = share;
+            for k in i + 1..N {
+                above[k] -= x * of_change[k];
+                of_change[k] += share * above[k];
+            }
+            self.right_hand_side[i] -= x * y;
+            y += share * self.right_hand_side[i];
+        }
     }
 
     /// Multiplies each equation so far, and so the square root of its weight, by `share`.
     pub fn forget(&mut self, share: T) {
-        self.factor *= share;
-        for d in &mut self.right_hand_side {
-            *d *= share;
+        for i in 0..N {
+            self.factor[i][i] *= share * share;
         }
     }
 
-    /// The factor as N equations, row by row: `row · x = y`, zeros before the diagonal.
+    /// The factor as N equations of unit variance, row by row: `row · x = y`, zeros before the
+    /// diagonal.
     pub fn equations(&self) -> [([T; N], T); N] {
         core::array::from_fn(|i| {
-            (core::array::from_fn(|k| self.factor[(i, k)]), self.right_hand_side[i])
+            let (row, y, weight) = self.equation(i);
+            let size = weight.sqrt();
+            (row.map(|u| u * size), y * size)
         })
+    }
+
+    /// Equation `index`, one on the diagonal, and its weight.
+    pub fn equation(&self, index: usize) -> ([T; N], T, T) {
+        let mut row = self.factor[index];
+        row[index] = T::one();
+        (row, self.right_hand_side[index], self.factor[index][index])
     }
 
     /// The last M unknowns by themselves, the others left free.
     pub fn last<const M: usize>(&self) -> SquareRootInformation<T, M> {
         let first = N.saturating_sub(M);
         SquareRootInformation {
-            factor: Mat::from_fn(|i, k| self.factor[(first + i, first + k)]),
+            factor: core::array::from_fn(|i| {
+                core::array::from_fn(|k| self.factor[first + i][first + k])
+            }),
             right_hand_side: core::array::from_fn(|i| self.right_hand_side[first + i]),
         }
     }
 
-    /// Sum of the absolute values in a column of the factor: of the size of what is known of that
-    /// unknown were all others known.
-    pub fn column_size(&self, column: usize) -> T {
-        (0..=column).fold(T::zero(), |sum, i| sum + self.factor[(i, column)].abs())
+    /// Square of the length of a column of the factor: what is known of that unknown were all others
+    /// known.
+    pub fn column_square(&self, column: usize) -> T {
+        let diagonal = self.factor[column][column];
+        (0..column).fold(diagonal, |sum, i| {
+            let u = self.factor[i][column];
+            sum + self.factor[i][i] * u * u
+        })
+    }
+
+    /// How far the solution is from zero, squared, in units of what is known of it: `|d|²`.
+    pub fn size_square(&self) -> T {
+        (0..N).fold(T::zero(), |sum, i| {
+            let y = self.right_hand_side[i];
+            sum + self.factor[i][i] * y * y
+        })
     }
 
     /// The least-squares solution, or `None` while a diagonal element of the factor is zero.
+    #[inline(never)]
     pub fn solve(&self) -> Option<[T; N]> {
-        self.back_substitute(&self.right_hand_side)
+        let is_known = (0..N).all(|i| self.factor[i][i] > T::zero());
+        let x = self.back_substitute(self.right_hand_side);
+        (is_known && x.iter().all(|x| x.is_finite())).then_some(x)
+    }
+
+    /// The least-squares solution where the last M unknowns have these values.
+    pub fn solve_with_last<const M: usize>(&self, last: &[T; M]) -> Option<[T; N]> {
+        let first = N.saturating_sub(M);
+        let mut x = self.right_hand_side;
+        x[first..].copy_from_slice(last);
+        for i in (0..first).rev() {
+            for k in i + 1..N {
+                let step = self.factor[i][k] * x[k];
+                x[i] -= step;
+            }
+        }
+        let is_known = (0..first).all(|i| self.factor[i][i] > T::zero());
+        (is_known && x.iter().all(|x| x.is_finite())).then_some(x)
     }
 
     /// `(RᵀR)⁻¹ b`: what a term `b` on the right of the normal equations adds to the solution.
     pub fn solve_normal(&self, b: &[T; N]) -> Option<[T; N]> {
         let mut x = *b;
         for i in 0..N {
-            for k in 0..i {
-                let step = self.factor[(k, i)] * x[k];
-                x[i] -= step;
+            for k in i + 1..N {
+                let step = self.factor[i][k] * x[i];
+                x[k] -= step;
             }
-            x[i] = self.divide_by_pivot(x[i], i)?;
         }
-        self.back_substitute(&x)
+        for i in 0..N {
+            x[i] /= self.factor[i][i];
+        }
+        let x = self.back_substitute(x);
+        x.iter().all(|x| x.is_finite()).then_some(x)
     }
 
     /// `R⁻¹`, a factor of the covariance of the solution if every row has unit variance:
     /// `(RᵀR)⁻¹ = R⁻¹ R⁻ᵀ`.
     pub fn covariance_factor(&self) -> Option<Mat<T, N, N>> {
-        let mut inverse = Mat::<T, N, N>::zeros();
-        for column in 0..N {
-            let mut unit = [T::zero(); N];
-            unit[column] = T::one();
-            let x = self.back_substitute(&unit)?;
-            for i in 0..N {
-                inverse[(i, column)] = x[i];
+        let mut inverse = self.inverse();
+        for k in 0..N {
+            let sigma = T::one() / self.factor[k][k].sqrt();
+            if !sigma.is_finite() {
+                return None;
+            }
+            for i in 0..=k {
+                inverse[(i, k)] *= sigma;
             }
         }
-        Some(inverse)
+        inverse.iter().all(|x| x.is_finite()).then_some(inverse)
     }
 
-    fn back_substitute(&self, b: &[T; N]) -> Option<[T; N]> {
-        let mut x = *b;
+    /// Covariance of the solution if a row of weight 1 has unit variance.
+    #[inline(never)]
+    pub fn covariance(&self) -> Option<Mat<T, N, N>> {
+        let inverse = self.inverse();
+        let mut covariance = Mat::<T, N, N>::zeros();
+        for k in 0..N {
+            let variance = T::one() / self.factor[k][k];
+            for i in 0..=k {
+                let scaled = inverse[(i, k)] * variance;
+                for c in i..=k {
+                    covariance[(i, c)] += scaled * inverse[(c, k)];
+                    covariance[(c, i)] = covariance[(i, c)];
+                }
+            }
+        }
+        covariance.iter().all(|x| x.is_finite()).then_some(covariance)
+    }
+
+    /// The diagonal of [`covariance`](Self::covariance).
+    #[inline(never)]
+    pub fn variances(&self) -> Option<[T; N]> {
+        let inverse = self.inverse();
+        let mut variances = [T::zero(); N];
+        for k in 0..N {
+            let variance = T::one() / self.factor[k][k];
+            for i in 0..=k {
+                variances[i] += inverse[(i, k)] * inverse[(i, k)] * variance;
+            }
+        }
+        variances.iter().all(|x| x.is_finite()).then_some(variances)
+    }
+
+    /// `U⁻¹`.
+    fn inverse(&self) -> Mat<T, N, N> {
+        let mut inverse = Mat::<T, N, N>::identity();
+        for column in 1..N {
+            for i in (0..column).rev() {
+                let sum = (i + 1..=column)
+                    .fold(T::zero(), |sum, k| sum - self.factor[i][k] * inverse[(k, column)]);
+                inverse[(i, column)] = sum;
+            }
+        }
+        inverse
+    }
+
+    /// `U⁻¹ b`.
+    fn back_substitute(&self, b: [T; N]) -> [T; N] {
+        let mut x = b;
         for i in (0..N).rev() {
             for k in i + 1..N {
-                let step = self.factor[(i, k)] * x[k];
+                let step = self.factor[i][k] * x[k];
                 x[i] -= step;
             }
-            x[i] = self.divide_by_pivot(x[i], i)?;
         }
-        Some(x)
-    }
-
-    fn divide_by_pivot(&self, value: T, i: usize) -> Option<T> {
-        let quotient = value / self.factor[(i, i)];
-        quotient.is_finite().then_some(quotient)
+        x
     }
 }
 

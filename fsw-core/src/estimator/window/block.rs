@@ -79,6 +79,14 @@ pub struct Reading<T: Real> {
     pub torque_n_m: Vec3<T>,
 }
 
+impl<T: Real> Reading<T> {
+    /// Of no sample.
+    pub fn nothing() -> Self {
+        let o = Vec3::zeros();
+        Self { rate_rad_s: o, wheel_momentum_n_m_s: o, torque_n_m: o }
+    }
+}
+
 /// Where a block ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<T> {

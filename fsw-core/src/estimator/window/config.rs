@@ -34,9 +34,8 @@ pub struct Config<T: Real> {
     /// Whether the external torque swings between its samples, like a sine, rather than going straight
     /// from one to the next, like a table. Default no.
     pub is_torque_smooth: bool,
-    /// Slices of work per step: a block takes four, its integration and three rows. Default 12:
-    /// with a block for each sample, a third of the work goes into what arrives and the rest into
-    /// linearising anew.
+    /// Slices of work per step, each as much as a row of all unknowns takes: a block takes six to
+    /// fourteen, three of them its rows and the others its integration. Default 16.
     pub slices_per_step: u32,
     /// A manoeuvre is over once nothing has moved for so long, s. Default 30.
     pub quiet_s: T,
@@ -61,7 +60,7 @@ impl<T: Real> Config<T> {
             block_samples: 4,
             block_turn_rad: T::lit(0.2),
             is_torque_smooth: false,
-            slices_per_step: 12,
+            slices_per_step: 16,
             quiet_s: T::lit(30.0),
             gate: gate::Config::default(),
         }

@@ -15,10 +15,10 @@
 
 use super::block::Reading;
 use super::solution::{Hold, hard};
-use super::unknowns::{BIAS, DRAG, MOMENTUM, TORQUE, has_bias, has_drag, has_torque, inertia_of};
+use super::unknowns::{BIAS, DRAG, MOMENTUM, TORQUE, has_bias, has_torque, inertia_of};
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Mat, Vec3, scalar::Real, skew};
-use crate::tensor::{Inertia, regressor};
+use crate::math::{Mat, Vec3, scalar::Real};
+use crate::tensor::Inertia;
 
 /// Passes over the noise correction. Each shrinks its error by [`LARGEST_CORRECTION`] or more:
 /// eight leave 3e-6 of the correction.
@@ -28,6 +28,9 @@ const CORRECTION_PASSES: usize = 8;
 /// wouldn't converge; already from a third on, what is left of the motion is as uncertain as the noise
 /// that a hundred blocks happen to have.
 const LARGEST_CORRECTION: f64 = 0.2;
+
+/// So many of them in a slice, which makes it about a row's work.
+const CORRECTIONS_PER_SLICE: usize = 4;
 
 /// Motion that is so many times the noise stands out clearly.
 const CLEAR: f64 = 30.0;
@@ -112,6 +115,7 @@ impl<T: Real, const U: usize> LinearStart<T, U> {
     }
 
     /// Takes in the next reading, `elapsed_s` after the last.
+    #[inline(never)]
     pub fn add(&mut self, reading: Reading<T>, elapsed_s: T) {
         let (half, last) = (T::lit(0.5), self.newest);
         let (w0, w1) = (last.rate_rad_s, reading.rate_rad_s);
@@ -143,24 +147,26 @@ impl<T: Real, const U: usize> LinearStart<T, U> {
     }
 
     /// Makes three rows of the readings since the last block, as many as `samples` tells.
+    #[inline(never)]
     pub fn close_block(&mut self) {
-        let weight = T::one() / T::count(self.samples).sqrt();
-        let g = regressor(&self.sum_rate);
+        // Means would have the weight n, sums have one of its inverse.
+        let weight = T::one() / T::count(self.samples);
+        let w = &self.sum_rate;
+        let o = T::zero();
+        let g = [[w.x, o, o, w.y, w.z, o], [o, w.y, o, w.x, o, w.z], [o, o, w.z, o, w.x, w.y]];
         for r in 0..3 {
             let mut row = [T::zero(); U];
             for c in 0..3 {
-                row[MOMENTUM + c] = -self.sum_attitude[(r, c)] * weight;
+                row[MOMENTUM + c] = -self.sum_attitude[(r, c)];
                 if has_torque(U) {
-                    row[TORQUE + c] = -self.sum_push_s[(r, c)] * weight;
+                    row[TORQUE + c] = -self.sum_push_s[(r, c)];
                 }
             }
             if has_bias(U) {
-                row[BIAS + r] = -T::count(self.samples) * weight;
+                row[BIAS + r] = -T::count(self.samples);
             }
-            for c in 0..6 {
-                row[inertia_of(U) + c] = g[(r, c)] * weight;
-            }
-            self.information.add(row, self.sum_momentum[r] * weight);
+            row[inertia_of(U)..].copy_from_slice(&g[r]);
+            self.information.add_weighted(&row, self.sum_momentum[r], weight);
         }
         self.rows += 1;
         self.samples = 0;
@@ -174,118 +180,203 @@ impl<T: Real, const U: usize> LinearStart<T, U> {
         self.attitude *= error * T::lit(0.5);
     }
 
-    /// The data with what is held beside them, for white gyro noise of `noise_rad_s` per sample.
-    fn held(&self, noise_rad_s: T, holds: &Holds<T>) -> SquareRootInformation<T, U> {
-        let mut information = self.information;
-        // The equation is in N m s, where the noise is that of the rate times the inertia.
-        let size = self.size_kg_m2(noise_rad_s).unwrap_or(T::zero());
-        let mut hold = |at: usize, weight: Option<T>| {
-            for i in at..at + 3 {
-                let hard = hard(information.column_size(i));
-                let mut row = [T::zero(); U];
-                row[i] = weight.unwrap_or(hard);
-                information.add(row, T::zero());
-            }
-        };
-        if has_torque(U) {
-            hold(
-                TORQUE,
-                match holds.torque {
-                    Hold::AtZero => None,
-                    Hold::Within(sigma) => Some(noise_rad_s * size / sigma),
-                },
-            );
+    /// Size of the inertia along the motion, kg m²: the sphere that explains it best, noise bias
+    /// removed. `None` where nothing drives the body, or the motion doesn't stand out of the noise.
+    pub fn size_kg_m2(&self, noise_rad_s: T) -> Option<T> {
+        // A sphere adds up the columns of the three moments. Equations after those of the momentum don't
+        // depend on it.
+        let (mut information, mut y) = (T::zero(), T::zero());
+        for i in MOMENTUM + 3..U {
+            let (row, right, weight) = self.information.equation(i);
+            let first = inertia_of(U);
+            let sum = row[first] + row[first + 1] + row[first + 2];
+            information += weight * sum * sum;
+            y += weight * sum * right;
         }
-        if has_bias(U) {
-            hold(
-                BIAS,
-                match holds.bias {
-                    Hold::AtZero => None,
-                    Hold::Within(sigma) => Some(noise_rad_s / sigma),
-                },
-            );
-        }
-        // Drag isn't looked for here.
-        if has_drag(U) {
-            hold(DRAG, None);
-        }
-        information
+        let noise = noise_rad_s * noise_rad_s * T::count(self.rows) * T::lit(3.0) / information;
+        let size = y / information / (T::one() - noise);
+        (noise < T::lit(LARGEST_CORRECTION) && size > T::zero() && size.is_finite()).then_some(size)
     }
 
-    /// The solution for white gyro noise of `noise_rad_s` per sample, or `None` while the motion
-    /// doesn't determine all of the inertia above that noise.
-    pub fn solve(&self, noise_rad_s: T, holds: &Holds<T>) -> Option<Solution<T>> {
-        let information = self.held(noise_rad_s, holds);
-        let factor = information.last::<6>().covariance_factor()?;
-        let noise_information = noise_rad_s * noise_rad_s * T::count(self.rows);
+    /// Whether the motion stands so clearly out of the noise that its bias needn't be removed.
+    pub fn is_clear(&self, noise_rad_s: T) -> bool {
+        // The columns of the moments hold the squares of the rates, and of their noise.
+        let squares = (0..3)
+            .fold(T::zero(), |sum, i| sum + self.information.column_square(inertia_of(U) + i));
+        let noise_square = noise_rad_s * noise_rad_s * T::count(self.rows);
+        squares >= noise_square * T::lit(CLEAR * CLEAR)
+    }
+}
+
+/// What a solution is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Of motion that shows all of the inertia above the noise, whose bias is removed.
+    Driven,
+    /// Of motion that nothing drives, which shows the inertia only up to its scale: momentum and
+    /// inertia of mean moment 1 kg m².
+    Homogeneous,
+}
+
+/// A solution in the making, in slices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solving<T: Real> {
+    kind: Kind,
+    stage: Stage,
+    /// Size of the inertia, kg m².
+    size_kg_m2: T,
+    /// The six elements by the data alone, and with the noise's bias removed so far.
+    biased: [T; 6],
+    corrected: [T; 6],
+    variances: [T; 6],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// Unknown of this index is to be held.
+    Hold(usize),
+    /// The six elements are to be looked at.
+    Weigh,
+    /// So many corrections are done.
+    Correct(usize),
+    /// All unknowns are to be solved for.
+    Finish,
+}
+
+/// What became of a slice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Found<T: Real> {
+    /// More slices are needed.
+    NotYet,
+    /// The motion doesn't determine all of the inertia above the noise.
+    Nothing,
+    /// This.
+    Start(Solution<T>),
+}
+
+impl<T: Real> Solving<T> {
+    /// Begins, in room for a factor, for white gyro noise of `noise_rad_s` per sample.
+    pub fn begin<const U: usize>(
+        kind: Kind,
+        linear: &LinearStart<T, U>,
+        noise_rad_s: T,
+        room: &mut SquareRootInformation<T, U>,
+    ) -> Self {
+        *room = linear.information;
+        let none = [T::zero(); 6];
+        Self {
+            kind,
+            stage: Stage::Hold(TORQUE),
+            size_kg_m2: linear.size_kg_m2(noise_rad_s).unwrap_or(T::zero()),
+            biased: none,
+            corrected: none,
+            variances: none,
+        }
+    }
+
+    /// One slice of work, in the same room.
+    pub fn work<const U: usize>(
+        &mut self,
+        linear: &LinearStart<T, U>,
+        noise_rad_s: T,
+        holds: &Holds<T>,
+        room: &mut SquareRootInformation<T, U>,
+    ) -> Found<T> {
+        let noise_information = noise_rad_s * noise_rad_s * T::count(linear.rows);
         let share = |i: usize| noise_information * T::lit(if i < 3 { 1.0 } else { 2.0 });
-        let variance = |i: usize| factor.row(i).dot(&factor.row(i));
-        if !(0..6).all(|i| share(i) * variance(i) < T::lit(LARGEST_CORRECTION)) {
-            return None;
-        }
-        let biased = information.solve()?;
-        let mut x = biased;
-        for _ in 0..CORRECTION_PASSES {
-            let mut b = [T::zero(); U];
-            for i in 0..6 {
-                b[inertia_of(U) + i] = share(i) * x[inertia_of(U) + i];
+        match (self.stage, self.kind) {
+            (Stage::Hold(index), _) if index < inertia_of(U) => {
+                self.hold(index, noise_rad_s, holds, room);
+                self.stage = Stage::Hold(index + 1);
             }
-            let correction = information.solve_normal(&b)?;
-            x = core::array::from_fn(|i| biased[i] + correction[i]);
+            (Stage::Hold(_), Kind::Driven) => self.stage = Stage::Weigh,
+            (Stage::Hold(_), Kind::Homogeneous) => {
+                let first = inertia_of(U);
+                let mut trace = [T::zero(); U];
+                trace[first..first + 3].fill(T::one());
+                room.add_weighted(&trace, T::lit(3.0), room.column_square(first));
+                self.stage = Stage::Finish;
+            }
+            (Stage::Weigh, _) => {
+                let six = room.last::<6>();
+                let (Some(variances), Some(biased)) = (six.variances(), six.solve()) else {
+                    return Found::Nothing;
+                };
+                let is_small = |i: usize| share(i) * variances[i] < T::lit(LARGEST_CORRECTION);
+                if !(0..6).all(is_small) {
+                    return Found::Nothing;
+                }
+                (self.variances, self.biased, self.corrected) = (variances, biased, biased);
+                self.stage = Stage::Correct(0);
+            }
+            (Stage::Correct(done), _) if done < CORRECTION_PASSES => {
+                let six = room.last::<6>();
+                for _ in 0..CORRECTIONS_PER_SLICE {
+                    let b = core::array::from_fn(|i| share(i) * self.corrected[i]);
+                    let Some(correction) = six.solve_normal(&b) else { return Found::Nothing };
+                    self.corrected = core::array::from_fn(|i| self.biased[i] + correction[i]);
+                }
+                self.stage = Stage::Correct(done + CORRECTIONS_PER_SLICE);
+            }
+            (Stage::Correct(_), _) => self.stage = Stage::Finish,
+            (Stage::Finish, Kind::Driven) => {
+                return self.driven(noise_rad_s, room).map_or(Found::Nothing, Found::Start);
+            }
+            (Stage::Finish, Kind::Homogeneous) => {
+                return homogeneous(room).map_or(Found::Nothing, Found::Start);
+            }
         }
+        Found::NotYet
+    }
+
+    fn hold<const U: usize>(
+        &self,
+        index: usize,
+        noise_rad_s: T,
+        holds: &Holds<T>,
+        room: &mut SquareRootInformation<T, U>,
+    ) {
+        // The equation is in N m s, where the noise is that of the rate times the inertia. Drag isn't
+        // looked for here.
+        let (hold, unit) = match index {
+            ..BIAS => (&holds.torque, self.size_kg_m2),
+            BIAS..DRAG => (&holds.bias, T::one()),
+            _ => (&Hold::AtZero, T::one()),
+        };
+        let weight = match (hold, self.kind) {
+            (Hold::Within(sigma), Kind::Driven) => {
+                let weight = noise_rad_s * unit / *sigma;
+                weight * weight
+            }
+            _ => hard(room.column_square(index)),
+        };
+        let mut row = [T::zero(); U];
+        row[index] = T::one();
+        room.add_weighted(&row, T::zero(), weight);
+    }
+
+    /// All unknowns for elements that the noise's bias is removed from.
+    fn driven<const U: usize>(
+        &self,
+        noise_rad_s: T,
+        room: &mut SquareRootInformation<T, U>,
+    ) -> Option<Solution<T>> {
+        let x = room.solve_with_last(&self.corrected)?;
         let solution = Solution::of(&x);
         let trace = solution.inertia.trace_kg_m2();
         let row_sigma = noise_rad_s * trace * T::lit(1.0 / 3.0);
         let largest = trace * T::lit(VAGUE / 3.0);
-        let is_sharp = |i: usize| variance(i) * row_sigma * row_sigma < largest * largest;
+        let is_sharp = |i: usize| self.variances[i] * row_sigma * row_sigma < largest * largest;
         (0..6).all(is_sharp).then_some(solution)
     }
 }
 
-impl<T: Real, const U: usize> LinearStart<T, U> {
-    /// Of motion that nothing drives, which shows the inertia only up to its scale: momentum and
-    /// inertia of mean moment 1 kg m². Noise bias isn't removed: `None` where there is much.
-    pub fn solve_homogeneous(&self, noise_rad_s: T) -> Option<Solution<T>> {
-        // The columns of the moments hold the squares of the rates, and of their noise.
-        let squares = (0..3).fold(T::zero(), |sum, i| {
-            let size = self.information.column_size(inertia_of(U) + i);
-            sum + size * size
-        });
-        let noise_square = noise_rad_s * noise_rad_s * T::count(self.rows);
-        if squares < noise_square * T::lit(CLEAR * CLEAR) {
-            return None;
-        }
-        let at_zero = Holds { torque: Hold::AtZero, bias: Hold::AtZero };
-        let mut information = self.held(T::zero(), &at_zero);
-        let first = inertia_of(U);
-        let weight = information.column_size(first);
-        let mut trace = [T::zero(); U];
-        for moment in first..first + 3 {
-            trace[moment] = weight;
-        }
-        information.add(trace, weight * T::lit(3.0));
-        let x = information.solve()?;
-        let scale = T::lit(3.0) / (x[first] + x[first + 1] + x[first + 2]);
-        let is_positive = scale > T::zero() && scale < T::one() / T::EPSILON;
-        is_positive.then(|| Solution::of(&x.map(|x| x * scale)))
-    }
-
-    /// Size of the inertia along the motion, kg m²: the sphere that explains it best, noise bias
-    /// removed. `None` where nothing drives the body, or the motion doesn't stand out of the noise.
-    pub fn size_kg_m2(&self, noise_rad_s: T) -> Option<T> {
-        // A sphere adds up the columns of the three moments.
-        let mut sphere = SquareRootInformation::<T, 4>::default();
-        let first = inertia_of(U);
-        for (row, y) in self.information.equations() {
-            sphere.add([row[0], row[1], row[2], row[first] + row[first + 1] + row[first + 2]], y);
-        }
-        let variance =
-            sphere.covariance_factor()?.row(3).iter().fold(T::zero(), |s, x| s + *x * *x);
-        let size = sphere.solve()?[3];
-        let noise = noise_rad_s * noise_rad_s * T::count(self.rows) * T::lit(3.0) * variance;
-        let size = size / (T::one() - noise);
-        (noise < T::lit(LARGEST_CORRECTION) && size > T::zero() && size.is_finite()).then_some(size)
-    }
+fn homogeneous<T: Real, const U: usize>(room: &SquareRootInformation<T, U>) -> Option<Solution<T>> {
+    let x = room.solve()?;
+    let first = inertia_of(U);
+    let scale = T::lit(3.0) / (x[first] + x[first + 1] + x[first + 2]);
+    let is_positive = scale > T::zero() && scale < T::one() / T::EPSILON;
+    is_positive.then(|| Solution::of(&x.map(|x| x * scale)))
 }
 
 /// The rotation by a vector of less than a radian: `1 + (1 − φ²/6 + φ⁴/120) φ^× + (½ − φ²/24 +
@@ -294,18 +385,46 @@ fn rotation<T: Real>(turn_rad: &Vec3<T>) -> Mat<T, 3, 3> {
     let square = turn_rad.dot(turn_rad);
     let a = T::one() - square * (T::lit(1.0 / 6.0) - square * T::lit(1.0 / 120.0));
     let b = T::lit(0.5) - square * (T::lit(1.0 / 24.0) - square * T::lit(1.0 / 720.0));
-    let x = skew(turn_rad);
-    Mat::<T, 3, 3>::identity() + x * a + x * x * b
+    // φ^× φ^× = φ φᵀ − φ² 1.
+    let (x, y, z) = (turn_rad.x, turn_rad.y, turn_rad.z);
+    let c = T::one() - square * b;
+    let (ax, ay, az) = (a * x, a * y, a * z);
+    let (bx, by, bz) = (b * x, b * y, b * z);
+    let (xy, xz, yz) = (bx * y, bx * z, by * z);
+    Mat::<T, 3, 3>::new(
+        c + bx * x,
+        xy - az,
+        xz + ay, //
+        xy + az,
+        c + by * y,
+        yz - ax, //
+        xz - ay,
+        yz + ax,
+        c + bz * z,
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::skew;
 
     const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
     const PERIOD_S: f64 = 0.01;
 
-    const NONE: Holds<f64> = Holds { torque: Hold::AtZero, bias: Hold::AtZero };
+    fn solve<T: Real>(start: &LinearStart<T, 9>, noise_rad_s: f64) -> Option<Solution<T>> {
+        let noise_rad_s = T::lit(noise_rad_s);
+        let mut room = SquareRootInformation::default();
+        let mut solving = Solving::begin(Kind::Driven, start, noise_rad_s, &mut room);
+        let holds = Holds { torque: Hold::AtZero, bias: Hold::AtZero };
+        loop {
+            match solving.work(start, noise_rad_s, &holds, &mut room) {
+                Found::NotYet => {}
+                Found::Nothing => return None,
+                Found::Start(found) => return Some(found),
+            }
+        }
+    }
 
     /// A body that turns by several radians, driven by a torque that makes it do so: its
     /// momentum is integrated with steps a tenth of a sample.
@@ -344,12 +463,8 @@ mod tests {
 
     #[test]
     fn finds_the_inertia_without_a_guess_in_both_precisions() {
-        let double = fly::<f64>(20.0).solve(1e-6, &NONE).unwrap().inertia.elements_kg_m2();
-        let single = fly::<f32>(20.0)
-            .solve(1e-6, &Holds { torque: Hold::AtZero, bias: Hold::AtZero })
-            .unwrap()
-            .inertia
-            .elements_kg_m2();
+        let double = solve(&fly::<f64>(20.0), 1e-6).unwrap().inertia.elements_kg_m2();
+        let single = solve(&fly::<f32>(20.0), 1e-6).unwrap().inertia.elements_kg_m2();
         for i in 0..6 {
             assert!((double[i] - INERTIA[i]).abs() < TRAPEZOID, "{double:?}");
             assert!((f64::from(single[i]) - INERTIA[i]).abs() < TRAPEZOID, "{single:?}");
@@ -358,8 +473,8 @@ mod tests {
 
     #[test]
     fn says_nothing_before_the_motion_stands_out_of_the_noise() {
-        assert!(fly::<f64>(0.1).solve(1e-2, &NONE).is_none());
-        assert!(fly::<f64>(20.0).solve(10.0, &NONE).is_none());
+        assert!(solve(&fly::<f64>(0.1), 1e-2).is_none());
+        assert!(solve(&fly::<f64>(20.0), 10.0).is_none());
     }
 
     #[test]

@@ -14,8 +14,9 @@
 //! gives a first point (`linear_start`). About it a pass of Gauss-Newton goes over the
 //! blocks, catches up with the newest, and stays with it: that is the *front*, and it is valid at
 //! any time. Meanwhile another pass, the *rework*, starts again at the first block from what the
-//! front has found, overtakes it as soon as it has caught up, and so on. Each step does a fixed
-//! number of slices of this work, so that none costs more than another. Since passes run while
+//! front has found, overtakes it as soon as it has caught up, and so on. All that takes more than a
+//! few hundred instructions is cut into slices, whose cost is known before they begin (`cost`), and a
+//! step does no more of them than its budget has room for (`work`). Since passes run while
 //! data arrives, their horizon grows as the estimate does: the phase of the predicted motion is
 //! never lost, however far the body turns.
 //!
@@ -37,7 +38,9 @@
 
 pub mod config;
 
+mod approach;
 mod block;
+mod cost;
 mod excitation;
 mod linear_start;
 mod noise;
@@ -46,6 +49,7 @@ mod pass;
 mod past;
 mod report;
 mod solution;
+mod start;
 mod storage;
 #[cfg(test)]
 mod tests;
@@ -55,15 +59,16 @@ mod work;
 
 pub use config::Config;
 
-use block::{Averager, Limits, Reading};
+use block::{Averager, Block, Limits, Reading};
+use cost::Cost;
 use excitation::Excitation;
 use linear_start::{Holds, LinearStart};
 use noise::NoiseMeter;
-use pass::Pass;
 use past::Past;
-use solution::{Held, Hold, Solving};
+use solution::{Held, Hold};
 use storage::Storage;
-use unknowns::{Rows, is_a_set};
+use unknowns::{Known, is_a_set};
+use work::{Passes, Work};
 
 use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Reset};
 use crate::dynamics::wheels::WheelArray;
@@ -92,7 +97,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     wheels: WheelArray<T, W>,
     gate: Gate<T>,
     meter: NoiseMeter<T>,
-    open: Option<Open<T, U>>,
+    /// What takes in the samples.
+    averager: Option<Averager<T>>,
     excitation: Excitation<T>,
     /// Between manoeuvres: blocks aren't kept.
     is_quiet: bool,
@@ -108,14 +114,17 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     past_age_s: T,
     /// How long this window is open, s.
     window_s: T,
-    /// What was known of all unknowns before this window's first block.
-    carried: Option<Rows<T, U>>,
-    front: Option<Pass<T, U>>,
-    rework: Rework<T, U>,
-    /// Slices until a settled front is looked at again.
-    resting: u32,
+    beginning: Beginning<T, U>,
+    passes: Passes<T, U>,
+    work: Work<T, U>,
+    /// Rows in the front until it is looked at again.
+    rests_until: u32,
     /// Passes begun from points that explain nothing.
     attempts: u32,
+    /// Blocks with which a first point was looked for.
+    tried_with: usize,
+    /// Block at which the front was asked whether the motion is too unstable to go on.
+    checked_at: usize,
     /// Whether the torque that is looked for has been found to change with the motion.
     has_drag: bool,
     watch: Watch<T>,
@@ -124,21 +133,13 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     rate_rad_s: Vec3<T>,
 }
 
-/// What takes in the samples of an open window.
+/// What a window begins with.
 #[derive(Clone, Copy, Debug)]
-struct Open<T: Real, const U: usize> {
-    averager: Averager<T>,
-    linear: LinearStart<T, U>,
-}
-
-/// The second pass's state.
-#[derive(Clone, Copy, Debug)]
-enum Rework<T: Real, const U: usize> {
-    Idle,
-    /// The front is being solved.
-    Solving(Solving<T, U>),
-    /// A pass from there is under way.
-    Pass(Pass<T, U>),
+enum Beginning<T: Real, const U: usize> {
+    /// Nothing is known: linear least squares goes along with the samples.
+    Linear(LinearStart<T, U>),
+    /// What the window before it has found.
+    Known(Known<T, U>),
 }
 
 /// Watches the front's recursive residuals for spikes, and for a change in mid-manoeuvre.
@@ -176,7 +177,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Ok(Self {
             gate: Gate::new(config.gate),
             meter: NoiseMeter::new(),
-            open: None,
+            averager: None,
             excitation: Excitation::new(),
             is_quiet: false,
             block_samples: config.block_samples,
@@ -185,11 +186,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past: config.prior.as_ref().map(Past::from_prior),
             past_age_s: T::zero(),
             window_s: T::zero(),
-            carried: None,
-            front: None,
-            rework: Rework::Idle,
-            resting: 0,
+            beginning: Beginning::Linear(LinearStart::new(Reading::nothing())),
+            passes: Passes::none(),
+            work: Work::Idle,
+            rests_until: 0,
             attempts: 0,
+            tried_with: 0,
+            checked_at: 0,
             has_drag: false,
             watch: Watch::new(),
             ended: report::Ended::nothing(),
@@ -200,21 +203,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Ends the window: what it says of the inertia is kept, and a new one opens with the next motion.
+    /// The steps that follow conclude it, and until they have the estimate is that of the window.
     pub fn close_window(&mut self) {
-        self.conclude_window();
+        self.end_window();
         self.is_quiet = true;
     }
 
     /// Begins a window at the next sample, whether anything moves or not. One that is open ends.
     pub fn open_window(&mut self) {
-        self.conclude_window();
-        self.open = None;
+        self.end_window();
+        self.averager = None;
         self.is_quiet = false;
     }
 
     /// Whether a window is open.
     pub fn is_open(&self) -> bool {
-        self.open.is_some() && !self.is_quiet
+        self.averager.is_some() && !self.is_quiet
     }
 
     fn reading(&self, sample: &Sample<T, W>) -> Reading<T> {
@@ -231,20 +235,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// What is held beside the data, for residuals of this size.
-    fn held(&self, noise_rad_s: T) -> Held<T> {
-        let within = |sigma: Option<T>, unit: T| match sigma {
-            Some(sigma) => Hold::Within(sigma / unit),
-            None => Hold::AtZero,
-        };
-        let bias = T::lit(BIAS_WITH_DRAG_RAD_S);
-        Held {
-            noise_rad_s,
-            typical_kg_m2: self.typical_kg_m2,
-            torque: within(self.config.disturbance_torque_n_m, self.typical_kg_m2),
-            bias: within(self.config.gyro_bias_rad_s.or(self.has_drag.then_some(bias)), T::one()),
-            drag: within(self.has_drag.then_some(T::lit(DRAG_RANGE)), T::one()),
-            past: self.past,
-        }
+    fn held(&self, noise_rad_s: T) -> Held<'_, T> {
+        let past = self.past.as_ref();
+        held(&self.config, past, self.typical_kg_m2, self.has_drag, noise_rad_s)
     }
 
     fn holds(&self) -> Holds<T> {
@@ -257,30 +250,42 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Starts afresh at a reading. What is known of the inertia stays.
     fn open_at(&mut self, reading: Reading<T>) {
-        self.open =
-            Some(Open { averager: Averager::new(reading), linear: LinearStart::new(reading) });
+        self.averager = Some(Averager::new(reading));
         self.excitation = Excitation::new();
         self.meter.interrupt();
-        self.begin_window();
+        self.begin_window(reading);
         self.is_quiet = false;
     }
 
-    /// Clears what belongs to one window, and walks the past to its beginning.
-    fn begin_window(&mut self) {
+    /// Begins a window at a reading, or will have begun it once the one before has ended.
+    fn begin_window(&mut self, reading: Reading<T>) {
         self.blocks.clear();
         self.block_samples = self.config.block_samples;
-        self.front = None;
-        self.carried = None;
-        self.rework = Rework::Idle;
-        self.resting = 0;
+        self.window_s = T::zero();
+        self.beginning = Beginning::Linear(LinearStart::new(reading));
+        match &mut self.work {
+            Work::Ending(ending) => ending.is_succeeded = true,
+            _ => self.begin_afresh(),
+        }
+    }
+
+    /// Clears what belongs to one window, and walks the past to its beginning.
+    fn begin_afresh(&mut self) {
+        self.passes.drop_front();
+        self.work = Work::Idle;
+        self.rests_until = 0;
+        self.tried_with = 0;
+        self.checked_at = 0;
         self.ended = report::Ended::nothing();
         self.has_drag = false;
         self.watch.is_armed = false;
         self.watch.refused = 0;
         self.watch.sum = T::zero();
-        self.past = self.past.map(|past| past.walked(self.walk_kg_m2()));
+        let walk_kg_m2 = self.walk_kg_m2();
+        if let Some(past) = &mut self.past {
+            past.walk(walk_kg_m2);
+        }
         self.past_age_s = T::zero();
-        self.window_s = T::zero();
     }
 
     /// How far the inertia may have walked since the past, one sigma of each element, kg m².
@@ -288,80 +293,88 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.config.inertia_walk_kg_m2_sqrt_s * self.past_age_s.max(T::zero()).sqrt()
     }
 
-    /// Fuses what the window says of the inertia with the past, or puts it in its place.
-    fn conclude_window(&mut self) {
-        if let Some(front) = self.up_to_now()
-            && self.explains(&front)
-        {
-            let noise = self.scale_rad_s(&front);
-            let mut held = self.held(noise);
-            let mut solving = Solving::new(&front);
-            solving.take_all_but_the_sphere(&held);
-            if self.past.is_some() && contradicts(solving.past_square(), noise) {
-                self.watch.event = Some(Reset::Changed);
-                held.past = None;
-                solving = Solving::new(&front);
-                solving.take_all_but_the_sphere(&held);
-            }
-            self.ended = self.ended_with(&front, &solving);
-            self.past = Some(solving.known(&held));
-            // As old as the middle of the window that it is from.
-            self.past_age_s = self.window_s * T::lit(0.5);
-        }
-        self.front = None;
-        self.carried = None;
-        self.rework = Rework::Idle;
-        self.blocks.clear();
-    }
-
-    /// All that was found is wrong: nothing is believed any more, no prior either.
+    /// All that was found is wrong: nothing is believed any more, no prior either, and all begins at
+    /// the next sample.
     fn forget(&mut self) {
         self.past = None;
         self.ended = report::Ended::nothing();
+        self.lose();
     }
 
-    fn take_in(&mut self, reading: Reading<T>, elapsed_s: T) {
+    /// Takes in a reading. Returns what a block that ends with it costs.
+    fn take_in(&mut self, reading: Reading<T>, elapsed_s: T) -> Cost {
         self.meter.add(&reading.rate_rad_s);
         let limits = Limits {
             samples: self.block_samples,
             turn_rad: self.config.block_turn_rad,
             is_torque_smooth: self.config.is_torque_smooth,
         };
-        let Some(open) = &mut self.open else { return };
-        let block = open.averager.add(reading, elapsed_s, &limits);
-        if block.is_some() {
-            open.linear.close_block();
-        }
-        open.linear.add(reading, elapsed_s);
+        let Some(averager) = &mut self.averager else { return 0 };
+        let block = averager.add(reading, elapsed_s, &limits);
         if self.is_quiet {
             self.past_age_s += elapsed_s;
         } else {
             self.window_s += elapsed_s;
+            if let Beginning::Linear(linear) = &mut self.beginning {
+                if block.is_some() {
+                    linear.close_block();
+                }
+                linear.add(reading, elapsed_s);
+            }
         }
-        let Some(block) = block else { return };
+        let Some(block) = block else { return 0 };
+        self.take_in_block(&block, reading);
+        match self.beginning {
+            Beginning::Linear(_) if !self.is_quiet => cost::BLOCK + 3 * cost::row::<U>(),
+            _ => cost::BLOCK,
+        }
+    }
+
+    #[inline(never)]
+    fn take_in_block(&mut self, block: &Block<T>, reading: Reading<T>) {
         let noise = self.noise_rad_s();
         if self.is_quiet {
-            let begins = self.excitation.begins(&block, noise, self.typical_kg_m2);
-            self.excitation.add(&block, noise, self.typical_kg_m2);
+            let begins = self.excitation.begins(block, noise, self.typical_kg_m2);
+            self.excitation.add(block, noise, self.typical_kg_m2);
             if !begins && !self.excitation.is_driven() {
                 return;
             }
             self.is_quiet = false;
             self.excitation = Excitation::new();
-            self.begin_window();
-            if let Some(open) = &mut self.open {
-                open.linear = LinearStart::new(reading);
-            }
+            self.begin_window(reading);
         }
         if !self.blocks.push(block, self.block_samples, noise) {
             // Samples failed to come in the midst of it.
-            self.conclude_window();
+            self.end_window();
             return self.open_at(reading);
         }
-        self.excitation.add(&block, noise, self.typical_kg_m2);
-        if self.front.is_some() && self.excitation.is_over(self.config.quiet_s) {
+        self.excitation.add(block, noise, self.typical_kg_m2);
+        if self.passes.front().is_some() && self.excitation.is_over(self.config.quiet_s) {
             self.close_window();
         }
+    }
+}
+
+/// What is held beside the data, for residuals of this size.
+fn held<'a, T: Real>(
+    config: &Config<T>,
+    past: Option<&'a Past<T>>,
+    typical_kg_m2: T,
+    has_drag: bool,
+    noise_rad_s: T,
+) -> Held<'a, T> {
+    let within = |sigma: Option<T>, unit: T| match sigma {
+        Some(sigma) => Hold::Within(sigma / unit),
+        None => Hold::AtZero,
+    };
+    let bias = T::lit(BIAS_WITH_DRAG_RAD_S);
+    Held {
+        noise_rad_s,
+        typical_kg_m2,
+        torque: within(config.disturbance_torque_n_m, typical_kg_m2),
+        bias: within(config.gyro_bias_rad_s.or(has_drag.then_some(bias)), T::one()),
+        drag: within(has_drag.then_some(T::lit(DRAG_RANGE)), T::one()),
+        past,
     }
 }
 
@@ -381,27 +394,26 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
                 return Outcome::Reset(Reset::FirstSample);
             }
             Verdict::Gap => {
-                self.conclude_window();
+                self.end_window();
                 self.open_at(reading);
-                return Outcome::Reset(self.watch.event.take().unwrap_or(Reset::Gap));
+                return Outcome::Reset(Reset::Gap);
             }
-            Verdict::After { elapsed_us } if self.open.is_some() => {
-                self.take_in(reading, T::seconds(elapsed_us));
+            Verdict::After { elapsed_us } if self.averager.is_some() => {
+                let spent = self.take_in(reading, T::seconds(elapsed_us));
+                self.work(spent);
             }
             Verdict::After { .. } => self.open_at(reading),
         }
-        self.work(reading);
         match self.watch.event.take() {
             Some(Reset::Lockout) => {
                 self.forget();
-                self.open_at(reading);
                 Outcome::Reset(Reset::Lockout)
             }
             Some(reset) => Outcome::Reset(reset),
             None if core::mem::take(&mut self.watch.has_refused) => {
                 Outcome::Coasting(Coasting::Spike)
             }
-            None if self.front.is_some() || self.is_quiet => Outcome::Updated,
+            None if self.passes.front().is_some() || self.is_quiet => Outcome::Updated,
             None => Outcome::Coasting(Coasting::Aligning),
         }
     }

@@ -26,6 +26,7 @@ impl<T: Real> NoiseMeter<T> {
     }
 
     /// Takes in a reading, rad/s.
+    #[inline(never)]
     pub fn add(&mut self, rate_rad_s: &Vec3<T>) {
         let [a, b, c] = self.last;
         self.last = [b, c, *rate_rad_s];

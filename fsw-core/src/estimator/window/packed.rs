@@ -108,6 +108,7 @@ impl Packed {
     }
 
     /// The block.
+    #[inline(never)]
     pub fn block<T: Real>(&self, scale: &Scale<T>) -> Block<T> {
         let mut bits = Bits { words: self.0, at: 0 };
         let rate_rad_s = bits.take_vector(RATE_BITS);
@@ -124,6 +125,17 @@ impl Packed {
         }
     }
 
+    /// Its rate, rad/s.
+    pub fn rate_rad_s<T: Real>(&self) -> Vec3<T> {
+        Bits { words: self.0, at: 0 }.take_vector(RATE_BITS)
+    }
+
+    /// Its samples.
+    pub fn samples(&self) -> u32 {
+        Self::samples_in(&mut Bits { words: self.0, at: SAMPLES_AT })
+    }
+
+    #[inline(always)]
     fn samples_in(bits: &mut Bits) -> u32 {
         let mantissa = bits.take(SAMPLES_BITS);
         match bits.take(SAMPLES_EXPONENT_BITS) {
@@ -165,7 +177,8 @@ impl Bits {
         }
     }
 
-    /// The next `width` bits.
+    /// The next `width` bits. Inlined, so that where they are is known when compiled.
+    #[inline(always)]
     fn take(&mut self, width: u32) -> u32 {
         let (word, shift) = self.next(width);
         let part = |i: usize| u64::from(self.words.get(i).copied().unwrap_or(0));
@@ -184,6 +197,7 @@ impl Bits {
         }
     }
 
+    #[inline(always)]
     fn next(&mut self, width: u32) -> (usize, u32) {
         let at = self.at;
         self.at += width;
@@ -207,13 +221,15 @@ impl Bits {
         self.put(code as u32, EXPONENT_BITS);
     }
 
+    #[inline(always)]
     fn take_vector<T: Real>(&mut self, width: u32) -> Vec3<T> {
         let unused = 32 - width;
-        let mantissa: [i32; 3] =
-            core::array::from_fn(|_| (self.take(width) << unused) as i32 >> unused);
+        let mut axis = || (self.take(width) << unused) as i32 >> unused;
+        let (x, y, z) = (axis(), axis(), axis());
         let exponent = self.take(EXPONENT_BITS) as i32 - EXPONENT_BIAS;
         let scale = power_of_two(exponent + 1 - width as i32);
-        Vec3::from_fn(|i, _| T::from_f32(mantissa[i] as f32 * scale))
+        let value = |mantissa: i32| T::from_f32(mantissa as f32 * scale);
+        Vec3::new(value(x), value(y), value(z))
     }
 }
 

@@ -9,9 +9,12 @@
 //! that is right these are white, each with the variance of a gyro sample (Brown, Durbin and Evans,
 //! J. R. Stat. Soc. B 37, 1975).
 
-use super::trajectory::{Span, Trajectory};
-use super::unknowns::{Point, Rows};
-use crate::math::square_root_information::SquareRootInformation;
+use super::approach::Approach;
+use super::block::Block;
+use super::storage::Storage;
+use super::trajectory::{Crossing, Trajectory};
+use super::unknowns::{Known, Point};
+use crate::math::square_root_information::{Left, SquareRootInformation};
 use crate::math::{Vec3, scalar::Real};
 
 /// One pass over U unknowns.
@@ -20,25 +23,26 @@ pub struct Pass<T: Real, const U: usize> {
     point: Point<T>,
     trajectory: Trajectory<T, U>,
     next: usize,
+    stage: Stage,
+    approach: Approach<T>,
+    crossing: Crossing<T, U>,
+    /// Residual of the block whose rows are taken in, rad/s.
+    residual: Vec3<T>,
     information: SquareRootInformation<T, U>,
     residuals: Residuals<T>,
-    waiting: Waiting<T, U>,
 }
 
-/// Rows that are still to be taken in, and how many of them are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Waiting<T: Real, const U: usize> {
-    Nothing,
-    Carried(usize),
-    Block(BlockRows<T, U>, usize),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct BlockRows<T: Real, const U: usize> {
-    sensitivity: [Vec3<T>; U],
-    residual: Vec3<T>,
-    /// √n.
-    weight: T,
+/// The slice of work that comes next in a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// To look at the blocks around the next one.
+    Look,
+    /// To go on to the next one.
+    GoOn,
+    /// To cross it, a step.
+    Cross,
+    /// To take in its row of this axis.
+    Row(usize),
 }
 
 /// Sums over the recursive residuals.
@@ -54,12 +58,12 @@ pub struct Residuals<T: Real> {
     last: Vec3<T>,
 }
 
-/// What became of a row.
+/// What became of a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Taken<T> {
-    /// It went in, and left this recursive residual, rad/s.
+    /// A row went in, and left a recursive residual of this square, rad²/s².
     In(T),
-    /// It would have left more than was allowed: it stayed out.
+    /// The row would have left more than was allowed: it stayed out.
     Refused,
     /// It told nothing of the data.
     Silent,
@@ -71,10 +75,11 @@ impl<T: Real> Residuals<T> {
         Self { squares: o, products: o, rows: 0, fitted, last: Vec3::zeros() }
     }
 
-    fn add(&mut self, axis: usize, left: T) {
-        self.squares += left * left;
-        self.products += left * self.last[axis];
-        self.last[axis] = left;
+    fn add(&mut self, axis: usize, left: &Left<T>) {
+        let residual = left.residual();
+        self.squares += left.square();
+        self.products += residual * self.last[axis];
+        self.last[axis] = residual;
         self.rows = self.rows.saturating_add(1);
     }
 
@@ -93,17 +98,39 @@ impl<T: Real> Residuals<T> {
 }
 
 impl<T: Real, const U: usize> Pass<T, U> {
-    /// A pass about `point` that begins with the first block, and with what was carried to there;
-    /// `None` where that inertia has no inverse.
-    pub fn new(point: Point<T>, carried: Option<&Rows<T, U>>) -> Option<Self> {
-        Some(Self {
-            point,
-            trajectory: Trajectory::new(&point)?,
+    /// None begun.
+    pub fn none() -> Self {
+        Self {
+            point: Point::new(Vec3::zeros(), [T::zero(); 6]),
+            trajectory: Trajectory::nowhere(),
             next: 0,
+            stage: Stage::Look,
+            approach: Approach::nothing(),
+            crossing: Crossing::none(),
+            residual: Vec3::zeros(),
             information: SquareRootInformation::default(),
-            residuals: Residuals::new(U as u32 - carried.map_or(0, Rows::rank)),
-            waiting: carried.map_or(Waiting::Nothing, |_| Waiting::Carried(0)),
-        })
+            residuals: Residuals::new(0),
+        }
+    }
+
+    /// Begins a pass about `point` with the first block, and with what was known before it. False
+    /// where that inertia has no inverse.
+    pub fn begin(&mut self, point: &Point<T>, known: Option<&Known<T, U>>) -> bool {
+        if !self.trajectory.start(point) {
+            return false;
+        }
+        self.point = *point;
+        self.next = 0;
+        self.stage = Stage::Look;
+        match known {
+            Some(known) => {
+                self.information = known.information;
+                self.information.shift(&point.minus(&known.point));
+            }
+            None => self.information = SquareRootInformation::default(),
+        }
+        self.residuals = Residuals::new(U as u32 - self.information.rank());
+        true
     }
 
     /// θ.
@@ -116,6 +143,11 @@ impl<T: Real, const U: usize> Pass<T, U> {
         &self.information
     }
 
+    /// The same, of a pass that isn't under way: room for a solution.
+    pub fn room(&mut self) -> &mut SquareRootInformation<T, U> {
+        &mut self.information
+    }
+
     /// See [`Residuals`].
     pub fn residuals(&self) -> &Residuals<T> {
         &self.residuals
@@ -126,97 +158,142 @@ impl<T: Real, const U: usize> Pass<T, U> {
         self.next
     }
 
+    /// Whether the newest of the stored blocks has been looked at.
+    pub fn has_looked_at_all<const N: usize>(&self, blocks: &Storage<T, N>) -> bool {
+        let ahead = match self.stage {
+            Stage::Look => 0,
+            Stage::GoOn | Stage::Row(_) => 2,
+            Stage::Cross => 3,
+        };
+        self.next + ahead == blocks.len()
+    }
+
     /// See [`Trajectory::growth_square`].
     pub fn growth_square(&self) -> T {
         self.trajectory.growth_square()
     }
 
-    /// Whether rows wait to be taken in.
+    /// What comes next: `None` while the next block waits for the two after it, which tell of its
+    /// inside.
+    pub fn stage<const N: usize>(&self, blocks: &Storage<T, N>) -> Option<Stage> {
+        let waits = self.next + 2 >= blocks.len();
+        (self.is_busy() || !waits).then_some(self.stage)
+    }
+
+    /// Whether the pass is inside a block.
     pub fn is_busy(&self) -> bool {
-        self.waiting != Waiting::Nothing
+        matches!(self.stage, Stage::Cross | Stage::Row(_))
+    }
+
+    /// Whatever comes next.
+    pub fn current(&self) -> Stage {
+        self.stage
     }
 
     /// Blocks were merged two by two.
     pub fn halve(&mut self) {
         self.next /= 2;
+        self.stage = Stage::Look;
     }
 
-    /// Takes in one of the rows that wait: one slice of work. A block's row that would leave more
-    /// than `most` (rad/s) stays out, and so do those of its other axes that wait.
-    pub fn take_row(&mut self, carried: Option<&Rows<T, U>>, most: T) -> Taken<T> {
-        match self.waiting {
-            Waiting::Nothing => Taken::Silent,
-            Waiting::Carried(done) => {
-                let is_last = done + 1 >= U;
-                self.waiting = if is_last { Waiting::Nothing } else { Waiting::Carried(done + 1) };
-                if let Some(carried) = carried {
-                    let (row, y) = carried.about(&self.point, done);
-                    self.information.add(row, y);
-                }
+    /// One slice of work on stored blocks, in units of an inertia whose inverse is `per`. A block's row
+    /// that would leave more than `most` (rad/s) stays out, and so do those of its other axes.
+    pub fn work<const N: usize>(&mut self, blocks: &Storage<T, N>, per: T, most: T) -> Taken<T> {
+        match self.stage {
+            Stage::Look => {
+                self.approach.begin(blocks.around(self.next));
+                self.stage = Stage::GoOn;
                 Taken::Silent
             }
-            Waiting::Block(block, axis) => {
-                let row = block.sensitivity.map(|column| column[axis] * block.weight);
-                let before = self.information;
-                let left = self.information.add(row, block.residual[axis] * block.weight);
-                if left.abs() > most {
-                    self.information = before;
-                    self.waiting = Waiting::Nothing;
-                    return Taken::Refused;
-                }
-                self.residuals.add(axis, left);
-                self.waiting =
-                    if axis == 2 { Waiting::Nothing } else { Waiting::Block(block, axis + 1) };
-                Taken::In(left)
+            Stage::GoOn => {
+                self.approach.set_samples(blocks.samples(self.next));
+                self.go_on(blocks.block(self.next + 2), per);
+                Taken::Silent
             }
+            Stage::Cross | Stage::Row(_) => self.inside(most),
         }
     }
 
-    /// Takes in all rows that wait, as [`take_row`](Self::take_row) does.
-    pub fn take_all_rows(&mut self, carried: Option<&Rows<T, U>>, most: T) {
-        for _ in 0..U {
-            self.take_row(carried, most);
+    /// The same on what lies ahead when no more comes, followed by a block that isn't stored.
+    /// `None` at the end.
+    pub fn work_to_the_end(
+        &mut self,
+        last: &mut Option<Block<T>>,
+        per: T,
+        most: T,
+    ) -> Option<Taken<T>> {
+        match self.stage {
+            Stage::Look => None,
+            Stage::GoOn if self.approach.is_at_the_end() => None,
+            Stage::GoOn => {
+                self.go_on(last.take(), per);
+                Some(Taken::Silent)
+            }
+            Stage::Cross | Stage::Row(_) => Some(self.inside(most)),
         }
     }
 
-    /// Integrates across the next block and leaves its rows waiting: one slice of work.
-    pub fn advance(&mut self, span: &Span<T>) {
-        let prediction = self.trajectory.advance(span);
-        self.next += 1;
-        if span.block.samples == 0 {
-            return;
+    fn go_on(&mut self, second_after: Option<Block<T>>, per: T) {
+        if let Some(span) = self.approach.go_on(second_after, per) {
+            self.trajectory.enter(&mut self.crossing, &span, &self.point);
+            self.residual = span.block.rate_rad_s;
+            self.stage = Stage::Cross;
         }
-        let block = BlockRows {
-            sensitivity: prediction.sensitivity,
-            residual: span.block.rate_rad_s - prediction.rate_rad_s,
-            weight: T::count(span.block.samples).sqrt(),
-        };
-        self.waiting = Waiting::Block(block, 0);
     }
 
-    /// What this pass knows at the start of the next block, about the point a step from θ: all
-    /// that the next window has to begin with.
-    pub fn carry(&self, step: &[T; U]) -> Option<Rows<T, U>> {
+    fn inside(&mut self, most: T) -> Taken<T> {
+        match self.stage {
+            Stage::Row(axis) => return self.take_row(axis, most),
+            _ => self.trajectory.step(&mut self.crossing, &self.point),
+        }
+        if self.crossing.is_done() {
+            self.residual -= self.trajectory.mean_rate_rad_s(&self.crossing, &self.point);
+            self.next += 1;
+            self.stage = if self.crossing.samples() == 0 { Stage::GoOn } else { Stage::Row(0) };
+        }
+        Taken::Silent
+    }
+
+    fn take_row(&mut self, axis: usize, most: T) -> Taken<T> {
+        let row = self.trajectory.mean_sensitivity(&self.crossing, axis);
+        let weight = T::count(self.crossing.samples());
+        let y = self.residual[axis];
+        if most < T::MAX && self.information.would_leave(&row, y, weight).square() > most * most {
+            self.stage = Stage::GoOn;
+            return Taken::Refused;
+        }
+        let left = self.information.add_weighted(&row, y, weight);
+        self.residuals.add(axis, &left);
+        self.stage = if axis < 2 { Stage::Row(axis + 1) } else { Stage::GoOn };
+        Taken::In(left.square())
+    }
+
+    /// What the point a step from θ comes to at the start of the next block, and of the step what
+    /// rounding that point leaves, which may be many of its sigmas.
+    pub fn carried(&self, step: &[T; U]) -> (Point<T>, [T; U]) {
         let (momentum, lost) = self.trajectory.moved(step);
         let point = Point { momentum, ..self.point.plus(step) };
-        // What rounding the point leaves of the solution: it may be many of its sigmas.
         let rounded: [T; U] = point.minus(&self.point);
-        let rest: [T; U] =
-            core::array::from_fn(|i| if i < 3 { lost[i] } else { step[i] - rounded[i] });
-        let mut carried = Rows { point, rows: [[T::zero(); U]; U], right: [T::zero(); U] };
-        for (i, (row, y)) in self.information.equations().iter().enumerate() {
-            // About the step, of what the factor itself says: zero for its own solution.
-            let mut left = *y;
-            for c in 0..U {
-                left -= row[c] * step[c];
-            }
-            let row = self.trajectory.row_at_end(row)?;
-            for c in 0..U {
-                left += row[c] * rest[c];
-            }
-            carried.right[i] = left;
-            carried.rows[i] = row;
+        let rest = core::array::from_fn(|i| if i < 3 { lost[i] } else { step[i] - rounded[i] });
+        (point, rest)
+    }
+
+    /// Equation `index` of the factor, on the step and then on what [`carried`](Self::carried)
+    /// leaves of it, with its weight.
+    pub fn carried_equation(
+        &self,
+        index: usize,
+        step: &[T; U],
+        rest: &[T; U],
+    ) -> Option<([T; U], T, T)> {
+        let (row, mut left, weight) = self.information.equation(index);
+        for c in 0..U {
+            left -= row[c] * step[c];
         }
-        Some(carried)
+        let row = if index < 3 { self.trajectory.row_at_end(&row)? } else { row };
+        for c in 0..U {
+            left += row[c] * rest[c];
+        }
+        Some((row, left, weight))
     }
 }

@@ -1,10 +1,13 @@
 //! What the window estimator says of itself: the estimate at any time.
 
 use super::Window;
-use super::pass::{Pass, Residuals};
-use super::solution::{Solution, Solving, solve_past};
+use super::pass::Residuals;
+use super::solution::{Solution, Solving, finish, solve_past};
+use super::unknowns::Point;
 use super::unknowns::{has_bias, has_torque};
+use super::work::Work;
 use crate::estimator::{Estimate, Prior, Status};
+use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::tensor::Inertia;
@@ -53,32 +56,58 @@ impl<T: Real> Ended<T> {
     }
 }
 
+/// What the front says, up to now.
+struct Outlook<T: Real, const U: usize> {
+    point: Point<T>,
+    information: SquareRootInformation<T, U>,
+    residuals: Residuals<T>,
+}
+
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// The estimate.
     pub(super) fn report(&self) -> Estimate<T> {
-        let front = self.up_to_now();
-        match &front {
-            Some(front) => self.report_of(front),
-            None => self.report_of_past(),
-        }
-        .unwrap_or_else(|| self.nothing_yet())
+        self.outlook()
+            .and_then(|mut outlook| self.report_of(&mut outlook))
+            .or_else(|| self.report_of_past())
+            .unwrap_or_else(|| self.nothing_yet())
     }
 
-    fn report_of(&self, front: &Pass<T, U>) -> Option<Estimate<T>> {
-        let noise = self.scale_rad_s(front);
+    /// The front, carried on over what it hasn't come to yet: the newest blocks, and the one that is
+    /// still being filled.
+    #[inline(never)]
+    fn outlook(&self) -> Option<Outlook<T, U>> {
+        let mut front = *self.passes.front()?;
+        let (per, most) = (T::one() / self.typical_kg_m2, self.most_rad_s());
+        let (mut last, is_next_to_it) = match &self.work {
+            Work::Ending(ending) => (ending.last, true),
+            _ => (self.filling_after(&front), front.has_looked_at_all(&self.blocks)),
+        };
+        while (is_next_to_it || front.is_busy())
+            && front.work_to_the_end(&mut last, per, most).is_some()
+        {}
+        Some(Outlook {
+            point: *front.point(),
+            information: *front.information(),
+            residuals: *front.residuals(),
+        })
+    }
+
+    fn report_of(&self, outlook: &mut Outlook<T, U>) -> Option<Estimate<T>> {
+        let residuals = outlook.residuals;
+        let noise = self.scale_rad_s(&residuals);
         let held = self.held(noise);
-        let mut solving = Solving::new(front);
-        solving.take_all_but_the_sphere(&held);
-        let (squares, degrees) = self.squares(front);
-        let solution = solving.finish(&held)?;
+        let mut solving = Solving::new();
+        solving.take_all_but_the_sphere(&mut outlook.information, &outlook.point, &held);
+        let solution = finish(&mut outlook.information, &outlook.point, &held)?;
+        let (squares, degrees) = self.squares(&residuals);
         let inertia = Inertia::new(solution.point.inertia.map(|x| x * self.typical_kg_m2));
         let unit = noise * self.typical_kg_m2;
         let unsettled = self.unsettled(solution.inertia_step_square / (noise * noise));
         let covariance =
-            solution.inertia_covariance * (unit * unit) * self.inflation(front) * unsettled;
+            solution.inertia_covariance * (unit * unit) * self.inflation(&residuals) * unsettled;
         let residual = (squares / T::count(degrees.max(1))).sqrt();
         let mut estimate = self.worth(inertia, covariance, residual)?;
-        estimate.residuals_white = self.is_white(front, &solving);
+        estimate.residuals_white = self.is_white(&residuals, &solving);
         // An inertia that isn't seen is free to imitate a torque.
         if estimate.observed.directions == 6 {
             estimate.disturbance_torque_n_m = self.torque_of(&solution, noise);
@@ -96,7 +125,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Between windows.
     fn report_of_past(&self) -> Option<Estimate<T>> {
-        let past = self.past?.walked(self.walk_kg_m2());
+        let mut past = self.past?;
+        past.walk(self.walk_kg_m2());
         // Before any window it has no other size than its own.
         let typical = Inertia::new(past.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
         let (inertia, covariance) = solve_past(&past, typical)?;
@@ -147,29 +177,29 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Estimate::of_inertia(inertia, covariance, &prior.sigma_kg_m2, T::zero())
     }
 
-    fn torque_of(&self, solution: &Solution<T, U>, noise_rad_s: T) -> Option<Vec3<T>> {
+    fn torque_of(&self, solution: &Solution<T>, noise_rad_s: T) -> Option<Vec3<T>> {
         let range = self.config.disturbance_torque_n_m.filter(|_| has_torque(U))?;
         let most = range / self.typical_kg_m2 / noise_rad_s * T::lit(SEEN);
-        is_seen(&solution.torque_covariance, most)
+        is_seen(&solution.torque_variances, most)
             .then(|| solution.point.torque * self.typical_kg_m2)
     }
 
-    fn bias_of(&self, solution: &Solution<T, U>, noise_rad_s: T) -> Option<Vec3<T>> {
+    fn bias_of(&self, solution: &Solution<T>, noise_rad_s: T) -> Option<Vec3<T>> {
         let range = self.config.gyro_bias_rad_s.filter(|_| has_bias(U))?;
         let most = range / noise_rad_s * T::lit(SEEN);
-        is_seen(&solution.bias_covariance, most).then_some(solution.point.bias)
+        is_seen(&solution.bias_variances, most).then_some(solution.point.bias)
     }
 
     /// Residuals of a front with those of the windows that it goes on from.
-    fn squares(&self, front: &Pass<T, U>) -> (T, u32) {
+    fn squares(&self, front: &Residuals<T>) -> (T, u32) {
         let mut all = self.ended;
-        all.add(front.residuals());
+        all.add(front);
         (all.squares, all.degrees)
     }
 
     /// One sigma of a gyro sample by which a front's covariance is scaled, rad/s: as given, or as the
     /// residuals have it.
-    pub(super) fn scale_rad_s(&self, front: &Pass<T, U>) -> T {
+    pub(super) fn scale_rad_s(&self, front: &Residuals<T>) -> T {
         match (self.config.gyro_noise_rad_s, self.squares(front)) {
             (Some(noise), _) => noise,
             (None, (_, 0)) => self.noise_rad_s(),
@@ -180,8 +210,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// What correlation from block to block makes of a variance that is taken from residuals:
     /// `(1 + ρ) / (1 − ρ)`, for one that fades by ρ a block. Of a gyro whose noise is given nothing is
     /// taken from the residuals: 1.
-    pub(super) fn inflation(&self, front: &Pass<T, U>) -> T {
-        let residuals = front.residuals();
+    pub(super) fn inflation(&self, residuals: &Residuals<T>) -> T {
         if self.config.gyro_noise_rad_s.is_some() || residuals.squares <= T::zero() {
             return T::one();
         }
@@ -201,7 +230,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Whether gyro noise explains what a front leaves.
-    pub(super) fn explains(&self, front: &Pass<T, U>) -> bool {
+    pub(super) fn explains(&self, front: &Residuals<T>) -> bool {
         let squares = self.squares(front);
         match self.config.gyro_noise_rad_s {
             Some(noise) => explains(squares, noise),
@@ -211,12 +240,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Whether a front's residuals are white, as far as a constant torque and their correlation from
     /// block to block tell.
-    fn is_white(&self, front: &Pass<T, U>, solving: &Solving<T, U>) -> Option<bool> {
-        let residuals = front.residuals();
+    fn is_white(&self, residuals: &Residuals<T>, solving: &Solving<T>) -> Option<bool> {
         if residuals.degrees() < ENOUGH_RESIDUALS {
             return None;
         }
-        let noise = self.scale_rad_s(front);
+        let noise = self.scale_rad_s(residuals);
         let shows_torque = solving.torque_square() > noise * noise * T::lit(TORQUE_SHOWN);
         // Of n products of white residuals the sum has √n times their mean square.
         let sigma = residuals.mean_square() * T::count(residuals.rows).sqrt();
@@ -225,15 +253,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// What is left of a window that ends with this front.
-    pub(super) fn ended_with(&self, front: &Pass<T, U>, solving: &Solving<T, U>) -> Ended<T> {
+    pub(super) fn ended_with(&self, front: &Residuals<T>, solving: &Solving<T>) -> Ended<T> {
         let (squares, degrees) = self.squares(front);
         Ended { squares, degrees, residuals_white: self.is_white(front, solving) }
     }
 }
 
 /// Whether each of three variances, for unit noise, is below the square of `most`.
-fn is_seen<T: Real>(covariance: &Mat<T, 3, 3>, most: T) -> bool {
-    (0..3).all(|i| covariance[(i, i)] < most * most)
+fn is_seen<T: Real>(variances: &[T; 3], most: T) -> bool {
+    variances.iter().all(|v| *v < most * most)
 }
 
 /// Whether gyro noise explains a sum of squares, rad²/s², of so many degrees of freedom.

@@ -1,7 +1,7 @@
 //! From a pass to a solution: its data, with what is held of the unknowns beside them.
 //!
 //! A pass collects what the window's data say and nothing else. To solve it, rows are added to a
-//! copy of its factor, one a slice:
+//! copy of its factor, in a room of its own, one a slice:
 //!
 //! 1. torque, bias and drag: zero, or within a range;
 //! 2. the past of the inertia, where there is one;
@@ -15,7 +15,6 @@
 //! part of it that no change of inertia imitates; for drag, whether the torque changes with the motion;
 //! for the past, the test for a change.
 
-use super::pass::Pass;
 use super::past::Past;
 use super::unknowns::{BIAS, DRAG, Point, TORQUE, has_bias, has_drag, has_torque, inertia_of};
 use crate::math::square_root_information::SquareRootInformation;
@@ -26,12 +25,12 @@ pub const VAGUE: f64 = 0.15;
 /// How loosely a vague inertia is held to a sphere, one sigma of each element in typical inertias:
 /// ten times this is far from any of them, a third is no tensor that moves wildly.
 const SPHERE_SIGMA: f64 = 0.3;
-/// Held at zero, an unknown is as good as known: so many times what the data know of it.
-const HARD: f64 = 1.0e3;
+/// Held at zero, an unknown is as good as known: so many times what the data know of it, squared.
+const HARD: f64 = 1.0e6;
 
-/// The weight that holds an unknown at zero, of which a column of this size is known.
-pub fn hard<T: Real>(column_size: T) -> T {
-    if column_size > T::zero() { column_size * T::lit(HARD) } else { T::one() }
+/// The weight that holds an unknown at zero, of which a column of this square is known.
+pub fn hard<T: Real>(column_square: T) -> T {
+    if column_square > T::zero() { column_square * T::lit(HARD) } else { T::one() }
 }
 
 /// How a torque or a bias is held.
@@ -45,7 +44,7 @@ pub enum Hold<T> {
 
 /// What is held of the unknowns beside a window's own data.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Held<T: Real> {
+pub struct Held<'a, T: Real> {
     /// One sigma of a gyro sample, rad/s.
     pub noise_rad_s: T,
     /// Unit of inertia, kg m².
@@ -57,14 +56,12 @@ pub struct Held<T: Real> {
     /// 1/s.
     pub drag: Hold<T>,
     /// The inertia before this window.
-    pub past: Option<Past<T>>,
+    pub past: Option<&'a Past<T>>,
 }
 
 /// A solution in the making.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solving<T: Real, const U: usize> {
-    information: SquareRootInformation<T, U>,
-    point: Point<T>,
+pub struct Solving<T: Real> {
     row: usize,
     /// Sums of squares that rows left, rad²/s².
     torque_square: T,
@@ -81,113 +78,104 @@ const END: usize = 21;
 
 /// A solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solution<T: Real, const U: usize> {
-    /// The step from the pass's point.
-    pub step: [T; U],
-    /// How far the inertia moves in it, squared, rad²/s²: in units of the noise, so many sigmas.
+pub struct Solution<T: Real> {
+    /// How far the inertia moves in the step to it, squared, rad²/s²: in units of the noise, so many
+    /// sigmas.
     pub inertia_step_square: T,
     /// Where it leads.
     pub point: Point<T>,
-    /// Covariance for unit noise, rows and columns of the torque, of the bias and of the inertia.
-    pub torque_covariance: Mat<T, 3, 3>,
-    /// See `torque_covariance`.
-    pub bias_covariance: Mat<T, 3, 3>,
-    /// See `torque_covariance`. Nothing but data, the past, and what any body keeps to holds it.
+    /// For unit noise, variances of the torque and of the bias, and covariance of the inertia. Nothing
+    /// but data, the past, and what any body keeps to holds it.
+    pub torque_variances: [T; 3],
+    /// See `torque_variances`.
+    pub bias_variances: [T; 3],
+    /// See `torque_variances`.
     pub inertia_covariance: Mat<T, 6, 6>,
 }
 
-impl<T: Real, const U: usize> Solving<T, U> {
-    /// Begins with a pass that has no rows waiting.
-    pub fn new(pass: &Pass<T, U>) -> Self {
-        Self {
-            information: *pass.information(),
-            point: *pass.point(),
-            row: 0,
-            torque_square: T::zero(),
-            drag_square: T::zero(),
-            past_square: T::zero(),
-        }
+impl<T: Real> Solving<T> {
+    /// Before any row.
+    pub fn new() -> Self {
+        let o = T::zero();
+        Self { row: 0, torque_square: o, drag_square: o, past_square: o }
     }
 
-    /// Adds one row: one slice of work. True once all are in.
-    pub fn take_row(&mut self, held: &Held<T>) -> bool {
+    /// Adds one row to a factor about `point`: one slice of work. True once all are in.
+    pub fn take_row<const U: usize>(
+        &mut self,
+        room: &mut SquareRootInformation<T, U>,
+        point: &Point<T>,
+        held: &Held<'_, T>,
+    ) -> bool {
+        self.skip::<U>(held.past.is_some());
         match self.row {
-            0..OF_BIAS if has_torque(U) => {
+            0..OF_BIAS => {
                 let axis = self.row;
-                let left = self.hold(TORQUE + axis, self.point.torque[axis], &held.torque, held);
+                let left = hold(room, TORQUE + axis, point.torque[axis], &held.torque, held);
                 if held.torque == Hold::AtZero {
-                    self.torque_square += left * left;
+                    self.torque_square += left;
                 }
             }
-            OF_BIAS..OF_DRAG if has_bias(U) => {
+            OF_BIAS..OF_DRAG => {
                 let axis = self.row - OF_BIAS;
-                self.hold(BIAS + axis, self.point.bias[axis], &held.bias, held);
+                hold(room, BIAS + axis, point.bias[axis], &held.bias, held);
             }
-            OF_DRAG..PAST if has_drag(U) => {
+            OF_DRAG..PAST => {
                 let axis = self.row - OF_DRAG;
-                let left = self.hold(DRAG + axis, self.point.drag[axis], &held.drag, held);
+                let left = hold(room, DRAG + axis, point.drag[axis], &held.drag, held);
                 if held.drag == Hold::AtZero {
-                    self.drag_square += left * left;
+                    self.drag_square += left;
                 }
             }
             PAST..SPHERE => {
-                if let Some(past) = &held.past {
-                    self.add_past(past, held);
+                if let Some(past) = held.past {
+                    self.past_square += add_past(room, self.row - PAST, point, past, held);
                 }
             }
-            SPHERE if !is_vague(&self.information, held.noise_rad_s) => self.row = END,
+            SPHERE if !is_vague(room, held.noise_rad_s) => self.row = END,
             SPHERE..END => {
                 let element = self.row - SPHERE;
-                let weight = held.noise_rad_s / T::lit(SPHERE_SIGMA);
-                add_sphere(&mut self.information, &self.point.inertia, element, weight);
+                add_sphere(room, &point.inertia, element, held.noise_rad_s / T::lit(SPHERE_SIGMA));
             }
             _ => {}
         }
         self.row += 1;
+        self.skip::<U>(held.past.is_some());
         self.row >= END
     }
 
+    /// Passes over rows of what isn't among the unknowns, or isn't known.
+    fn skip<const U: usize>(&mut self, has_past: bool) {
+        if self.row < OF_BIAS && !has_torque(U) {
+            self.row = OF_BIAS;
+        }
+        if (OF_BIAS..OF_DRAG).contains(&self.row) && !has_bias(U) {
+            self.row = OF_DRAG;
+        }
+        if (OF_DRAG..PAST).contains(&self.row) && !has_drag(U) {
+            self.row = PAST;
+        }
+        if (PAST..SPHERE).contains(&self.row) && !has_past {
+            self.row = SPHERE;
+        }
+    }
+
+    /// Whether the next row is of the sphere, or none is left.
+    pub fn has_all_but_the_sphere<const U: usize>(&mut self, has_past: bool) -> bool {
+        self.skip::<U>(has_past);
+        self.row >= SPHERE
+    }
+
     /// Adds rows until the past is in.
-    pub fn take_all_but_the_sphere(&mut self, held: &Held<T>) {
-        while self.row < SPHERE {
-            self.take_row(held);
+    pub fn take_all_but_the_sphere<const U: usize>(
+        &mut self,
+        room: &mut SquareRootInformation<T, U>,
+        point: &Point<T>,
+        held: &Held<'_, T>,
+    ) {
+        while !self.has_all_but_the_sphere::<U>(held.past.is_some()) {
+            self.take_row(room, point, held);
         }
-    }
-
-    fn hold(&mut self, column: usize, value: T, hold: &Hold<T>, held: &Held<T>) -> T {
-        let weight = match hold {
-            Hold::AtZero => hard(self.information.column_size(column)),
-            Hold::Within(sigma) => held.noise_rad_s / *sigma,
-        };
-        let mut row = [T::zero(); U];
-        row[column] = weight;
-        self.information.add(row, -weight * value)
-    }
-
-    fn add_past(&mut self, past: &Past<T>, held: &Held<T>) {
-        let index = self.row - PAST;
-        // From unit variance to that of the gyro, from kg m² to typical inertias.
-        let weight = held.noise_rad_s * held.typical_kg_m2;
-        let mut row = [T::zero(); U];
-        let mut y = past.right[index] * held.noise_rad_s;
-        for c in 0..6 {
-            let r = past.rows[index][c] * weight;
-            row[inertia_of(U) + c] = r;
-            y -= r * (self.point.inertia[c] - past.inertia_kg_m2[c] / held.typical_kg_m2);
-        }
-        let left = self.information.add(row, y);
-        self.past_square += left * left;
-    }
-
-    /// The step to a better point, once all rows are in.
-    pub fn step(&self) -> Option<[T; U]> {
-        self.information.solve()
-    }
-
-    /// How far that is from the pass's own point, squared, rad²/s²: in units of the noise, by so many
-    /// sigmas linearising anew could move it at most.
-    pub fn step_square(&self) -> T {
-        size_square(&self.information)
     }
 
     /// Sum of squares by which the data contradict a torque of zero, rad²/s², of three degrees of
@@ -205,61 +193,122 @@ impl<T: Real, const U: usize> Solving<T, U> {
     pub fn past_square(&self) -> T {
         self.past_square
     }
-
-    /// What is known of the inertia without the sphere: data, and the past if it is in.
-    pub fn known(&self, held: &Held<T>) -> Past<T> {
-        let (noise, typical) = (held.noise_rad_s, held.typical_kg_m2);
-        let equations = self.information.equations();
-        let first = inertia_of(U);
-        Past {
-            inertia_kg_m2: self.point.inertia.map(|x| x * typical),
-            rows: core::array::from_fn(|i| {
-                core::array::from_fn(|c| equations[first + i].0[first + c] / (noise * typical))
-            }),
-            right: core::array::from_fn(|i| equations[first + i].1 / noise),
-        }
-    }
-
-    /// The solution, and what it is worth. Where the inertia is vague the sphere steers it, but isn't
-    /// counted as knowledge: its elements are then as uncertain as they can be.
-    pub fn finish(&self, held: &Held<T>) -> Option<Solution<T, U>> {
-        let mut loose = *self;
-        loose.take_all_but_the_sphere(held);
-        let mut all = loose;
-        while !all.take_row(held) {}
-        if is_vague(&loose.information, held.noise_rad_s) {
-            add_whole_sphere(&mut loose.information, &self.point.inertia, held.noise_rad_s);
-        }
-        let step = all.information.solve()?;
-        let factor = loose.information.covariance_factor()?;
-        let block = |at: usize| {
-            let rows = Mat::<T, 3, U>::from_fn(|i, c| factor[(at + i, c)]);
-            rows * rows.transpose()
-        };
-        let none = Mat::<T, 3, 3>::zeros();
-        Some(Solution {
-            step,
-            inertia_step_square: size_square(&all.information.last::<6>()),
-            point: self.point.plus(&step),
-            torque_covariance: if has_torque(U) { block(TORQUE) } else { none },
-            bias_covariance: if has_bias(U) { block(BIAS) } else { none },
-            inertia_covariance: inertia_covariance(&loose.information)?,
-        })
-    }
 }
 
-/// Covariance of the six elements for unit noise: of a factor's last six rows, which don't depend on
+/// Adds a row that holds one unknown. Returns the square of what it left.
+fn hold<T: Real, const U: usize>(
+    room: &mut SquareRootInformation<T, U>,
+    column: usize,
+    value: T,
+    hold: &Hold<T>,
+    held: &Held<'_, T>,
+) -> T {
+    let weight = match hold {
+        Hold::AtZero => hard(room.column_square(column)),
+        Hold::Within(sigma) => {
+            let weight = held.noise_rad_s / *sigma;
+            weight * weight
+        }
+    };
+    let mut row = [T::zero(); U];
+    row[column] = T::one();
+    room.add_weighted(&row, -value, weight).square()
+}
+
+/// Adds a row of the past. Returns the square of what it left.
+fn add_past<T: Real, const U: usize>(
+    room: &mut SquareRootInformation<T, U>,
+    index: usize,
+    point: &Point<T>,
+    past: &Past<T>,
+    held: &Held<'_, T>,
+) -> T {
+    let (of_past, right, weight) = past.information.equation(index);
+    // From unit variance to that of the gyro, from kg m² to typical inertias.
+    let per = T::one() / held.typical_kg_m2;
+    let unit = held.noise_rad_s * held.typical_kg_m2;
+    let mut row = [T::zero(); U];
+    let mut y = right * per;
+    for c in index..6 {
+        row[inertia_of(U) + c] = of_past[c];
+        y -= of_past[c] * (point.inertia[c] - past.inertia_kg_m2[c] * per);
+    }
+    room.add_weighted(&row, y, weight * (unit * unit)).square()
+}
+
+/// What is known of the inertia once rows are in up to the past.
+pub fn known<T: Real, const U: usize>(
+    room: &SquareRootInformation<T, U>,
+    point: &Point<T>,
+    held: &Held<'_, T>,
+) -> Past<T> {
+    let unit = T::one() / (held.noise_rad_s * held.typical_kg_m2);
+    let mut information = room.last::<6>();
+    information.rescale(held.typical_kg_m2, unit * unit);
+    Past { inertia_kg_m2: point.inertia.map(|x| x * held.typical_kg_m2), information }
+}
+
+/// The solution once rows are in up to the past, and what it is worth. Where the inertia is vague the
+/// sphere steers it, but isn't counted as knowledge: its elements are then as uncertain as they can be.
+/// Uses up its room.
+pub fn finish<T: Real, const U: usize>(
+    room: &mut SquareRootInformation<T, U>,
+    point: &Point<T>,
+    held: &Held<'_, T>,
+) -> Option<Solution<T>> {
+    let is_vague = is_vague(room, held.noise_rad_s);
+    let (step, inertia_step_square) = steered(room, point, held, is_vague)?;
+    if is_vague {
+        add_whole_sphere(room, &point.inertia, held.noise_rad_s);
+    }
+    let (torque_variances, bias_variances) = variances_of_torque_and_bias(room)?;
+    Some(Solution {
+        inertia_step_square,
+        point: point.plus(&step),
+        torque_variances,
+        bias_variances,
+        inertia_covariance: room.last::<6>().covariance()?,
+    })
+}
+
+/// The step, and how far the inertia moves in it, squared.
+#[inline(never)]
+fn steered<T: Real, const U: usize>(
+    room: &SquareRootInformation<T, U>,
+    point: &Point<T>,
+    held: &Held<'_, T>,
+    is_vague: bool,
+) -> Option<([T; U], T)> {
+    if !is_vague {
+        return Some((room.solve()?, room.last::<6>().size_square()));
+    }
+    let mut all = *room;
+    for element in 0..6 {
+        let weight = held.noise_rad_s / T::lit(SPHERE_SIGMA);
+        add_sphere(&mut all, &point.inertia, element, weight);
+    }
+    Some((all.solve()?, all.last::<6>().size_square()))
+}
+
+#[inline(never)]
+fn variances_of_torque_and_bias<T: Real, const U: usize>(
+    room: &SquareRootInformation<T, U>,
+) -> Option<([T; 3], [T; 3])> {
+    let none = [T::zero(); 3];
+    if !has_torque(U) {
+        return Some((none, none));
+    }
+    let all = room.variances()?;
+    let three = |at: usize| core::array::from_fn(|i| all[at + i]);
+    Some((three(TORQUE), if has_bias(U) { three(BIAS) } else { none }))
+}
+
+/// Variances of the six elements for unit noise: of a factor's last six rows, which don't depend on
 /// the unknowns before them.
-pub fn inertia_covariance<T: Real, const U: usize>(
+pub fn inertia_variances<T: Real, const U: usize>(
     information: &SquareRootInformation<T, U>,
-) -> Option<Mat<T, 6, 6>> {
-    let factor = information.last::<6>().covariance_factor()?;
-    Some(factor * factor.transpose())
-}
-
-/// How far a factor's solution is from its point, squared, rad²/s².
-pub fn size_square<T: Real, const U: usize>(information: &SquareRootInformation<T, U>) -> T {
-    information.equations().iter().fold(T::zero(), |sum, (_, y)| sum + *y * *y)
+) -> Option<[T; 6]> {
+    information.last::<6>().variances()
 }
 
 /// Whether any element's sigma is large, in typical inertias.
@@ -268,8 +317,8 @@ fn is_vague<T: Real, const U: usize>(
     noise_rad_s: T,
 ) -> bool {
     let most = T::lit(VAGUE) / noise_rad_s;
-    let small = |covariance: Mat<T, 6, 6>| (0..6).all(|i| covariance[(i, i)] < most * most);
-    !inertia_covariance(information).is_some_and(small)
+    let are_small = |variances: [T; 6]| variances.iter().all(|v| *v < most * most);
+    !inertia_variances(information).is_some_and(are_small)
 }
 
 /// Adds that an element is that of a sphere of the typical size.
@@ -281,8 +330,8 @@ fn add_sphere<T: Real, const U: usize>(
 ) {
     let centre = if element < 3 { T::one() } else { T::zero() };
     let mut row = [T::zero(); U];
-    row[inertia_of(U) + element] = weight;
-    information.add(row, weight * (centre - point[element]));
+    row[inertia_of(U) + element] = T::one();
+    information.add_weighted(&row, centre - point[element], weight * weight);
 }
 
 /// Adds no more than what any body of the typical size keeps to.
@@ -300,19 +349,20 @@ fn add_whole_sphere<T: Real, const U: usize>(
 /// The past by itself: six elements and their covariance, in typical inertias, with the sphere where
 /// it is vague.
 pub fn solve_past<T: Real>(past: &Past<T>, typical_kg_m2: T) -> Option<([T; 6], Mat<T, 6, 6>)> {
-    let mut information = SquareRootInformation::<T, 6>::default();
-    for i in 0..6 {
-        information.add(past.rows[i].map(|x| x * typical_kg_m2), past.right[i]);
-    }
-    let point = past.inertia_kg_m2.map(|x| x / typical_kg_m2);
-    let mut loose = information;
-    if is_vague(&information, T::one()) {
-        add_whole_sphere(&mut loose, &point, T::one());
+    let per = T::one() / typical_kg_m2;
+    let mut information = past.information;
+    information.rescale(per, typical_kg_m2 * typical_kg_m2);
+    let point = past.inertia_kg_m2.map(|x| x * per);
+    let step = if is_vague(&information, T::one()) {
+        let mut steered = information;
         for element in 0..6 {
-            add_sphere(&mut information, &point, element, T::lit(1.0 / SPHERE_SIGMA));
+            add_sphere(&mut steered, &point, element, T::lit(1.0 / SPHERE_SIGMA));
         }
-    }
-    let step = information.solve()?;
+        add_whole_sphere(&mut information, &point, T::one());
+        steered.solve()?
+    } else {
+        information.solve()?
+    };
     let inertia = core::array::from_fn(|i| point[i] + step[i]);
-    Some((inertia, inertia_covariance(&loose)?))
+    Some((inertia, information.covariance()?))
 }

@@ -16,13 +16,12 @@ use super::unknowns::{
     BIAS, DRAG, MOMENTUM, Point, TORQUE, has_bias, has_drag, has_torque, inertia_of,
 };
 use crate::math::{Mat, Vec3, scalar::Real, skew};
-use crate::tensor::{Inertia, regressor};
+use crate::tensor::Inertia;
 
-/// A block may turn by so much, rad, for one Runge-Kutta step: its error, `turn⁵ / 120`, is then
-/// below single precision.
-const SHORT_TURN: f64 = 0.03;
-/// Steps across a block that turns further. Up to a turn of 0.2 rad they err by 1e-8.
-const STEPS: u32 = 4;
+/// A Runge-Kutta step may turn by so much, rad: its error, `turn⁵ / 120`, is then 1e-9.
+const STEP_TURN: f64 = 0.04;
+/// Steps across a block at most. Up to a turn of 0.2 rad they err by 1e-8.
+const MOST_STEPS: u32 = 4;
 
 /// A block with what its neighbours tell of its inside, in units of the typical inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,25 +39,31 @@ pub struct Span<T: Real> {
     pub beyond_ramp: Vec3<T>,
 }
 
-impl<T: Real> Span<T> {
-    /// h_w and g a share x of the way through: parabolas that have their means and their ends.
-    fn inside(&self, x: T) -> (Vec3<T>, Vec3<T>) {
-        let rest = T::one() - x;
-        let bulge = x * rest * T::lit(4.0);
-        let chord = self.wheels_at_start * rest + self.wheels_at_end * x;
-        let middle = (self.wheels_at_start + self.wheels_at_end) * T::lit(0.5);
-        let wheels = chord + (self.wheels_in_the_middle - middle) * bulge;
-        (wheels, self.beyond_ramp * (bulge * T::lit(1.5)))
-    }
-}
-
-/// What a trajectory says of a block.
+/// A block that is being crossed, step by step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prediction<T: Real, const U: usize> {
-    /// ω̄ + b, mean reading over the block's samples, rad/s.
-    pub rate_rad_s: Vec3<T>,
-    /// S̄, its derivatives, column by column.
-    pub sensitivity: [Vec3<T>; U],
+pub struct Crossing<T: Real, const U: usize> {
+    /// How many steps, and how many are done.
+    steps: u32,
+    done: u32,
+    /// Length of one, s, and their share of the block.
+    step_s: T,
+    share: T,
+    duration_s: T,
+    samples: u32,
+    drive: Vec3<T>,
+    /// All torque but drag.
+    torque: Vec3<T>,
+    /// h_w a share x of the way through: `wheels[0] + x (wheels[1] + x wheels[2])`, which has its mean
+    /// and its ends.
+    wheels: [Vec3<T>; 3],
+    /// `6 ḡ`: g is `6 ḡ x (1 − x)`.
+    beyond_ramp: Vec3<T>,
+    /// h and ḣ at the start.
+    momentum: Vec3<T>,
+    slope: Vec3<T>,
+    /// Sums over the steps: of ω half-way, and of D before and after.
+    rate: Vec3<T>,
+    sensitivity: [Vec3<T>; U],
 }
 
 /// Where a trajectory has come to.
@@ -66,10 +71,6 @@ pub struct Prediction<T: Real, const U: usize> {
 pub struct Trajectory<T: Real, const U: usize> {
     /// J⁻¹.
     inverse: Mat<T, 3, 3>,
-    /// τ, b and d.
-    torque: Vec3<T>,
-    bias: Vec3<T>,
-    drag: Vec3<T>,
     /// h.
     momentum: Vec3<T>,
     /// What rounding took from h, to be given back with the next step: motion about an unstable
@@ -79,76 +80,178 @@ pub struct Trajectory<T: Real, const U: usize> {
     sensitivity: [Vec3<T>; U],
 }
 
-impl<T: Real, const U: usize> Trajectory<T, U> {
-    /// Starts at a point; `None` where its inertia has no inverse.
-    pub fn new(point: &Point<T>) -> Option<Self> {
-        let mut sensitivity = [Vec3::zeros(); U];
-        for i in 0..3 {
-            sensitivity[MOMENTUM + i][i] = T::one();
+impl<T: Real, const U: usize> Crossing<T, U> {
+    /// Nothing to cross.
+    pub fn none() -> Self {
+        let (o, none) = (T::zero(), Vec3::zeros());
+        Self {
+            steps: 0,
+            done: 0,
+            step_s: o,
+            share: o,
+            duration_s: o,
+            samples: 0,
+            drive: none,
+            torque: none,
+            wheels: [none; 3],
+            beyond_ramp: none,
+            momentum: none,
+            slope: none,
+            rate: none,
+            sensitivity: [none; U],
         }
-        Some(Self {
-            inverse: Inertia::new(point.inertia).inverse()?,
-            torque: point.torque,
-            bias: point.bias,
-            drag: point.drag,
-            momentum: point.momentum,
-            lost: Vec3::zeros(),
-            sensitivity,
-        })
     }
 
-    /// Integrates across a block.
-    ///
-    /// Momentum without g, which is zero at both ends, by Runge-Kutta of fourth order. Its mean
-    /// over the samples is that of Hermite's cubic through both ends; n samples in a row miss
-    /// 1/n² of what the mean over time makes of its curvature.
-    pub fn advance(&mut self, span: &Span<T>) -> Prediction<T, U> {
+    /// Whether all steps are done.
+    pub fn is_done(&self) -> bool {
+        self.done >= self.steps
+    }
+
+    /// Samples averaged in the block.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// h_w a share x of the way through.
+    fn wheels(&self, x: T) -> Vec3<T> {
+        self.wheels[0] + (self.wheels[1] + self.wheels[2] * x) * x
+    }
+}
+
+impl<T: Real, const U: usize> Trajectory<T, U> {
+    /// Nowhere yet.
+    pub fn nowhere() -> Self {
+        let none = Vec3::zeros();
+        Self { inverse: Mat::zeros(), momentum: none, lost: none, sensitivity: [none; U] }
+    }
+
+    /// Starts at a point; false where its inertia has no inverse.
+    pub fn start(&mut self, point: &Point<T>) -> bool {
+        let Some(inverse) = Inertia::new(point.inertia).inverse() else { return false };
+        self.inverse = inverse;
+        self.momentum = point.momentum;
+        self.lost = Vec3::zeros();
+        self.sensitivity = [Vec3::zeros(); U];
+        for i in 0..3 {
+            self.sensitivity[MOMENTUM + i][i] = T::one();
+        }
+        true
+    }
+
+    /// Begins to cross a block, of a trajectory from `point`.
+    pub fn enter(&self, crossing: &mut Crossing<T, U>, span: &Span<T>, point: &Point<T>) {
         let block = &span.block;
-        let (dt, half, sixth) = (block.duration_s, T::lit(0.5), T::lit(1.0 / 6.0));
+        let dt = block.duration_s;
+        let turn = self.inverse * (self.momentum - span.wheels_at_start) * dt;
+        let turn_square = turn.dot(&turn);
+        let mut steps = 1;
+        while steps < MOST_STEPS
+            && turn_square > T::lit(STEP_TURN * STEP_TURN) * T::count(steps * steps)
+        {
+            steps += 1;
+        }
+        crossing.steps = steps;
+        crossing.done = 0;
+        crossing.share = T::one() / T::count(steps);
+        crossing.step_s = dt * crossing.share;
+        crossing.duration_s = dt;
+        crossing.samples = block.samples;
+        crossing.drive = block.drive_n_m_s;
         // The impulse already has all of what the turning of g makes of it.
         let turned = block.rate_rad_s.cross(&span.beyond_ramp);
-        let torque = block.impulse_n_m_s / dt + turned + self.torque;
-        let inverse = self.inverse;
-        let rate = |h: &Vec3<T>, wheels: &Vec3<T>| inverse * (h - wheels);
-        let drag = self.drag;
-        let slope = |h: &Vec3<T>, wheels: &Vec3<T>| {
-            let w = rate(h, wheels);
-            let braked = if has_drag(U) { drag.component_mul(&w) } else { Vec3::zeros() };
-            torque - braked - w.cross(h)
-        };
+        crossing.torque = block.impulse_n_m_s * (T::one() / dt) + turned + point.torque;
+        let bulge = span.wheels_in_the_middle * T::lit(4.0)
+            - (span.wheels_at_start + span.wheels_at_end) * T::lit(2.0);
+        let chord = span.wheels_at_end - span.wheels_at_start;
+        crossing.wheels = [span.wheels_at_start, chord + bulge, -bulge];
+        crossing.beyond_ramp = span.beyond_ramp * T::lit(6.0);
+        crossing.momentum = self.momentum;
+    }
 
-        let start = self.momentum;
-        let turn = rate(&start, &span.wheels_at_start) * dt;
-        let is_short = turn.dot(&turn) < T::lit(SHORT_TURN * SHORT_TURN);
-        let steps = if is_short { 1 } else { STEPS };
-        let step_s = dt / T::count(steps);
-        let mut sensitivity = [Vec3::zeros(); U];
-        for step in 0..steps {
-            let at = |quarter: u32| span.inside(T::count(4 * step + quarter) / T::count(4 * steps));
-            let ((w0, g0), (w1, g1), (w2, g2)) = (at(0), at(2), at(4));
-            let h = self.momentum;
-            let k1 = slope(&(h + g0), &w0);
-            let k2 = slope(&(h + k1 * (step_s * half) + g1), &w1);
-            let k3 = slope(&(h + k2 * (step_s * half) + g1), &w1);
-            let k4 = slope(&(h + k3 * step_s + g2), &w2);
-            self.move_by((k1 + (k2 + k3) * T::lit(2.0) + k4) * (step_s * sixth));
-            let middle = (h + self.momentum) * half + (k1 - k4) * (step_s * T::lit(0.125)) + g1;
-            self.differentiate(&middle, &rate(&middle, &w1), step_s, &mut sensitivity);
+    /// ω and ḣ for h and h_w.
+    fn slope(
+        &self,
+        torque: &Vec3<T>,
+        drag: &Vec3<T>,
+        h: &Vec3<T>,
+        wheels: &Vec3<T>,
+    ) -> (Vec3<T>, Vec3<T>) {
+        let w = self.inverse * (h - wheels);
+        let braked = if has_drag(U) { torque - drag.component_mul(&w) } else { *torque };
+        (w, braked - w.cross(h))
+    }
+
+    /// One step across a block.
+    ///
+    /// Momentum without g, which is zero at both ends, by Runge-Kutta of fourth order.
+    #[inline(never)]
+    pub fn step(&mut self, crossing: &mut Crossing<T, U>, point: &Point<T>) {
+        let (half, step_s) = (T::lit(0.5), crossing.step_s);
+        let at = |halves: u32| T::count(2 * crossing.done + halves) * (crossing.share * half);
+        let (x0, x1, x2) = (at(0), at(1), at(2));
+        let beyond = |x: T| crossing.beyond_ramp * (x * (T::one() - x));
+        let (w1, g1) = (crossing.wheels(x1), beyond(x1));
+        let slope = |h: &Vec3<T>, w: &Vec3<T>| self.slope(&crossing.torque, &point.drag, h, w).1;
+        let h = self.momentum;
+        let k1 = slope(&(h + beyond(x0)), &crossing.wheels(x0));
+        let k2 = slope(&(h + k1 * (step_s * half) + g1), &w1);
+        let k3 = slope(&(h + k2 * (step_s * half) + g1), &w1);
+        let k4 = slope(&(h + k3 * step_s + beyond(x2)), &crossing.wheels(x2));
+        self.move_by((k1 + (k2 + k3) * T::lit(2.0) + k4) * (step_s * T::lit(1.0 / 6.0)));
+        let middle = (h + self.momentum) * half + (k1 - k4) * (step_s * T::lit(0.125)) + g1;
+        let rate = self.inverse * (middle - w1);
+        let is_first = crossing.done == 0;
+        if is_first {
+            crossing.slope = k1;
+            crossing.rate = Vec3::zeros();
         }
-        let end = self.momentum;
-        let bend = slope(&start, &span.wheels_at_start) - slope(&end, &span.wheels_at_end);
-        let n = T::count(block.samples);
+        crossing.done += 1;
+        crossing.rate += rate;
+        let sum = &mut crossing.sensitivity;
+        self.differentiate(&middle, &rate, step_s, &point.drag, sum, is_first);
+    }
+
+    /// ω̄ + b, mean reading over the samples of a block that is crossed, rad/s.
+    ///
+    /// The mean of h over them is that of Hermite's cubic through both ends; n samples in a row miss
+    /// 1/n² of what the mean over time makes of its curvature.
+    pub fn mean_rate_rad_s(&self, crossing: &Crossing<T, U>, point: &Point<T>) -> Vec3<T> {
+        let (half, end) = (T::lit(0.5), self.momentum);
+        let wheels = crossing.wheels(T::one());
+        let bend = crossing.slope - self.slope(&crossing.torque, &point.drag, &end, &wheels).1;
+        let n = T::count(crossing.samples);
         let share = T::lit(1.0 / 12.0) * (T::one() + half / (n * n));
-        let mean = (start + end) * half + bend * (dt * share);
-        let rate_rad_s = inverse * (mean - block.drive_n_m_s) + self.bias;
-        let share = T::one() / T::count(steps);
-        let mut sensitivity = sensitivity.map(|column| column * share);
-        if has_bias(U) {
-            for i in 0..3 {
-                sensitivity[BIAS + i][i] = T::one();
-            }
+        let mean = (crossing.momentum + end) * half + bend * (crossing.duration_s * share);
+        self.inverse * (mean - crossing.drive) + point.bias
+    }
+
+    /// S̄ of one axis over a block that is crossed: derivatives of its mean reading.
+    ///
+    /// `S̄ = J⁻¹ (D̄ − G(ω̄) E_j)`, with the mean of D before and after each step, and of ω half-way.
+    #[inline(never)]
+    pub fn mean_sensitivity(&self, crossing: &Crossing<T, U>, axis: usize) -> [T; U] {
+        let b = Vec3::from_fn(|k, _| self.inverse[(axis, k)] * crossing.share);
+        let a = b * T::lit(0.5);
+        let w = &crossing.rate;
+        let mut row = [T::zero(); U];
+        for c in 0..U {
+            row[c] = a.dot(&crossing.sensitivity[c]);
         }
-        Prediction { rate_rad_s, sensitivity }
+        if has_bias(U) {
+            row[BIAS + axis] = T::one();
+        }
+        let by_inertia = [
+            b.x * w.x,
+            b.y * w.y,
+            b.z * w.z,
+            b.x * w.y + b.y * w.x,
+            b.x * w.z + b.z * w.x,
+            b.y * w.z + b.z * w.y,
+        ];
+        for i in 0..6 {
+            row[inertia_of(U) + i] -= by_inertia[i];
+        }
+        row
     }
 
     /// Adds to h, and keeps what rounding takes (Kahan's sum).
@@ -160,57 +263,62 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     }
 
     /// Carries D across a step by the exponential series of its equation in the middle, with
-    /// `X = Δ ((h^× − d) J⁻¹ − ω^×)` and `B = E_τ − ω E_d − (h^× − d) J⁻¹ G(ω) E_j`,
+    /// `K = Δ (h^× − d) J⁻¹`, `X = K − Δ ω^×` and `B = Δ E_τ − Δ ω E_d − K G(ω) E_j`,
     ///
-    /// `D₁ = D₀ + (1 + X/2 + X²/6) (X D₀ + Δ B)`,
+    /// `D₁ = D₀ + (1 + X/2 + X²/6) (X D₀ + B)`,
     ///
-    /// and adds S̄, from the mean of both. A step of 0.05 rad errs by 2e-4, which is enough:
+    /// and adds D₀ + D₁ to a sum, or begins it. A step of 0.05 rad errs by 2e-4, which is enough:
     /// sensitivities only steer towards the solution, and scale its covariance.
     fn differentiate(
         &mut self,
         momentum: &Vec3<T>,
         rate_rad_s: &Vec3<T>,
         duration_s: T,
+        drag: &Vec3<T>,
         sum: &mut [Vec3<T>; U],
+        is_first: bool,
     ) {
-        let half = T::lit(0.5);
         let one = Mat::<T, 3, 3>::identity();
-        let mut by_rate = skew(momentum);
+        let mut by_rate = skew(&(momentum * duration_s));
         if has_drag(U) {
             for i in 0..3 {
-                by_rate[(i, i)] -= self.drag[i];
+                by_rate[(i, i)] -= drag[i] * duration_s;
             }
         }
-        let x = (by_rate * self.inverse - skew(rate_rad_s)) * duration_s;
-        let series = one + x * (one * half + x * T::lit(1.0 / 6.0));
-        let g = regressor(rate_rad_s);
-        let mut carry = |c: usize, pushed: Vec3<T>, by_inertia: Vec3<T>| {
+        let k = by_rate * self.inverse;
+        let x = k - skew(&(rate_rad_s * duration_s));
+        let series = one + x * (one * T::lit(0.5) + x * T::lit(1.0 / 6.0));
+        let carry = one + series * x;
+        let by_moment = series * -k;
+        let w = rate_rad_s;
+        let mut put = |c: usize, pushed: Option<Vec3<T>>| {
             let before = self.sensitivity[c];
-            let after = before + series * (x * before + pushed);
+            let mut after = carry * before;
+            if let Some(pushed) = pushed {
+                after += pushed;
+            }
             self.sensitivity[c] = after;
-            sum[c] += self.inverse * ((before + after) * half) - by_inertia;
+            let both = before + after;
+            sum[c] = if is_first { both } else { sum[c] + both };
         };
         for i in 0..3 {
-            carry(MOMENTUM + i, Vec3::zeros(), Vec3::zeros());
-        }
-        if has_torque(U) {
-            for i in 0..3 {
-                let mut pushed = Vec3::zeros();
-                pushed[i] = duration_s;
-                carry(TORQUE + i, pushed, Vec3::zeros());
+            put(MOMENTUM + i, None);
+            if has_torque(U) {
+                put(TORQUE + i, Some(series.column(i) * duration_s));
+            }
+            if has_drag(U) {
+                put(DRAG + i, Some(series.column(i) * (-w[i] * duration_s)));
             }
         }
-        if has_drag(U) {
-            for i in 0..3 {
-                let mut pushed = Vec3::zeros();
-                pushed[i] = -rate_rad_s[i] * duration_s;
-                carry(DRAG + i, pushed, Vec3::zeros());
-            }
-        }
-        for i in 0..6 {
-            let by_inertia = self.inverse * Vec3::from(g.column(i));
-            carry(inertia_of(U) + i, -(by_rate * by_inertia) * duration_s, by_inertia);
-        }
+        // K times the columns of the regressor, written out.
+        let [a, b, c]: [Vec3<T>; 3] = core::array::from_fn(|i| by_moment.column(i).into());
+        let first = inertia_of(U);
+        put(first, Some(a * w.x));
+        put(first + 1, Some(b * w.y));
+        put(first + 2, Some(c * w.z));
+        put(first + 3, Some(a * w.y + b * w.x));
+        put(first + 4, Some(a * w.z + c * w.x));
+        put(first + 5, Some(b * w.z + c * w.y));
     }
 
     /// How far a change of the starting momentum has grown, squared: the largest of three.
@@ -303,10 +411,30 @@ mod tests {
     fn fly(
         point: &Point<f64>,
         spans: &[Span<f64>],
-    ) -> (Trajectory<f64, UNKNOWNS>, Vec<Prediction<f64, UNKNOWNS>>) {
-        let mut trajectory = Trajectory::new(point).unwrap();
-        let predictions = spans.iter().map(|span| trajectory.advance(span)).collect();
+    ) -> (Trajectory<f64, UNKNOWNS>, Vec<Prediction>) {
+        let mut trajectory = Trajectory::nowhere();
+        assert!(trajectory.start(point));
+        let mut crossing = Crossing::none();
+        let mut cross = |span: &Span<f64>| {
+            trajectory.enter(&mut crossing, span, point);
+            while !crossing.is_done() {
+                trajectory.step(&mut crossing, point);
+            }
+            let rows: [[f64; UNKNOWNS]; 3] =
+                core::array::from_fn(|axis| trajectory.mean_sensitivity(&crossing, axis));
+            Prediction {
+                rate_rad_s: trajectory.mean_rate_rad_s(&crossing, point),
+                sensitivity: core::array::from_fn(|c| Vec3::from_fn(|r, _| rows[r][c])),
+            }
+        };
+        let predictions = spans.iter().map(&mut cross).collect();
         (trajectory, predictions)
+    }
+
+    /// What a trajectory says of a block: its mean reading, and the derivatives column by column.
+    struct Prediction {
+        rate_rad_s: Vec3<f64>,
+        sensitivity: [Vec3<f64>; UNKNOWNS],
     }
 
     /// What a parabola leaves of wheels that swing by a quarter of a radian in a block, 1e-3 of

@@ -1,4 +1,4 @@
-//! The unknowns of a window: which they are, their order, a point in their space, and rows of
+//! The unknowns of a window: which they are, their order, a point in their space, and
 //! information on them.
 //!
 //! | U | unknowns, three each, then the six elements |
@@ -12,6 +12,7 @@
 //! it alone, whatever the others are. All is in units of a typical inertia: momentum in rad/s,
 //! torque in rad/s², drag in 1/s.
 
+use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Vec3, scalar::Real};
 
 /// Where the momentum, the torque and the gyro bias begin.
@@ -112,31 +113,12 @@ impl<T: Real> Point<T> {
     }
 }
 
-/// Rows of information: `R (θ − θ₀) − y` has zero mean and the variance of a gyro sample.
+/// What is known before any block: information on a step from a point, for unit variance of a gyro
+/// sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rows<T: Real, const U: usize> {
+pub struct Known<T: Real, const U: usize> {
     /// θ₀.
     pub point: Point<T>,
-    /// R, row by row; a row of zeros says nothing.
-    pub rows: [[T; U]; U],
-    /// y.
-    pub right: [T; U],
-}
-
-impl<T: Real, const U: usize> Rows<T, U> {
-    /// Row `index` about another point: its coefficients, and its right-hand side.
-    pub fn about(&self, point: &Point<T>, index: usize) -> ([T; U], T) {
-        let (row, from) = (self.rows[index], point.minus::<U>(&self.point));
-        let mut y = self.right[index];
-        for c in 0..U {
-            y -= row[c] * from[c];
-        }
-        (row, y)
-    }
-
-    /// How many unknowns the rows determine.
-    pub fn rank(&self) -> u32 {
-        let says_something = |row: &&[T; U]| row.iter().any(|x| *x != T::zero());
-        self.rows.iter().filter(says_something).count() as u32
-    }
+    /// `R (θ − θ₀) = d`.
+    pub information: SquareRootInformation<T, U>,
 }

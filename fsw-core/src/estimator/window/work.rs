@@ -1,57 +1,20 @@
-//! The window's work, slice by slice: the front keeps up with the data, the rework overtakes it, and
-//! storage is merged or handed on when it is full.
+//! The window's work, slice by slice: the front keeps up with the data, the rework overtakes it, storage
+//! is rebuilt or handed on when it is full, and a window that ends is concluded.
+//!
+//! A step does slices as long as their cost is left of its budget. What a slice costs is known before
+//! it begins, so that no step costs more than another by more than what is left over.
 
+use super::block::Block;
+use super::cost::{self, Cost};
+use super::linear_start::{self, Found, Kind, LinearStart};
 use super::pass::{Pass, Taken};
-use super::solution::{Solving, inertia_covariance, size_square};
-use super::unknowns::Point;
-use super::{BLOCKS_TO_SEE, Rework, Window, contradicts, storage};
+use super::solution::{Solving, inertia_variances, known};
+use super::storage::Rebuilt;
+use super::unknowns::{Known, Point};
+use super::{Beginning, Window};
 use crate::Reset;
-use crate::estimator::Prior;
-use crate::estimator::window::block::Reading;
-use crate::math::{Mat, Vec3, scalar::Real};
-use crate::tensor::Inertia;
+use crate::math::scalar::Real;
 
-/// No pass before so many blocks: fewer equations than a few per unknown say little.
-const BLOCKS_TO_START: usize = 16;
-/// Motion that nothing drives shows no size, and need not be waited for longer than this.
-const BLOCKS_TO_TUMBLE: usize = 24;
-/// With a past to start from, so many will do.
-const BLOCKS_TO_RESUME: usize = 2;
-/// A front whose squared residuals exceed what the noise makes of them by this factor hasn't
-/// found the solution yet: it is tried again, from its own point, and ever more
-/// rarely from the linear start.
-const UNEXPLAINED: f64 = 1.5;
-/// A solution within so many sigmas of its pass's own point isn't worth another.
-const SETTLED_SIGMA: f64 = 0.01;
-/// Within so many, what linearising left out doesn't show in a chi-square test.
-const NEAR_SIGMA: f64 = 1.0;
-/// Drag that noise alone imitates once in 10⁵ windows: chi-square of three degrees of freedom.
-const DRAG_SHOWN: f64 = 26.0;
-/// A pass that has yet to step so many sigmas squared may err by as many times that in a sum of squares.
-const UNSURE: f64 = 4.0;
-/// Slices until a settled front is looked at again: two hundred rows more.
-const REST: u32 = 256;
-/// An element of more typical inertias than this is a pass that went astray.
-const ASTRAY: f64 = 10.0;
-/// And so is a body this much thinner than its size: four times its determinant over the cube of its
-/// trace is about the share of the smallest moment in the trace, and a rod of one to a hundred has
-/// 2e-4.
-const THIN: f64 = 1.0e-4;
-/// A point may break the triangle inequality by this share of the trace.
-const UNPHYSICAL: f64 = 0.05;
-/// A linear start larger or smaller than the typical inertia by this factor is another body.
-const OTHER_SIZE: f64 = 3.0;
-/// A step that leads astray is halved so often before it is given up.
-const HALVINGS: u32 = 5;
-/// A window ends where a change of the momentum at its start has grown by this factor: motion about
-/// an unstable axis. Ours: single precision then still resolves 1e-5 of a rate.
-const MOST_GROWTH: f64 = 30.0;
-/// One sigma of every element, in units of the mean moment, below which linearising anew changes
-/// nothing any more.
-const KNOWN: f64 = 0.01;
-/// Rows beyond the unknowns that a front has seen before it tells spikes: three times as many as the
-/// most unknowns.
-const ARMED_DEGREES: u32 = 45;
 /// A row that would leave so many sigmas isn't the gyro's noise, once in 5·10⁸ rows.
 const SPIKE_SIGMA: f64 = 6.0;
 /// Where sigma is measured from residuals, which vibration and other things that come and go make
@@ -63,165 +26,267 @@ const MOST_SPIKES: u32 = 8;
 /// there about once in 10⁹ blocks (Wald's bound, e to the power of minus 0.46 times the limit).
 const USUAL_SQUARE: f64 = 4.0;
 const CHANGED_SUM: f64 = 50.0;
+/// A window ends where a change of the momentum at its start has grown by this factor: motion about
+/// an unstable axis. Ours: single precision then still resolves 1e-5 of a rate.
+const MOST_GROWTH: f64 = 30.0;
+/// One sigma of every element, in units of the mean moment, below which linearising anew changes
+/// nothing any more.
+const KNOWN: f64 = 0.01;
 
-/// What a solution says of its front.
-enum Finding {
-    /// The data contradict what was known before.
-    PastContradicted,
-    /// The torque changes with the motion.
-    Drag,
-    /// Another pass would change nothing. Whether spikes can be told by now.
-    Settled { can_tell_spikes: bool },
-    /// Another pass is needed.
-    Unsettled { can_tell_spikes: bool },
+/// The two passes: the front, which is valid at any time once there is one, and another, which is under
+/// way or lends its factor as room for a solution.
+#[derive(Clone, Debug)]
+pub struct Passes<T: Real, const U: usize> {
+    slots: [Pass<T, U>; 2],
+    has_front: bool,
+    front_is_second: bool,
+}
+
+impl<T: Real, const U: usize> Passes<T, U> {
+    /// No front, and no pass under way.
+    pub fn none() -> Self {
+        Self { slots: [Pass::none(); 2], has_front: false, front_is_second: false }
+    }
+
+    /// The front.
+    pub fn front(&self) -> Option<&Pass<T, U>> {
+        let [first, second] = &self.slots;
+        self.has_front.then_some(if self.front_is_second { second } else { first })
+    }
+
+    /// The other one.
+    pub fn other(&self) -> &Pass<T, U> {
+        let [first, second] = &self.slots;
+        if self.front_is_second { first } else { second }
+    }
+
+    /// Both.
+    pub fn both(&mut self) -> (Option<&mut Pass<T, U>>, &mut Pass<T, U>) {
+        let [first, second] = &mut self.slots;
+        let (front, other) = if self.front_is_second { (second, first) } else { (first, second) };
+        (self.has_front.then_some(front), other)
+    }
+
+    /// The other one takes the front's place.
+    pub fn swap(&mut self) {
+        self.front_is_second = !self.front_is_second;
+        self.has_front = true;
+    }
+
+    /// There is no front any more.
+    pub fn drop_front(&mut self) {
+        self.has_front = false;
+    }
+}
+
+/// What is being done beside the front.
+#[derive(Clone, Copy, Debug)]
+pub enum Work<T: Real, const U: usize> {
+    /// Nothing.
+    Idle,
+    /// The front is being solved, to linearise anew or to move on.
+    Solving(Solving<T>, Purpose),
+    /// It is solved: what follows from that is to be found.
+    Solved(Solving<T>),
+    /// Another pass is to start from the solution.
+    Choosing,
+    /// The linear start is being solved.
+    Starting(Starting<T>),
+    /// A pass is to begin here.
+    Beginning(Point<T>),
+    /// It is under way.
+    Passing,
+    /// The next window is to begin where the front has come to, a step from its point: so many of the
+    /// equations that change are done.
+    Carrying([T; U], usize),
+    /// The window has ended.
+    Ending(Ending<T>),
+}
+
+/// What a front is solved for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// To linearise anew.
+    Rework,
+    /// To begin the next window where it has come to.
+    MoveOn,
+}
+
+/// A linear start that is being solved, and the point to start from if it finds none.
+#[derive(Clone, Copy, Debug)]
+pub struct Starting<T: Real> {
+    pub kind: Kind,
+    pub solving: linear_start::Solving<T>,
+    pub otherwise: Option<Point<T>>,
+}
+
+/// A window that has ended.
+#[derive(Clone, Copy, Debug)]
+pub struct Ending<T: Real> {
+    /// The block that was being filled.
+    pub last: Option<Block<T>>,
+    /// Once the front has come to its end.
+    solving: Option<Solving<T>>,
+    /// Whether the past takes part.
+    with_past: bool,
+    /// How old the past is that it leaves, s.
+    age_s: T,
+    /// Whether another window has begun.
+    pub is_succeeded: bool,
+}
+
+/// A kind of slice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Slice {
+    Rebuild,
+    End,
+    Front,
+    CheckStability,
+    Lose,
+    MoveOn,
+    Merge,
+    Work,
 }
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
-    /// The work of one step, which came with this reading.
-    pub(super) fn work(&mut self, reading: Reading<T>) {
-        if self.is_quiet {
-            return;
-        }
-        if self.blocks.is_merging() {
-            if self.blocks.merge_some(self.noise_rad_s()) {
-                if let Some(front) = &mut self.front {
-                    front.halve();
-                }
-                if let Rework::Pass(rework) = &mut self.rework {
-                    rework.halve();
-                }
-            }
-            return;
-        }
-        for _ in 0..self.config.slices_per_step {
-            if self.is_unstable() {
-                self.move_on(reading);
-            }
-            if self.blocks.is_nearly_full() && self.make_room(reading) {
+    /// The work of one step, which has cost so much already.
+    pub(super) fn work(&mut self, spent: Cost) {
+        let budget = self.config.slices_per_step.saturating_mul(cost::slice::<U>());
+        let mut left = budget.saturating_sub(spent);
+        let mut is_first = true;
+        while let Some((slice, cost)) = self.next_slice() {
+            // However little is allowed, it must go on.
+            if cost > left && !is_first {
                 return;
             }
-            self.slice();
+            is_first = false;
+            left = left.saturating_sub(cost);
+            self.do_slice(slice);
             if self.watch.event.is_some() {
                 return;
             }
         }
     }
 
-    /// Begins to merge blocks, or a new window where they turn too far for that. False while a
-    /// pass stands where it can't.
-    fn make_room(&mut self, reading: Reading<T>) -> bool {
-        if !self.blocks.can_merge(self.config.block_turn_rad) {
-            let is_ready =
-                |front: &Pass<T, U>| !front.is_busy() && front.next() + 1 >= self.blocks.len();
-            if !self.front.as_ref().is_none_or(is_ready) {
-                return false;
+    /// The slice that comes next, and what it costs at most. A front that is to be carried on, or
+    /// whose window has ended, takes in no more blocks; else it comes first.
+    #[inline(never)]
+    fn next_slice(&self) -> Option<(Slice, Cost)> {
+        if self.blocks.is_rebuilt() {
+            return Some((Slice::Rebuild, cost::REBUILD));
+        }
+        match &self.work {
+            Work::Ending(ending) => return Some((Slice::End, self.cost_of_end(ending))),
+            _ if self.is_quiet || self.averager.is_none() => return None,
+            Work::Solving(_, Purpose::MoveOn) | Work::Carrying(..) => {
+                return Some((Slice::Work, self.cost_of_work()?));
             }
-            self.move_on(reading);
-            return true;
+            _ => {}
         }
-        let can_halve = |pass: &Pass<T, U>| pass.next().is_multiple_of(2);
-        let rework = match &self.rework {
-            Rework::Pass(rework) => Some(rework),
-            _ => None,
-        };
-        if ![self.front.as_ref(), rework].into_iter().flatten().all(can_halve) {
-            return false;
+        if let Some(front) = self.passes.front() {
+            if let Some(stage) = front.stage(&self.blocks) {
+                return Some((Slice::Front, cost::of_pass::<U>(stage, self.watch.is_armed)));
+            }
+            if self.checked_at != front.next() {
+                return Some((Slice::CheckStability, cost::VARIANCES));
+            }
         }
-        self.blocks.begin_merging();
-        self.block_samples = self.block_samples.saturating_mul(2);
-        true
+        if self.blocks.is_nearly_full() {
+            match self.passes.front() {
+                _ if self.blocks.can_merge(self.config.block_turn_rad) => {
+                    if self.can_halve() {
+                        return Some((Slice::Merge, cost::LITTLE));
+                    }
+                }
+                Some(_) => return Some((Slice::MoveOn, cost::COPY)),
+                None => return Some((Slice::Lose, cost::LITTLE)),
+            }
+        }
+        Some((Slice::Work, self.cost_of_work()?))
     }
 
-    /// The next window begins where the front has come to, with all that it knows.
-    fn move_on(&mut self, reading: Reading<T>) {
-        let carried = self.up_to_date().and_then(|front| {
-            let noise = self.scale_rad_s(&front);
-            let solution = Solving::new(&front).finish(&self.held(noise))?;
-            let carried = front.carry(&solution.step)?;
-            Some((carried, Pass::new(carried.point, Some(&carried))?, front))
-        });
-        let Some((carried, front, before)) = carried.filter(|(.., front)| self.explains(front))
-        else {
-            // Nothing found in as much motion as there is storage for.
-            return self.open_at(reading);
-        };
-        self.ended.add(before.residuals());
-        self.carried = Some(carried);
-        self.front = Some(front);
-        self.rework = Rework::Idle;
-        self.resting = 0;
-        self.blocks.keep_newest(self.block_samples);
+    /// Whether each pass stands between two pairs of blocks.
+    fn can_halve(&self) -> bool {
+        let can = |pass: &Pass<T, U>| !pass.is_busy() && pass.next().is_multiple_of(2);
+        self.passes.front().is_none_or(can)
+            && (!matches!(self.work, Work::Passing) || can(self.passes.other()))
     }
 
-    /// Whether the motion since the window opened magnifies a change of its start so far that
-    /// rounding would be magnified to the size of the noise; the front is up to date; and it knows
-    /// the inertia so well that its blocks needn't be gone over again.
-    fn is_unstable(&self) -> bool {
-        let Some(front) = &self.front else { return false };
-        let noise = self.noise_rad_s();
-        let is_known = |covariance: Mat<T, 6, 6>| {
-            (0..6).all(|i| covariance[(i, i)] * noise * noise < T::lit(KNOWN * KNOWN))
-        };
-        front.growth_square() > T::lit(MOST_GROWTH * MOST_GROWTH)
-            && !front.is_busy()
-            && front.next() + 1 >= self.blocks.len()
-            && inertia_covariance(front.information()).is_some_and(is_known)
+    /// What the next slice beside the front costs at most; `None` if there is nothing to do.
+    fn cost_of_work(&self) -> Option<Cost> {
+        Some(match &self.work {
+            Work::Idle => match self.passes.front() {
+                Some(front) if front.residuals().rows < self.rests_until => return None,
+                Some(_) => cost::COPY,
+                None if self.blocks.len() <= self.tried_with => return None,
+                None => cost::FIRST_POINT,
+            },
+            Work::Solving(..) => cost::hold::<U>(),
+            Work::Solved(_) => cost::JUDGE,
+            Work::Choosing => cost::CHOOSE,
+            Work::Starting(_) => cost::hold::<U>(),
+            Work::Beginning(_) => cost::BEGIN,
+            Work::Passing => match self.passes.other().stage(&self.blocks) {
+                Some(stage) => cost::of_pass::<U>(stage, false),
+                None => cost::LITTLE,
+            },
+            Work::Carrying(..) => cost::hold::<U>() + cost::BEGIN,
+            Work::Ending(ending) => self.cost_of_end(ending),
+        })
     }
 
-    /// One slice of work: a row, or a block, of the front if it isn't up to date, else of the
-    /// rework. Each block waits for its successor, which tells of its inside.
-    fn slice(&mut self) {
-        let per = T::one() / self.typical_kg_m2;
-        if self.front.as_ref().is_some_and(Pass::is_busy) {
-            return self.take_front_row();
+    fn cost_of_end(&self, ending: &Ending<T>) -> Cost {
+        match (&ending.solving, self.passes.front()) {
+            (None, Some(front)) => cost::of_pass::<U>(front.current(), self.watch.is_armed),
+            (Some(_), _) => cost::hold::<U>() + cost::CONCLUDE,
+            (None, None) => cost::LITTLE,
         }
-        if let Some(front) = &mut self.front
-            && front.next() + 1 < self.blocks.len()
-            && let Some(span) = self.blocks.span(front.next(), per)
-        {
-            return front.advance(&span);
-        }
-        match &mut self.rework {
-            Rework::Idle if self.resting > 0 => self.resting -= 1,
-            Rework::Idle => self.begin(),
-            Rework::Solving(solving) => {
-                let mut next = *solving;
-                let is_done = next.take_row(&self.held_for_front());
-                self.rework = Rework::Solving(next);
-                if is_done {
-                    self.conclude(&next);
+    }
+
+    fn do_slice(&mut self, slice: Slice) {
+        match slice {
+            Slice::Rebuild => self.rebuild(),
+            Slice::End => self.work_on_the_end(),
+            Slice::Front => self.work_on_the_front(),
+            Slice::CheckStability => {
+                if self.is_unstable() {
+                    self.begin_moving_on();
                 }
             }
-            Rework::Pass(rework) if rework.is_busy() => {
-                rework.take_row(self.carried.as_ref(), T::MAX);
+            Slice::Lose => self.lose(),
+            Slice::MoveOn => self.begin_moving_on(),
+            Slice::Merge => {
+                self.blocks.begin_merging();
+                self.block_samples = self.block_samples.saturating_mul(2);
             }
-            Rework::Pass(rework) => match self.blocks.span(rework.next(), per) {
-                Some(span) if rework.next() + 1 < self.blocks.len() => rework.advance(&span),
-                _ => self.compare(),
-            },
+            Slice::Work => self.work_beside_the_front(),
         }
     }
 
-    fn held_for_front(&self) -> super::Held<T> {
-        let noise = self.front.as_ref().map_or(self.noise_rad_s(), |f| self.scale_rad_s(f));
-        self.held(noise)
+    fn rebuild(&mut self) {
+        let noise = self.noise_rad_s();
+        if self.blocks.rebuild_one(noise) != Rebuilt::Merged {
+            return;
+        }
+        let (front, other) = self.passes.both();
+        if let Some(front) = front {
+            front.halve();
+        }
+        other.halve();
     }
 
-    /// Takes in a row of the front, unless it is a spike.
-    fn take_front_row(&mut self) {
-        let Some(front) = &self.front else { return };
-        let usual = self.usual_rad_s(front);
-        let most = self.most_rad_s(front);
-        let is_sure = self.config.gyro_noise_rad_s.is_some();
-        let Some(front) = &mut self.front else { return };
-        let taken = front.take_row(self.carried.as_ref(), most);
-        if matches!(taken, Taken::In(_)) && !front.is_busy() {
-            self.watch.refused = 0;
-        }
+    fn per_kg_m2(&self) -> T {
+        T::one() / self.typical_kg_m2
+    }
+
+    fn work_on_the_front(&mut self) {
+        let (per, most) = (self.per_kg_m2(), self.most_rad_s());
+        let (Some(front), _) = self.passes.both() else { return };
+        let taken = front.work(&self.blocks, per, most);
+        let (is_whole, block) = (!front.is_busy(), front.next().saturating_sub(1));
         match taken {
             Taken::Silent => {}
             Taken::Refused => {
-                let block = front.next().saturating_sub(1);
                 self.blocks.distrust(block);
                 self.watch.has_refused = true;
                 self.watch.refused += 1;
@@ -229,294 +294,297 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                     self.watch.event = Some(Reset::Lockout);
                 }
             }
-            Taken::In(left) if self.watch.is_armed && is_sure => {
-                let square = left * left / (usual * usual);
-                self.watch.sum = (self.watch.sum + square - T::lit(USUAL_SQUARE)).max(T::zero());
-                if self.watch.sum > T::lit(CHANGED_SUM) {
-                    self.watch.event = Some(Reset::Lockout);
+            Taken::In(square) => {
+                if is_whole {
+                    self.watch.refused = 0;
+                }
+                if self.watch.is_armed && self.config.gyro_noise_rad_s.is_some() {
+                    self.watch_for_change(square);
                 }
             }
-            Taken::In(_) => {}
         }
     }
 
+    fn watch_for_change(&mut self, square: T) {
+        let usual = self.usual_rad_s();
+        let beyond = square / (usual * usual) - T::lit(USUAL_SQUARE);
+        self.watch.sum = (self.watch.sum + beyond).max(T::zero());
+        if self.watch.sum > T::lit(CHANGED_SUM) {
+            self.watch.event = Some(Reset::Lockout);
+        }
+    }
+
+    /// One sigma of a gyro sample by which the front is scaled, rad/s.
+    pub(super) fn front_scale_rad_s(&self) -> T {
+        self.passes.front().map_or(self.noise_rad_s(), |f| self.scale_rad_s(f.residuals()))
+    }
+
     /// One sigma of what a row of the front usually leaves, rad/s.
-    fn usual_rad_s(&self, front: &Pass<T, U>) -> T {
-        self.scale_rad_s(front).max(self.noise_rad_s())
+    fn usual_rad_s(&self) -> T {
+        self.front_scale_rad_s().max(self.noise_rad_s())
     }
 
     /// What a row of the front may leave at most, rad/s: more is a spike.
-    fn most_rad_s(&self, front: &Pass<T, U>) -> T {
+    pub(super) fn most_rad_s(&self) -> T {
         if !self.watch.is_armed {
             return T::MAX;
         }
         let is_sure = self.config.gyro_noise_rad_s.is_some();
         let sigmas = if is_sure { SPIKE_SIGMA } else { SPIKE_SIGMA_UNSURE };
-        self.usual_rad_s(front) * T::lit(sigmas)
+        self.usual_rad_s() * T::lit(sigmas)
+    }
+
+    fn work_beside_the_front(&mut self) {
+        match self.work {
+            Work::Idle => self.begin(),
+            Work::Solving(mut solving, purpose) => {
+                if !self.take_held_row(&mut solving, true) {
+                    self.work = Work::Solving(solving, purpose);
+                    return;
+                }
+                self.work = match purpose {
+                    Purpose::Rework => Work::Solved(solving),
+                    Purpose::MoveOn => match self.passes.both().1.room().solve() {
+                        Some(step) => Work::Carrying(step, 0),
+                        None => return self.lose(),
+                    },
+                };
+            }
+            Work::Solved(solving) => self.judge(&solving),
+            Work::Choosing => self.choose(),
+            Work::Starting(starting) => self.work_on_the_start(starting),
+            Work::Beginning(point) => self.begin_pass(&point),
+            Work::Passing => {
+                let per = self.per_kg_m2();
+                let (_, rework) = self.passes.both();
+                if rework.stage(&self.blocks).is_some() {
+                    rework.work(&self.blocks, per, T::MAX);
+                } else {
+                    self.compare();
+                }
+            }
+            Work::Carrying(step, done) => self.carry(step, done),
+            Work::Ending(_) => {}
+        }
+    }
+
+    /// Adds a row of what is held to the front's factor, in the room of the other pass.
+    fn take_held_row(&mut self, solving: &mut Solving<T>, with_past: bool) -> bool {
+        let held = super::held(
+            &self.config,
+            if with_past { self.past.as_ref() } else { None },
+            self.typical_kg_m2,
+            self.has_drag,
+            self.front_scale_rad_s(),
+        );
+        let (Some(front), other) = self.passes.both() else { return true };
+        let point = *front.point();
+        solving.take_row(other.room(), &point, &held)
     }
 
     /// Begins to solve the front, or looks for a first point.
     fn begin(&mut self) {
-        self.rework = match &self.front {
-            Some(front) => Rework::Solving(Solving::new(front)),
-            None => match self.first_point() {
-                Some(point) => self.pass_from(point),
-                None => Rework::Idle,
-            },
-        };
-    }
-
-    fn pass_from(&self, point: Point<T>) -> Rework<T, U> {
-        Pass::new(point, self.carried.as_ref()).map_or(Rework::Idle, Rework::Pass)
-    }
-
-    /// The front is solved: what follows from that.
-    fn conclude(&mut self, solving: &Solving<T, U>) {
-        self.rework = Rework::Idle;
-        let Some(front) = &self.front else { return };
-        match self.judge(front, solving) {
-            Finding::PastContradicted => {
-                self.past = None;
-                self.watch.event = Some(Reset::Changed);
-            }
-            Finding::Drag => self.has_drag = true,
-            Finding::Settled { can_tell_spikes } => {
-                self.watch.is_armed |= can_tell_spikes;
-                self.resting = REST;
-            }
-            Finding::Unsettled { can_tell_spikes } => {
-                self.watch.is_armed |= can_tell_spikes;
-                self.begin_next(solving);
-            }
-        }
-    }
-
-    /// What a solution says of its front. A sum of squares is known as surely as the step is small.
-    fn judge(&self, front: &Pass<T, U>, solving: &Solving<T, U>) -> Finding {
-        let noise = self.scale_rad_s(front);
-        let within = |square: T, sigma: f64| square < noise * noise * T::lit(sigma * sigma);
-        let step = solving.step_square().min(size_square(front.information()));
-        let surely = |square: T| square - step * T::lit(UNSURE);
-        if !self.has_found(front) {
-            return Finding::Unsettled { can_tell_spikes: false };
-        }
-        if self.past.is_some() && contradicts(surely(solving.past_square()), noise) {
-            return Finding::PastContradicted;
-        }
-        if self.shows_drag(front, solving.drag_square(), surely(solving.drag_square())) {
-            return Finding::Drag;
-        }
-        let degrees = front.residuals().degrees();
-        let can_tell_spikes = within(step, NEAR_SIGMA) && degrees >= ARMED_DEGREES;
-        if within(solving.step_square(), SETTLED_SIGMA) {
-            Finding::Settled { can_tell_spikes }
+        if self.passes.front().is_some() {
+            self.copy_front_to_room();
+            self.work = Work::Solving(Solving::new(), Purpose::Rework);
         } else {
-            Finding::Unsettled { can_tell_spikes }
+            self.tried_with = self.blocks.len();
+            self.look_for_a_start();
         }
     }
 
-    /// Whether a torque that is looked for changes with the motion, by the sum of squares that drag of
-    /// zero leaves, and what of that is sure. Where the noise is measured from residuals there is more
-    /// than noise in them: a pass never settles, and their correlation counts instead.
-    fn shows_drag(&self, front: &Pass<T, U>, square: T, surely: T) -> bool {
-        let noise = self.scale_rad_s(front);
-        let shown = noise * noise * self.inflation(front) * T::lit(DRAG_SHOWN);
-        let is_given = self.config.gyro_noise_rad_s.is_some();
-        let is_asked_for = self.config.disturbance_torque_n_m.is_some();
-        is_asked_for && !self.has_drag && (if is_given { surely } else { square }) > shown
+    fn copy_front_to_room(&mut self) {
+        if let (Some(front), other) = self.passes.both() {
+            *other.room() = *front.information();
+        }
     }
 
-    /// Begins the next pass: from the front's solution, or where it hasn't explained the data for long
-    /// from the linear start.
-    fn begin_next(&mut self, solving: &Solving<T, U>) {
-        let Some(front) = &self.front else { return };
-        let found = plausible_point(front, solving);
-        let is_found = self.is_at_noise(front);
-        // What goes astray once it was at the noise is tried afresh soon.
-        self.attempts = if is_found { 0 } else { self.attempts.wrapping_add(1) };
-        let is_guided = is_found || self.carried.is_some() || !self.attempts.is_power_of_two();
-        let point = match found {
-            Some(point) if is_guided => Some(point),
-            found => self.linear_point().or(found),
+    fn begin_pass(&mut self, point: &Point<T>) {
+        let known = match &self.beginning {
+            Beginning::Known(known) => Some(known),
+            Beginning::Linear(_) => None,
         };
-        if let Some(point) = point {
-            self.rework = self.pass_from(point);
-        }
+        let has_begun = self.passes.both().1.begin(point, known);
+        self.work = if has_begun { Work::Passing } else { Work::Idle };
     }
 
     /// The rework has caught up: it takes the front's place where it fits better.
     fn compare(&mut self) {
-        let Rework::Pass(rework) = core::mem::replace(&mut self.rework, Rework::Idle) else {
-            return;
-        };
+        self.work = Work::Idle;
+        let rework = self.passes.other();
         let ours = rework.residuals().mean_square();
-        let is_better = match &self.front {
-            _ if self.has_found(&rework) => true,
-            None => true,
-            Some(front) => {
+        let is_better = self.has_found(rework.residuals())
+            || self.passes.front().is_none_or(|front| {
                 let theirs = front.residuals().mean_square();
                 ours <= theirs || (ours.is_finite() && !theirs.is_finite())
-            }
-        };
+            });
         if is_better {
-            self.front = Some(rework);
+            self.passes.swap();
+            self.rests_until = 0;
         }
     }
 
-    /// Whether a pass leaves no more than the noise does, as given or as measured.
-    fn is_at_noise(&self, pass: &Pass<T, U>) -> bool {
+    /// Whether the motion since the window opened magnifies a change of its start so far that rounding
+    /// would be magnified to the size of the noise, and the front knows the inertia so well that its
+    /// blocks needn't be gone over again.
+    fn is_unstable(&mut self) -> bool {
         let noise = self.noise_rad_s();
-        pass.residuals().mean_square() < noise * noise * T::lit(UNEXPLAINED)
+        let Some(front) = self.passes.front() else { return false };
+        self.checked_at = front.next();
+        let are_small = |v: [T; 6]| v.iter().all(|v| *v * noise * noise < T::lit(KNOWN * KNOWN));
+        front.growth_square() > T::lit(MOST_GROWTH * MOST_GROWTH)
+            && inertia_variances(front.information()).is_some_and(are_small)
     }
 
-    /// Whether a pass is at the noise; or where that isn't given, and so may be more than third
-    /// differences show, leaves no more than the front.
-    fn has_found(&self, pass: &Pass<T, U>) -> bool {
-        let ours = pass.residuals().mean_square();
-        let front = self.front.as_ref().map_or(T::zero(), |f| f.residuals().mean_square());
-        let is_given = self.config.gyro_noise_rad_s.is_some();
-        self.is_at_noise(pass) || (!is_given && ours.is_finite() && ours <= front)
+    /// The next window is to begin where the front has come to, with all that it knows.
+    fn begin_moving_on(&mut self) {
+        if !self.passes.front().is_some_and(|front| self.explains(front.residuals())) {
+            return self.lose();
+        }
+        self.copy_front_to_room();
+        self.work = Work::Solving(Solving::new(), Purpose::MoveOn);
     }
 
-    /// Where a first pass starts: from the past, from linear least squares once there is enough
-    /// motion, and where that doesn't come, from a sphere.
-    fn first_point(&mut self) -> Option<Point<T>> {
-        if self.blocks.len() >= BLOCKS_TO_RESUME
-            && let Some(past) = &self.past
-            && let Some((inertia, covariance)) = past.solve()
-        {
-            let mean_moment = (inertia[0] + inertia[1] + inertia[2]) * T::lit(1.0 / 3.0);
-            let sharp = mean_moment * T::lit(super::solution::VAGUE);
-            let is_sharp = (0..6).all(|i| covariance[(i, i)] < sharp * sharp);
-            if is_sharp && Inertia::new(inertia).is_positive_definite() {
-                self.typical_kg_m2 = mean_moment;
-                return self.at_rest_from(inertia.map(|x| x / mean_moment));
+    /// Carries on one of the three equations that depend on the momentum; then the next window begins.
+    fn carry(&mut self, step: [T; U], done: usize) {
+        let (Some(front), other) = self.passes.both() else { return };
+        let (point, rest) = front.carried(&step);
+        let room = other.room();
+        if done == 0 {
+            room.take_over(front.information(), 3);
+            room.shift(&core::array::from_fn(|i| step[i] - rest[i]));
+        }
+        let Some((row, y, weight)) = front.carried_equation(done, &step, &rest) else {
+            return self.lose();
+        };
+        room.add_weighted(&row, y, weight);
+        if done < 2 {
+            self.work = Work::Carrying(step, done + 1);
+            return;
+        }
+        let known = Known { point, information: *room };
+        self.ended.add(front.residuals());
+        let first = front.next();
+        let has_begun = front.begin(&point, Some(&known));
+        self.beginning = Beginning::Known(known);
+        if !has_begun {
+            return self.lose();
+        }
+        self.blocks.begin_dropping(first);
+        self.work = Work::Idle;
+        self.rests_until = 0;
+    }
+
+    /// Nothing was found in as much motion as there is storage for: all begins at the next sample.
+    pub(super) fn lose(&mut self) {
+        self.work = Work::Idle;
+        self.passes.drop_front();
+        self.blocks.clear();
+        self.averager = None;
+    }
+
+    /// Ends the window. What it says of the inertia is fused with the past in the steps that follow.
+    pub(super) fn end_window(&mut self) {
+        if matches!(self.work, Work::Ending(_)) {
+            // The one that is open since has no front yet.
+            return self.blocks.clear();
+        }
+        self.work = match self.passes.front() {
+            Some(front) => Work::Ending(Ending {
+                last: self.filling_after(front),
+                solving: None,
+                with_past: true,
+                // As old as the middle of the window that it is from.
+                age_s: self.window_s * T::lit(0.5),
+                is_succeeded: false,
+            }),
+            None => Work::Idle,
+        };
+        self.blocks.clear();
+    }
+
+    /// The block that is being filled, if nothing lies between it and what a pass has looked at.
+    pub(super) fn filling_after(&self, pass: &Pass<T, U>) -> Option<Block<T>> {
+        let has_all = !self.blocks.is_rebuilt() && pass.has_looked_at_all(&self.blocks);
+        self.averager.as_ref().filter(|_| has_all)?.block()
+    }
+
+    /// The front first comes to its end; then it is solved, without the past if that contradicts it.
+    fn work_on_the_end(&mut self) {
+        let Work::Ending(mut ending) = self.work else { return };
+        let (per, most) = (self.per_kg_m2(), self.most_rad_s());
+        match &mut ending.solving {
+            None => {
+                let (Some(front), _) = self.passes.both() else { return self.has_ended(&ending) };
+                if front.work_to_the_end(&mut ending.last, per, most).is_none() {
+                    let residuals = *front.residuals();
+                    if !self.explains(&residuals) {
+                        return self.has_ended(&ending);
+                    }
+                    self.copy_front_to_room();
+                    ending.solving = Some(Solving::new());
+                }
+            }
+            Some(solving) => {
+                let noise = self.front_scale_rad_s();
+                let has_past = ending.with_past && self.past.is_some();
+                if !solving.has_all_but_the_sphere::<U>(has_past) {
+                    self.take_held_row(solving, ending.with_past);
+                } else if has_past && super::contradicts(solving.past_square(), noise) {
+                    self.watch.event = Some(Reset::Changed);
+                    ending.with_past = false;
+                    ending.solving = Some(Solving::new());
+                    self.copy_front_to_room();
+                } else {
+                    let solving = *solving;
+                    return self.keep(&ending, &solving);
+                }
             }
         }
-        if self.blocks.len() < BLOCKS_TO_START {
-            return None;
-        }
-        if let Some(point) = self.linear_point() {
-            return Some(point);
-        }
-        if self.blocks.len() < BLOCKS_TO_TUMBLE {
-            return None;
-        }
-        let noise = self.noise_rad_s();
-        let linear = self.open?.linear;
-        let size = linear.size_kg_m2(noise);
-        let prior = self.config.prior.filter(|_| self.past.is_some());
-        let unit =
-            |prior: &Prior<T>| Inertia::new(prior.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
-        // In units of its own mean moment any inertia is a homogeneous one.
-        if size.is_none()
-            && let Some(start) = linear.solve_homogeneous(noise)
-            && start.inertia.is_positive_definite()
-        {
-            self.typical_kg_m2 = prior.as_ref().map_or(T::one(), unit);
-            return Some(Point::new(start.momentum_n_m_s, start.inertia.elements_kg_m2()));
-        }
-        if self.blocks.len() < BLOCKS_TO_SEE {
-            return None;
-        }
-        let prior = prior.or(size.map(Prior::of_size))?;
-        self.typical_kg_m2 = unit(&prior);
-        self.at_rest_from(prior.inertia_kg_m2.map(|x| x / self.typical_kg_m2))
+        self.work = Work::Ending(ending);
     }
 
-    /// The point of linear least squares; its size is the unit where nothing has one yet.
-    fn linear_point(&mut self) -> Option<Point<T>> {
-        let start = self.open?.linear.solve(self.noise_rad_s(), &self.holds())?;
-        if self.carried.is_some() || !start.inertia.is_positive_definite() {
-            return None;
+    /// What the window says of the inertia takes the past's place.
+    fn keep(&mut self, ending: &Ending<T>, solving: &Solving<T>) {
+        if let Some(front) = self.passes.front() {
+            let held = self.held(self.front_scale_rad_s());
+            let past = known(self.passes.other().information(), front.point(), &held);
+            let ended = self.ended_with(front.residuals(), solving);
+            self.past = Some(past);
+            self.ended = ended;
+            self.past_age_s = ending.age_s;
         }
-        let size = start.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
-        let is_near = size < self.typical_kg_m2 * T::lit(OTHER_SIZE)
-            && size * T::lit(OTHER_SIZE) > self.typical_kg_m2;
-        if self.front.is_none() || !is_near {
-            // A front in other units can't be compared; and it explains nothing.
-            self.front = None;
-            self.typical_kg_m2 = size;
-        }
-        let per = T::one() / self.typical_kg_m2;
-        Some(Point {
-            momentum: start.momentum_n_m_s * per,
-            torque: start.torque_n_m * per,
-            bias: start.bias_rad_s,
-            drag: Vec3::zeros(),
-            inertia: start.inertia.elements_kg_m2().map(|x| x * per),
-        })
+        self.has_ended(ending);
     }
 
-    /// A point of this inertia, in typical ones, with the momentum that the first block shows.
-    fn at_rest_from(&self, inertia: [T; 6]) -> Option<Point<T>> {
-        let first = self.blocks.span(0, T::one() / self.typical_kg_m2)?.block;
-        let momentum = Inertia::new(inertia).matrix_kg_m2() * first.rate_rad_s + first.drive_n_m_s;
-        Some(Point::new(momentum, inertia))
-    }
-
-    /// The front with all rows that wait taken in, but for spikes.
-    fn up_to_date(&self) -> Option<Pass<T, U>> {
-        let mut front = self.front?;
-        let most = self.most_rad_s(&front);
-        front.take_all_rows(self.carried.as_ref(), most);
-        Some(front)
-    }
-
-    /// The front, carried on over what hasn't come to it yet: the newest block, and the one that is
-    /// still being filled.
-    pub(super) fn up_to_now(&self) -> Option<Pass<T, U>> {
-        let mut front = self.up_to_date()?;
-        let most = self.most_rad_s(&front);
-        let Some([before, newest]) = self.blocks.newest() else { return Some(front) };
-        if self.blocks.is_merging() || front.next() + 1 != self.blocks.len() {
-            return Some(front);
+    fn has_ended(&mut self, ending: &Ending<T>) {
+        self.work = Work::Idle;
+        self.passes.drop_front();
+        if ending.is_succeeded {
+            self.begin_afresh();
         }
-        let filling = self.open.and_then(|open| open.averager.block());
-        let per = T::one() / self.typical_kg_m2;
-        front.advance(&storage::span([None, Some(before)], &newest, [filling, None], per));
-        front.take_all_rows(self.carried.as_ref(), most);
-        if let Some(filling) = filling {
-            front.advance(&storage::span(
-                [Some(before), Some(newest)],
-                &filling,
-                [None, None],
-                per,
-            ));
-            front.take_all_rows(self.carried.as_ref(), most);
-        }
-        Some(front)
     }
-}
 
-/// The solution's point, or as far on the way to it as a body could be.
-fn plausible_point<T: Real, const U: usize>(
-    front: &Pass<T, U>,
-    solving: &Solving<T, U>,
-) -> Option<Point<T>> {
-    let mut step = solving.step()?;
-    for _ in 0..HALVINGS {
-        let point = front.point().plus(&step);
-        if is_plausible(&point) {
-            return Some(point);
+    /// See [`LinearStart`].
+    pub(super) fn linear(&self) -> Option<&LinearStart<T, U>> {
+        match &self.beginning {
+            Beginning::Linear(linear) => Some(linear),
+            Beginning::Known(_) => None,
         }
-        step = step.map(|x| x * T::lit(0.5));
     }
-    None
-}
 
-/// Whether a pass from there has a chance: of a body or nearly so, not far too thin, and no larger than
-/// the unit allows.
-fn is_plausible<T: Real>(point: &Point<T>) -> bool {
-    let inertia = Inertia::new(point.inertia);
-    let trace = inertia.trace_kg_m2();
-    let [_, _, determinant] = inertia.leading_minors();
-    // ½ tr(J) 1 − J is that of a body; a little more than half leaves room for noise.
-    let [xx, yy, zz, xy, xz, yz] = point.inertia;
-    let most = trace * T::lit(0.5 + UNPHYSICAL);
-    let shape = Inertia::new([most - xx, most - yy, most - zz, -xy, -xz, -yz]);
-    inertia.is_positive_definite()
-        && shape.is_positive_definite()
-        && determinant > T::lit(THIN) * trace * trace * trace
-        && point.inertia.iter().all(|x| x.abs() < T::lit(ASTRAY))
+    /// One slice of the linear start.
+    fn work_on_the_start(&mut self, mut starting: Starting<T>) {
+        let (noise, holds) = (self.noise_rad_s(), self.holds());
+        let Beginning::Linear(linear) = &self.beginning else {
+            self.work = Work::Idle;
+            return;
+        };
+        let room = self.passes.both().1.room();
+        match starting.solving.work(linear, noise, &holds, room) {
+            Found::NotYet => self.work = Work::Starting(starting),
+            Found::Start(start) => self.start_from(&starting, &start),
+            Found::Nothing => self.start_otherwise(&starting),
+        }
+    }
 }
