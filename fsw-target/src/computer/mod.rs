@@ -60,6 +60,8 @@ type FlightLoopOf<'a, P> = FlightLoop<
 pub struct Computer<'a, P: Parts> {
     flight: FlightLoopOf<'a, P>,
     board: P::Board,
+    /// On-board time when this computer started.
+    started_us: u64,
     link: P::Link,
     uplink: Uplink,
     downlink: Downlink<QUEUE>,
@@ -100,6 +102,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         let mut computer = Self {
             flight: FlightLoop::new(onboard, sensors),
             board,
+            started_us: now_us,
             link,
             uplink: Uplink::new(),
             downlink: Downlink::new(),
@@ -243,8 +246,9 @@ impl<'a, P: Parts> Computer<'a, P> {
         let counters = self.flight.counters();
         let overruns = self.flight.sensors().data_ready.overruns();
         let accepted = self.uplink.last_accepted();
+        let uptime_us = now_us.saturating_sub(self.started_us);
         let report = StatusReport {
-            uptime_s: u32::try_from(now_us / 1_000_000).unwrap_or(u32::MAX),
+            uptime_s: u32::try_from(uptime_us / 1_000_000).unwrap_or(u32::MAX),
             reset_cause: health.reset_cause,
             clock: health.clock,
             watchdog: health.watchdog,

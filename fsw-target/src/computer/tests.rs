@@ -351,10 +351,12 @@ fn a_computer_that_starts_again_goes_on_from_its_checkpoint() {
         assert_eq!((saved.last_command_done, saved.checkpoints_saved), (Some(true), 1));
         let flash = ground.world.0.flash.borrow().clone();
 
-        let again = Ground::new(&ROWS[303..], flash, Reporting::EachSample);
+        let mut again = Ground::new(&ROWS[303..], flash, Reporting::EachSample);
         let after = again.computer.onboard();
         assert_eq!((after.selected(), after.estimate()), (id, before));
         assert!(again.world.0.now_us.get() > ground.world.0.now_us.get());
+        let told = again.ask(Command::Ping);
+        assert!(told.uptime_s < 2, "{} s since the start, not since the first one", told.uptime_s);
     }
 }
 

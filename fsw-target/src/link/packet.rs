@@ -5,7 +5,7 @@
 //! | bytes | what | source |
 //! |---|---|---|
 //! | 0 to 5 | primary header | CCSDS 133.0-B-2, 4.1.3 |
-//! | 6 to 13 | of telemetry: on-board time, µs since the computer's start, u64 | secondary header, 4.1.4.2 |
+//! | 6 to 13 | of telemetry: when it was made: on-board time, µs, u64 | secondary header, 4.1.4.2 |
 //! | … | user data | `link.md` |
 //! | last 2 | checksum over all before it | ECSS-E-ST-70-41C, annex B |
 //!

@@ -20,14 +20,7 @@ pub struct CheckpointPart {
 }
 
 impl CheckpointPart {
-    /// Part `index` of a checkpoint of so many bytes; `None` past its end.
-    pub fn of(checkpoint: &[u8], index: u16) -> Option<Self> {
-        let parts = u16::try_from(checkpoint.len().div_ceil(PART_BYTES)).ok()?;
-        let bytes = checkpoint.chunks(PART_BYTES).nth(index.into())?;
-        Self::new(index, parts, bytes)
-    }
-
-    /// A part of which the bytes are at hand; `None` for more than [`PART_BYTES`] of them.
+    /// Part `index` of so many. `None` for more than [`PART_BYTES`] of them.
     pub fn new(index: u16, parts: u16, bytes: &[u8]) -> Option<Self> {
         let mut part = Self { index, parts, bytes: [0; PART_BYTES], length: bytes.len() };
         let mut writer = Writer::new(&mut part.bytes);

@@ -268,15 +268,17 @@ mod tests {
 
         #[test]
         fn a_checkpoint_comes_together_again(state in prop::collection::vec(any::<u8>(), 1..2000)) {
-            let part = |index| CheckpointPart::of(&state, index);
+            let parts = state.len().div_ceil(PART_BYTES) as u16;
             let mut together: Vec<u8> = Vec::new();
-            for packet in (0..).map_while(part).map(|part| bytes(&part)) {
+            for (index, piece) in (0..).zip(state.chunks(PART_BYTES)) {
+                let packet = bytes(&CheckpointPart::new(index, parts, piece).unwrap());
                 let Telemetry::Checkpoint(part) = Telemetry::decode(&packet).unwrap().telemetry else {
                     return Err(TestCaseError::fail("not a checkpoint"));
                 };
-                prop_assert_eq!(usize::from(part.parts), state.len().div_ceil(PART_BYTES));
+                prop_assert_eq!((part.index, part.parts), (index, parts));
                 together.extend(part.bytes());
             }
+            prop_assert!(CheckpointPart::new(0, 1, &[0; PART_BYTES + 1]).is_none());
             prop_assert_eq!(together, state);
         }
 

@@ -9,7 +9,7 @@ use fsw_core::telemetry::OutcomeCounts;
 record! {
     /// How the flight computer is, and what the ground has made it do.
     struct StatusReport {
-        /// Time since the computer's start.
+        /// Time since the computer's last start.
         uptime_s: u32, "s";
         /// Why the computer started.
         reset_cause: ResetCause, "–";
@@ -43,7 +43,7 @@ record! {
         last_sequence_count: u16, "–";
         /// Whether the computer did what it asked for; missing before the first.
         last_command_done: Option<bool>, "–";
-        /// How often a report of each kind is sent.
+        /// How often a report of each kind is sent; 0: an estimate after each sample, a status after each command.
         telemetry_period_ms: u32, "ms";
         /// The external torque that was commanded last, body axes.
         torque_n_m: [f32; 3], "N m";
