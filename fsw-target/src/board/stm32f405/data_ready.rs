@@ -5,11 +5,13 @@
 //!
 //! Registers: RM0090, chapters 9 (SYSCFG) and 12 (EXTI).
 
+use super::captures;
 use super::shared::Shared;
 use super::time::now_us;
 use crate::sensors::DataReady;
 use crate::stamps::Stamps;
-use stm32f4::stm32f405::{EXTI, SYSCFG, interrupt};
+use cortex_m::peripheral::NVIC;
+use stm32f4::stm32f405::{EXTI, Interrupt, SYSCFG, interrupt};
 
 /// The line's peripheral, and the stamps between interrupt and loop.
 struct Line {
@@ -22,10 +24,17 @@ static LINE: Shared<Line> = Shared::new();
 #[interrupt]
 fn EXTI4() {
     let time_us = now_us();
+    captures::mark_sample();
     LINE.with(|line| {
         line.exti.pr().write(|w| w.pr4().clear());
         line.stamps.push(time_us);
     });
+}
+
+/// Forgets an edge that came while interrupts were masked for long: nobody knows when.
+pub(super) fn drop_pending() {
+    LINE.with(|line| line.exti.pr().write(|w| w.pr4().clear()));
+    NVIC::unpend(Interrupt::EXTI4);
 }
 
 /// The loop's side of the line.

@@ -13,9 +13,9 @@
 //! | PA6 | SPI1 MISO | AF5, pulled up | gyro: SDO2 |
 //! | PA7 | SPI1 MOSI | AF5 | gyro: SDI |
 //! | PC4 | EXTI4, rising edge | pulled down | gyro: data ready (BMI088 INT3, active high) |
-//! | PA0, PA1 | TIM2 CH1, CH2 | AF1, pulled up | tachometers of wheels 1 and 2 |
-//! | PB10, PB11 | TIM2 CH3, CH4 | AF1, pulled up | tachometers of wheels 3 and 4 |
-//! | PC0 to PC3 | input | pulled up | directions of wheels 1 to 4 |
+//! | PA0, PA1 | TIM2 CH1, CH2 | AF1, pulled up | wheels 1 and 2: channel A of the sensor |
+//! | PB10, PB11 | TIM2 CH3, CH4 | AF1, pulled up | wheels 3 and 4: channel A |
+//! | PC0 to PC3 | input | pulled up | wheels 1 to 4: channel B, a quarter behind A |
 //! | PA2, PA3 | USART2 TX, RX | AF7, 115200 baud 8N1 | only for the processor in the loop |
 //! | PA13, PA14 | SWD | as after reset | debug probe |
 //!
@@ -33,8 +33,10 @@
 //! - All rates follow from the clocks in force, and each file that has one can
 //!   `follow_clocks` when they change in flight.
 
+pub mod captures;
 pub mod clocks;
 pub mod data_ready;
+pub mod flash;
 pub mod pins;
 mod rates;
 mod reset;
@@ -44,8 +46,10 @@ pub mod time;
 pub mod usart;
 pub mod watchdog;
 
+pub use captures::{CaptureInputs, EdgesLost, WheelCaptures};
 pub use clocks::ClockFault;
 pub use data_ready::GyroDataReady;
+pub use flash::{CheckpointFlash, FlashFault};
 pub use rates::{ClockSource, Clocks};
 pub use reset::ResetCause;
 pub use spi::{GyroBus, SpiFault};
@@ -57,9 +61,9 @@ use cortex_m::peripheral::{NVIC, SYST};
 use stm32f4::stm32f405::{Interrupt, Peripherals};
 
 /// The interrupts that are served, and their levels: 0 is the most urgent of 16. A stamp must not
-/// wait; a byte may, for 87 µs.
-const INTERRUPTS: [(Interrupt, u8); 3] =
-    [(Interrupt::EXTI4, 0), (Interrupt::USART1, 2), (Interrupt::USART2, 2)];
+/// wait; an edge may until its wheel's next one; a byte for 87 µs.
+const INTERRUPTS: [(Interrupt, u8); 4] =
+    [(Interrupt::EXTI4, 0), (Interrupt::TIM2, 1), (Interrupt::USART1, 2), (Interrupt::USART2, 2)];
 
 /// The chip implements the upper four of a priority's eight bits.
 const PRIORITY_SHIFT: u8 = 4;
@@ -85,6 +89,10 @@ pub struct Board {
     pub gyro_bus: GyroBus,
     /// The gyro's data-ready line.
     pub data_ready: GyroDataReady,
+    /// The wheels' sensors, not yet started.
+    pub captures: CaptureInputs,
+    /// The flash for checkpoints.
+    pub flash: CheckpointFlash,
     /// The watchdog, not yet started.
     pub watchdog: Watchdog,
     /// The core's timer, free for measurements.
@@ -105,8 +113,7 @@ impl Board {
             .apb2enr()
             .modify(|_, w| w.usart1en().enabled().spi1en().enabled().syscfgen().enabled());
         let _ = chip.RCC.apb2enr().read();
-        let (chip_select, _directions) =
-            pins::set_up(&chip.RCC, chip.GPIOA, &chip.GPIOB, chip.GPIOC);
+        let (chip_select, levels) = pins::set_up(&chip.RCC, chip.GPIOA, chip.GPIOB, chip.GPIOC);
 
         time::start(chip.TIM5, &chip.RCC, &clocks);
         let (link, tunnel) = usart::open(chip.USART1, chip.USART2, &clocks);
@@ -115,6 +122,8 @@ impl Board {
             tunnel,
             gyro_bus: spi::open(chip.SPI1, chip_select, &clocks),
             data_ready: data_ready::open(chip.EXTI, &chip.SYSCFG),
+            captures: CaptureInputs::new(chip.TIM2, levels, &chip.RCC, &clocks),
+            flash: CheckpointFlash::new(chip.FLASH),
             watchdog: Watchdog::new(chip.IWDG, &chip.DBGMCU),
             syst: core.SYST,
             reset_cause,
@@ -148,6 +157,7 @@ fn serve_interrupts(nvic: &mut NVIC) {
 /// Sets every rate anew. Called by the non-maskable interrupt when the clocks have changed.
 fn follow_clocks(chip: &Peripherals, clocks: &Clocks) {
     time::follow_clocks(&chip.TIM5, clocks);
+    captures::follow_clocks(&chip.TIM2, clocks);
     usart::follow_clocks(&chip.USART1, &chip.USART2, clocks);
     spi::follow_clocks(&chip.SPI1, clocks);
 }

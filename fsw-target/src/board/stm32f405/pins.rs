@@ -14,21 +14,22 @@ pub struct ChipSelect {
     gpioa: GPIOA,
 }
 
-/// The wheels' direction inputs, PC0 to PC3.
-pub struct Directions {
+/// The wheels' sensors, both channels as levels.
+pub struct TachLevels {
+    gpiob: GPIOB,
     gpioc: GPIOC,
 }
 
 /// Sets up all pins.
-pub fn set_up(rcc: &RCC, gpioa: GPIOA, gpiob: &GPIOB, gpioc: GPIOC) -> (ChipSelect, Directions) {
+pub fn set_up(rcc: &RCC, gpioa: GPIOA, gpiob: GPIOB, gpioc: GPIOC) -> (ChipSelect, TachLevels) {
     rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled());
     let _ = rcc.ahb1enr().read(); // as long as a clock takes to arrive, see `mod.rs`
     let mut chip_select = ChipSelect { gpioa };
     let Ok(()) = chip_select.set_high(); // before it is an output, so that no edge goes out
     set_up_port_a(&chip_select.gpioa);
-    set_up_port_b(gpiob);
+    set_up_port_b(&gpiob);
     set_up_port_c(&gpioc);
-    (chip_select, Directions { gpioc })
+    (chip_select, TachLevels { gpiob, gpioc })
 }
 
 fn set_up_port_a(gpioa: &GPIOA) {
@@ -82,10 +83,19 @@ impl OutputPin for ChipSelect {
     }
 }
 
-impl Directions {
-    /// Level of each wheel's direction input, wheel 1 first.
-    pub fn levels(&self) -> [bool; 4] {
-        let levels = self.gpioc.idr().read().bits();
-        [0, 1, 2, 3].map(|pin| levels & (1 << pin) != 0)
+impl TachLevels {
+    /// Levels of channels A and B of each wheel, wheel 1 first.
+    pub fn read(&self) -> [(bool, bool); 4] {
+        // SAFETY: reading the inputs of a port changes nothing.
+        #[allow(unsafe_code, reason = "the chip select owns port A")]
+        let port_a = unsafe { &*GPIOA::ptr() }.idr().read();
+        let port_b = self.gpiob.idr().read();
+        let port_c = self.gpioc.idr().read();
+        [
+            (port_a.idr0().bit(), port_c.idr0().bit()),
+            (port_a.idr1().bit(), port_c.idr1().bit()),
+            (port_b.idr10().bit(), port_c.idr2().bit()),
+            (port_b.idr11().bit(), port_c.idr3().bit()),
+        ]
     }
 }

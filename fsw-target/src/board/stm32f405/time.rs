@@ -58,6 +58,22 @@ pub fn now_us() -> u64 {
     })
 }
 
+/// Polls `done` for at most `limit_us`, or somewhat longer if the counter stands still; `None` if
+/// it never was.
+pub fn wait_at_most(limit_us: u32, mut done: impl FnMut() -> bool) -> Option<()> {
+    // A poll takes several cycles, so as many polls as cycles are always long enough.
+    let polls = limit_us.saturating_mul(super::clocks::in_force().core_hz / TICKS_PER_S);
+    let start = count_us();
+    let mut in_time = None;
+    super::clocks::wait(polls, || {
+        if done() {
+            in_time = Some(());
+        }
+        in_time.is_some() || count_us().wrapping_sub(start) >= limit_us
+    });
+    in_time
+}
+
 /// Waits that have an end even if the counter stands still.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Delay;
@@ -65,11 +81,6 @@ pub struct Delay;
 impl DelayNs for Delay {
     fn delay_ns(&mut self, ns: u32) {
         // The first microsecond has partly gone by.
-        let wait_us = ns.div_ceil(1_000).saturating_add(1);
-        // A poll takes several cycles, so as many polls as cycles are always long enough.
-        let polls = wait_us.saturating_mul(super::clocks::in_force().core_hz / TICKS_PER_S);
-        let start = count_us();
-        // Without a counter this is longer than asked for, and over all the same.
-        let _ = super::clocks::wait(polls, || count_us().wrapping_sub(start) >= wait_us);
+        let _ = wait_at_most(ns.div_ceil(1_000).saturating_add(1), || false);
     }
 }

@@ -140,9 +140,13 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
 impl<C: CaptureTimer<W>, const W: usize> WheelTachometers<W> for WheelTach<C, W> {
     type Error = Error<C::Error>;
 
-    /// Every wheel is looked at, also after one that gives no speed yet.
+    /// Every wheel is looked at, also after one that gives no speed yet. After a failure of the
+    /// timer, which may have lost edges, all begin anew.
     fn speed_rad_s(&mut self) -> Result<[f32; W], Self::Error> {
-        let captured = self.timer.captured().map_err(Error::Timer)?;
+        let captured = self.timer.captured().map_err(|error| {
+            self.trackers.iter_mut().flatten().for_each(SpeedTracker::forget);
+            Error::Timer(error)
+        })?;
         let mut speed_rad_s = [0.0; W];
         let mut starting = None;
         let wheels = speed_rad_s.iter_mut().zip(&mut self.trackers).zip(&captured);

@@ -69,6 +69,12 @@ impl SpeedTracker {
         }
     }
 
+    /// Begins anew: what comes next has nothing to do with what was.
+    pub fn forget(&mut self) {
+        self.last = None;
+        self.motion = Motion::OneEdge;
+    }
+
     /// Speed at `captured.now_ticks`, rad/s; `None` if since start-up too few edges have come, and yet
     /// it isn't known to stand still.
     pub fn speed_rad_s(&mut self, captured: &Captured) -> Option<f32> {

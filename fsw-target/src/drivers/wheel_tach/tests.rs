@@ -292,6 +292,44 @@ fn a_failing_timer_passes_through() {
     assert_eq!(tach.speed_rad_s(), Err(Error::Timer("overcapture")));
 }
 
+/// A board that loses edges for two seconds, as while its flash is erased.
+struct Stalled {
+    board: Board,
+    failing: bool,
+}
+
+impl CaptureTimer<1> for Stalled {
+    type Error = &'static str;
+
+    fn ticks_per_s(&self) -> u32 {
+        TICKS_PER_S
+    }
+
+    fn captured(&mut self) -> Result<[Captured; 1], Self::Error> {
+        if self.failing {
+            self.board.time_s += 2.0;
+            self.board.filter = EdgeFilter::new(100);
+            return Err("lost edges");
+        }
+        self.board.captured()
+    }
+}
+
+#[test]
+fn after_lost_edges_no_speed_is_made_up_from_those_before() {
+    let speed_rad_s = 400.0;
+    let stalled = Stalled { board: Board::new(speed_rad_s, 0.0), failing: false };
+    let mut tach = WheelTach::new(stalled, &config()).unwrap();
+    let mut readings = 0;
+    for reading in 0..30 {
+        tach.timer().failing = reading == 10;
+        let Ok([speed]) = tach.speed_rad_s() else { continue };
+        assert!((f64::from(speed) - speed_rad_s).abs() < 0.1, "{speed} rad/s in {reading}");
+        readings += 1;
+    }
+    assert!(readings > 20, "{readings}");
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let refused = |config: Config<1>| WheelTach::new(Board::new(0.0, 0.0), &config).err();

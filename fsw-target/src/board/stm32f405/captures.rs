@@ -1,0 +1,188 @@
+//! The wheels' sensors, each with two channels: TIM2 stamps both flanks of channel A, and its
+//! interrupt looks at the levels of A and B, which tell the direction.
+//!
+//! The hardware takes the time of a flank, so that an interrupt that is served late costs no
+//! accuracy, as long as it is served before the wheel's next flank. If it isn't, an edge is lost,
+//! and the timer says so: what was known of that wheel is then worth nothing, and the next reading
+//! is an error.
+//!
+//! The timer counts 4 MHz, a rate that both clocks of the board can make, and wraps in 18 minutes.
+//!
+//! Registers: RM0090, chapter 18 (TIM2 to TIM5).
+
+use super::pins::TachLevels;
+use super::rates::{Clocks, timer_prescaler};
+use super::shared::Shared;
+use crate::drivers::wheel_tach::{CaptureTimer, Captured, EdgeFilter};
+use core::sync::atomic::{AtomicU32, Ordering};
+use stm32f4::stm32f405::{RCC, TIM2, interrupt, tim2};
+
+/// Ticks of the timer a second.
+pub const TICKS_PER_S: u32 = 4_000_000;
+
+/// Wheels that the timer has channels for.
+const WHEELS: usize = 4;
+
+/// An edge of some wheel was lost: more came than the interrupt could serve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub struct EdgesLost;
+
+/// The timer, and what its interrupt makes of the edges.
+struct Wheels {
+    timer: TIM2,
+    levels: TachLevels,
+    new_filter: EdgeFilter,
+    filters: [EdgeFilter; WHEELS],
+    lost: bool,
+}
+
+static CAPTURES: Shared<Wheels> = Shared::new();
+
+/// The timer's count at the gyro's last data-ready.
+static AT_SAMPLE: AtomicU32 = AtomicU32::new(0);
+
+#[interrupt]
+fn TIM2() {
+    CAPTURES.with(Wheels::take_edges);
+}
+
+/// The gyro has sampled now: this is the instant that the next reading is for.
+pub(super) fn mark_sample() {
+    AT_SAMPLE.store(count(), Ordering::Relaxed);
+}
+
+/// The count, ticks.
+fn count() -> u32 {
+    // SAFETY: reading the counter changes nothing, and it is written only by `follow_clocks`.
+    #[allow(unsafe_code, reason = "read by the data-ready interrupt too, which can't own it")]
+    let timer = unsafe { &*TIM2::ptr() };
+    timer.cnt().read().cnt().bits()
+}
+
+/// Forgets the edges that were captured while interrupts were masked for long: none of them can
+/// be told from the ones that were lost.
+pub(super) fn drop_pending() {
+    CAPTURES.with(|wheels| {
+        let _ = wheels.take_captured();
+        wheels.begin_anew();
+    });
+}
+
+impl Wheels {
+    /// Gives each new edge to its wheel's filter.
+    fn take_edges(&mut self) {
+        let captured = self.take_captured();
+        let levels = self.levels.read();
+        for ((filter, ticks), (a, b)) in self.filters.iter_mut().zip(captured).zip(levels) {
+            if let Some(ticks) = ticks {
+                filter.edge(ticks, a, b);
+            }
+        }
+    }
+
+    /// The time of each wheel's edge, if there is a new one.
+    fn take_captured(&mut self) -> [Option<u32>; WHEELS] {
+        let timer = &self.timer;
+        let status = timer.sr().read();
+        let lost = status.cc1of().bit_is_set()
+            || status.cc2of().bit_is_set()
+            || status.cc3of().bit_is_set()
+            || status.cc4of().bit_is_set();
+        if lost {
+            timer.sr().write(|w| w.cc1of().clear().cc2of().clear().cc3of().clear().cc4of().clear());
+            self.begin_anew();
+        }
+        // Reading a capture clears its flag (TIMx_SR).
+        let timer = &self.timer;
+        [
+            status.cc1if().bit_is_set().then(|| timer.ccr1().read().bits()),
+            status.cc2if().bit_is_set().then(|| timer.ccr2().read().bits()),
+            status.cc3if().bit_is_set().then(|| timer.ccr3().read().bits()),
+            status.cc4if().bit_is_set().then(|| timer.ccr4().read().bits()),
+        ]
+    }
+
+    fn begin_anew(&mut self) {
+        self.filters = [self.new_filter; WHEELS];
+        self.lost = true;
+    }
+}
+
+/// The capture timer, as the tachometer driver wants it.
+pub struct WheelCaptures {
+    opened: (),
+}
+
+/// Timer and inputs, not yet started.
+pub struct CaptureInputs {
+    timer: TIM2,
+    levels: TachLevels,
+}
+
+impl CaptureInputs {
+    pub(super) fn new(timer: TIM2, levels: TachLevels, rcc: &RCC, clocks: &Clocks) -> Self {
+        rcc.apb1enr().modify(|_, w| w.tim2en().enabled());
+        let _ = rcc.apb1enr().read(); // as long as a clock takes to arrive, see `mod.rs`
+        timer.arr().write(|w| w.arr().set(u32::MAX));
+        timer.cr1().write(|w| w.urs().counter_only().cen().enabled());
+        follow_clocks(&timer, clocks);
+        Self { timer, levels }
+    }
+
+    /// Starts to take in edges. `shortest_s`: less between two edges is no wheel, s; see
+    /// [`EdgeFilter::new`].
+    pub fn start(self, shortest_s: f32) -> WheelCaptures {
+        let Self { timer, levels } = self;
+        let new_filter = EdgeFilter::new((shortest_s * TICKS_PER_S as f32) as u32);
+        // A level has to last for eight samples, 16 timer clocks apart, to count: 1.5 µs, or 8 µs
+        // on the slow clock. Every stamp is late by as much.
+        timer.ccmr1_input().write(|w| {
+            w.cc1s().ti1().cc2s().ti2();
+            w.ic1f().fdts_div16_n8().ic2f().fdts_div16_n8()
+        });
+        timer.ccmr2_input().write(|w| {
+            w.cc3s().ti3().cc4s().ti4();
+            w.ic3f().fdts_div16_n8().ic4f().fdts_div16_n8()
+        });
+        timer.ccer().write(|w| {
+            // Both bits of the polarity: both flanks.
+            w.cc1p().set_bit().cc1np().set_bit().cc2p().set_bit().cc2np().set_bit();
+            w.cc3p().set_bit().cc3np().set_bit().cc4p().set_bit().cc4np().set_bit();
+            w.cc1e().set_bit().cc2e().set_bit().cc3e().set_bit().cc4e().set_bit()
+        });
+        timer
+            .dier()
+            .write(|w| w.cc1ie().enabled().cc2ie().enabled().cc3ie().enabled().cc4ie().enabled());
+        let filters = [new_filter; WHEELS];
+        CAPTURES.put(Wheels { timer, levels, new_filter, filters, lost: false });
+        WheelCaptures { opened: () }
+    }
+}
+
+/// Goes on counting at the same rate after the clocks have changed, from the same count.
+pub fn follow_clocks(timer: &tim2::RegisterBlock, clocks: &Clocks) {
+    let prescaler = timer_prescaler(clocks.timer_hz(), TICKS_PER_S);
+    timer.psc().write(|w| w.psc().set(prescaler));
+    // The prescaler takes effect with an update, which also clears the counter.
+    let count = timer.cnt().read().cnt().bits();
+    timer.egr().write(|w| w.ug().update());
+    timer.cnt().write(|w| w.cnt().set(count));
+}
+
+impl CaptureTimer<WHEELS> for WheelCaptures {
+    type Error = EdgesLost;
+
+    fn ticks_per_s(&self) -> u32 {
+        let () = self.opened;
+        TICKS_PER_S
+    }
+
+    fn captured(&mut self) -> Result<[Captured; WHEELS], EdgesLost> {
+        let now_ticks = AT_SAMPLE.load(Ordering::Relaxed);
+        let captured = CAPTURES.with(|wheels| {
+            let lost = core::mem::take(&mut wheels.lost);
+            (!lost).then(|| wheels.filters.each_ref().map(|filter| filter.captured(now_ticks)))
+        });
+        captured.flatten().ok_or(EdgesLost)
+    }
+}
