@@ -20,6 +20,14 @@ impl ExtendedTime {
         Self { us: self.us.wrapping_add(elapsed_us as u64) }
     }
 
+    /// The first time from `time_us` on at which the counter reads what it does now: further on by
+    /// whole wraps of it.
+    pub const fn resumed_at(self, time_us: u64) -> Self {
+        let behind_us = time_us.saturating_sub(self.us);
+        let wraps = behind_us.div_ceil(1 << 32);
+        Self { us: self.us.wrapping_add(wraps << 32) }
+    }
+
     /// Microseconds.
     pub const fn us(self) -> u64 {
         self.us
@@ -38,6 +46,15 @@ mod tests {
             time = time.advanced_to((time.us() as u32).wrapping_add(step_us));
             assert_eq!(time.us(), readings * u64::from(step_us));
         }
+    }
+
+    #[test]
+    fn a_clock_that_resumes_is_never_behind_and_goes_on_from_its_counter() {
+        let time = ExtendedTime::START.advanced_to(1_000);
+        assert_eq!(time.resumed_at(900), time);
+        let later = time.resumed_at(10_000_000_000);
+        assert!((10_000_000_000..10_000_000_000 + (1 << 32)).contains(&later.us()));
+        assert_eq!(later.advanced_to(1_007).us(), later.us() + 7);
     }
 
     #[test]

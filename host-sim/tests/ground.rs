@@ -12,6 +12,7 @@ use embedded_hal_nb::{nb, serial};
 use fsw_core::Status;
 use fsw_core::estimator::Prior;
 use fsw_core::telemetry::OutcomeCounts;
+use fsw_target::failure::Kind as FailureKind;
 use fsw_target::link::telemetry::{
     CheckpointPart, CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause,
     StatusReport,
@@ -183,6 +184,10 @@ fn estimate(jxx_kg_m2: f32) -> EstimateReport {
 const STATUS: StatusReport = StatusReport {
     uptime_s: 12,
     reset_cause: ResetCause::Watchdog,
+    failures: 1,
+    last_failure: Some(FailureKind::StackOverflow),
+    last_failure_at: 0x0800_1234,
+    last_failure_from: 0,
     clock: ClockSource::Internal,
     watchdog: true,
     stack_high_water_bytes: 2100,

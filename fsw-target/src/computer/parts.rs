@@ -3,6 +3,7 @@
 use crate::app::Sensors;
 use crate::craft::WHEELS;
 use crate::drivers::gyro::{RateGyro, StartFault};
+use crate::failure::LastLife;
 use crate::link::telemetry::{ClockSource, ResetCause};
 use crate::sensors::{DataReady, TorqueCommand, WheelTachometers};
 use crate::supervisor::FeedPermit;
@@ -58,6 +59,8 @@ pub trait Housekeeping {
 pub struct Health {
     /// Why it started.
     pub reset_cause: ResetCause,
+    /// What the life before left behind.
+    pub last_life: LastLife,
     /// What its clock runs on.
     pub clock: ClockSource,
     /// Whether the watchdog runs.

@@ -1,5 +1,6 @@
 extern crate std;
 use super::*;
+use crate::failure::LastLife;
 use crate::link::Receiver;
 use crate::link::frame::Frame;
 use crate::link::packet::SequenceCount;
@@ -187,6 +188,7 @@ impl Housekeeping for Part {
     fn health(&mut self) -> Health {
         Health {
             reset_cause: ResetCause::PowerOn,
+            last_life: LastLife::default(),
             clock: ClockSource::Crystal,
             watchdog: true,
             stack_high_water_bytes: 0,

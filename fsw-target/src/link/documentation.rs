@@ -5,6 +5,7 @@ use super::command::Function;
 use super::telemetry::samples::{estimate, status};
 use super::telemetry::{CheckpointState, ClockSource, GyroState, ResetCause, Telemetry};
 use super::wire::{About, Coded, Shape, Value, Visitor};
+use crate::failure::Kind as FailureKind;
 use crate::onboard::EstimatorId;
 use fsw_core::{Outcome, Status};
 use std::string::String;
@@ -80,6 +81,7 @@ fn the_numbers_of_words_are_those_of_the_code() {
         words::<Status>(),
         words::<Outcome>(),
         words::<ResetCause>(),
+        words::<FailureKind>(),
         words::<ClockSource>(),
         words::<GyroState>(),
         words::<Function>(),

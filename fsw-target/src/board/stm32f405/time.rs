@@ -74,6 +74,15 @@ pub fn wait_at_most(limit_us: u32, mut done: impl FnMut() -> bool) -> Option<()>
     in_time
 }
 
+/// Mission time goes on from here, if it is behind that: at the next time at which the counter has
+/// the bits that it has now, so up to 71 minutes later.
+pub fn resume_at(time_us: u64) {
+    critical_section::with(|section| {
+        let cell = TIME.borrow(section);
+        cell.set(cell.get().advanced_to(count_us()).resumed_at(time_us));
+    });
+}
+
 /// Waits that have an end even if the counter stands still.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Delay;

@@ -90,6 +90,11 @@ pub type Link = SerialPort<USART1>;
 /// The port on which the processor in the loop asks for its sensors.
 pub type Tunnel = SerialPort<USART2>;
 
+/// What the port of telemetry and commands has lost so far, whoever has that port.
+pub fn link_counters() -> SerialCounters {
+    PORT_1.with(|port| port.counters).unwrap_or_default()
+}
+
 /// Opens USART1 and USART2, whose bus clocks must be on and whose pins set up.
 pub fn open(usart_1: USART1, usart_2: USART2, clocks: &Clocks) -> (Link, Tunnel) {
     follow_clocks(&usart_1, &usart_2, clocks);

@@ -1,6 +1,7 @@
 //! Reports to test with.
 
 use super::{CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause, StatusReport};
+use crate::failure::Kind;
 use crate::link::command::Function;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{Coded, Reader, Wire};
@@ -38,6 +39,10 @@ pub fn status() -> StatusReport {
     StatusReport {
         uptime_s: 600,
         reset_cause: ResetCause::Watchdog,
+        failures: 10,
+        last_failure: Some(Kind::Panic),
+        last_failure_at: 71,
+        last_failure_from: 0x0800_1234,
         clock: ClockSource::Crystal,
         watchdog: true,
         stack_high_water_bytes: 2100,
@@ -101,16 +106,27 @@ pub fn any_estimate() -> impl Strategy<Value = EstimateReport> {
 
 /// Any counts and words, finite numbers.
 pub fn any_status() -> impl Strategy<Value = StatusReport> {
-    let words = (any_of(), any_of(), any_of(), any_of(), proptest::option::of(any_of()));
+    let words = (
+        any_of(),
+        any_of(),
+        any_of(),
+        any_of(),
+        proptest::option::of(any_of()),
+        proptest::option::of(any_of()),
+    );
     let optional = (any::<Option<u8>>(), any::<Option<bool>>(), any::<bool>(), any::<u16>());
     let torque = proptest::array::uniform3(-100.0_f32..100.0);
-    (words, optional, torque, any::<[u32; 10]>(), any::<[[u8; 4]; 20]>()).prop_map(
+    (words, optional, torque, any::<[u32; 13]>(), any::<[[u8; 4]; 20]>()).prop_map(
         |(words, optional, torque_n_m, n, counters)| {
             let bytes = counters.as_flattened();
             let mut reader = Reader::new(bytes);
             StatusReport {
                 uptime_s: n[0],
                 reset_cause: words.0,
+                failures: n[10],
+                last_failure: words.5,
+                last_failure_at: n[11],
+                last_failure_from: n[12],
                 clock: words.1,
                 watchdog: optional.2,
                 stack_high_water_bytes: n[1],

@@ -1,5 +1,6 @@
 //! How the flight computer is.
 
+use crate::failure::Kind as FailureKind;
 use crate::link::command::Function;
 use crate::link::packet::STATUS;
 use crate::link::uplink::UplinkCounters;
@@ -13,6 +14,14 @@ record! {
         uptime_s: u32, "s";
         /// Why the computer started.
         reset_cause: ResetCause, "–";
+        /// Failures of the program since power came, each of which made it start again.
+        failures: u32, "–";
+        /// The failure that ended the life before this one, if one did.
+        last_failure: Option<FailureKind>, "–";
+        /// Where that was: address of an instruction, line of a panic, number of an interrupt; 0 if it isn't known.
+        last_failure_at: u32, "–";
+        /// Where that was called from; address of the name of a panic's file; 0 if it isn't known.
+        last_failure_from: u32, "–";
         /// What its clock runs on.
         clock: ClockSource, "–";
         /// Whether the watchdog runs.
@@ -155,6 +164,13 @@ codes! { ResetCause {
     4 "software" => Software;
     5 "watchdog" => Watchdog;
     6 "low_power" => LowPower;
+} }
+
+codes! { FailureKind {
+    1 "panic" => Panic;
+    2 "hard_fault" => HardFault;
+    3 "stack_overflow" => StackOverflow;
+    4 "unserved_interrupt" => UnservedInterrupt;
 } }
 
 codes! { ClockSource {

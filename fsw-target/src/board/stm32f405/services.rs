@@ -1,0 +1,73 @@
+//! What the board does for a flight computer beside its sensors: time, the watchdog, how it is.
+
+use super::{ClockSource, Delay, ResetCause, Watchdog, clocks, time, usart};
+use crate::computer::{Health, Housekeeping};
+use crate::failure::LastLife;
+use crate::link::telemetry;
+use crate::stack;
+use crate::supervisor::FeedPermit;
+
+/// The board's services. The watchdog runs as long as they are there.
+pub struct Services {
+    watchdog: Watchdog,
+    delay: Delay,
+    reset_cause: ResetCause,
+    last_life: LastLife,
+}
+
+impl Services {
+    /// Starts the watchdog: from now on it must be fed.
+    pub fn start(mut watchdog: Watchdog, reset_cause: ResetCause, last_life: LastLife) -> Self {
+        watchdog.start();
+        Self { watchdog, delay: Delay, reset_cause, last_life }
+    }
+}
+
+impl Housekeeping for Services {
+    type Delay = Delay;
+
+    fn now_us(&mut self) -> u64 {
+        time::now_us()
+    }
+
+    fn resume_at(&mut self, time_us: u64) {
+        time::resume_at(time_us);
+    }
+
+    fn delay(&mut self) -> &mut Delay {
+        &mut self.delay
+    }
+
+    fn feed(&mut self, permit: FeedPermit) {
+        self.watchdog.feed(permit);
+    }
+
+    fn health(&mut self) -> Health {
+        let lost = usart::link_counters();
+        Health {
+            reset_cause: self.reset_cause.into(),
+            last_life: self.last_life,
+            clock: match clocks::in_force().source {
+                ClockSource::Crystal => telemetry::ClockSource::Crystal,
+                ClockSource::Internal => telemetry::ClockSource::Internal,
+            },
+            watchdog: true,
+            stack_high_water_bytes: stack::high_water_bytes(),
+            serial_errors: lost.overruns.saturating_add(lost.line_errors),
+        }
+    }
+}
+
+impl From<ResetCause> for telemetry::ResetCause {
+    fn from(cause: ResetCause) -> Self {
+        match cause {
+            ResetCause::PowerOn => Self::PowerOn,
+            ResetCause::BrownOut => Self::BrownOut,
+            ResetCause::Pin => Self::Pin,
+            ResetCause::Software => Self::Software,
+            ResetCause::IndependentWatchdog | ResetCause::WindowWatchdog => Self::Watchdog,
+            ResetCause::LowPower => Self::LowPower,
+            ResetCause::Unknown => Self::Unknown,
+        }
+    }
+}
