@@ -230,6 +230,7 @@ impl Persist for Onboard {
         [
             Option::<Prior<f32>>::layout(),
             EstimatorId::layout(),
+            FlownWindow::layout(),
             FlownJointEkf::layout(),
             FlownChain::layout(),
         ]
@@ -238,19 +239,18 @@ impl Persist for Onboard {
     }
 
     fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
-        let before = (self.prior, self.selected);
         self.prior.persist(archive)?;
         self.selected.persist(archive)?;
-        if (self.prior, self.selected) != before {
-            // Configured as it was when the state was kept.
-            self.select(self.selected).map_err(|_| Invalid { place: "Onboard" })?;
-        }
-        match (self.selected, &mut self.chain) {
-            (EstimatorId::JointEkf, _) => self.joint_ekf.persist(archive),
-            (EstimatorId::EkfSgfRls, Some(chain)) => chain.persist(archive),
-            // Not kept yet.
-            (EstimatorId::Window | EstimatorId::EkfSgfRls, _) => {
-                Err(Invalid { place: "Window" }.into())
+        // All of an estimator comes back, its prior too, whatever it was before: none is made afresh.
+        match self.selected {
+            EstimatorId::Window => self.window.persist(archive),
+            EstimatorId::JointEkf => self.joint_ekf.persist(archive),
+            EstimatorId::EkfSgfRls => {
+                if self.chain.is_none() {
+                    self.chain = new_chain(&self.craft, self.prior).unwrap_or(None);
+                }
+                let chain = self.chain.as_mut().ok_or(Invalid { place: "Onboard" })?;
+                chain.persist(archive)
             }
         }
     }
@@ -284,6 +284,7 @@ mod tests {
     use super::*;
     use crate::recording::cubesat_pyramid::{CRAFT, ROWS};
     use fsw_core::Status;
+    use fsw_core::checkpoint::{FromWords, ToWords};
 
     const PRIOR: Prior<f32> = Prior {
         inertia_kg_m2: [0.05, 0.05, 0.03, 0.0, 0.0, 0.0],
@@ -339,6 +340,23 @@ mod tests {
         assert_eq!(onboard.prior(), None);
         onboard.select(EstimatorId::JointEkf).unwrap();
         assert_eq!(onboard.open_window(), Err(Refused::NoWindows));
+    }
+
+    /// Whatever was selected, and whichever prior was set.
+    #[test]
+    fn what_was_kept_comes_back_into_a_fresh_one() {
+        for id in EstimatorId::ALL {
+            let mut flown = Onboard::new(CRAFT).unwrap();
+            flown.set_prior(PRIOR).unwrap();
+            flown.select(id).unwrap();
+            fly(&mut flown);
+            let mut words = [0; 8192];
+            flown.persist(&mut ToWords::new(&mut words)).unwrap();
+            let mut restored = Onboard::new(Craft { prior: None, ..CRAFT }).unwrap();
+            restored.persist(&mut FromWords::new(&words)).unwrap();
+            assert_eq!((restored.selected(), restored.prior()), (id, Some(PRIOR)));
+            assert_eq!(restored.estimate(), flown.estimate());
+        }
     }
 
     #[test]

@@ -5,7 +5,8 @@
 ///
 /// ```text
 /// persist!([generics] Type { field, field; unchanged field, field } if |this| condition);
-/// persist!([generics] enum Type { 0 => Variant, 1 => Other(item: Item), 2 => Third { part: Part } });
+/// persist!([generics] enum Type { 0 => Variant, 1 => Other(item: Item), 2 => Third { part: Part } }
+///     if |this| condition);
 /// ```
 ///
 /// All fields of a struct must be named, or it doesn't compile. Those after `unchanged` are
@@ -16,7 +17,7 @@ macro_rules! persist {
     ([$($generics:tt)*] enum $type:ty { $(
         $tag:literal => $variant:ident
             $(($($item:ident: $of_item:ty),+))? $({$($part:ident: $of_part:ty),+})?
-    ),+ $(,)? }) => {
+    ),+ $(,)? } $(if |$this:ident| $valid:expr)?) => {
         impl<$($generics)*> $crate::checkpoint::Persist for $type {
             fn layout() -> u32 {
                 use $crate::checkpoint as kept;
@@ -57,6 +58,13 @@ macro_rules! persist {
                         $($(kept::Persist::persist($part, archive)?;)+)?
                     })+
                 }
+                $(
+                    let $this = &*self;
+                    let is_valid: bool = $valid;
+                    if !is_valid {
+                        return Err(kept::Invalid { place: stringify!($type) }.into());
+                    }
+                )?
                 Ok(())
             }
         }
@@ -120,7 +128,8 @@ macro_rules! persist {
                 $(kept::Persist::persist($field, archive)?;)+
                 $(
                     let $this = &*self;
-                    if !$valid {
+                    let is_valid: bool = $valid;
+                    if !is_valid {
                         return Err(kept::Invalid { place: stringify!($type) }.into());
                     }
                 )?

@@ -4,6 +4,7 @@ use crate::estimator::chain::{self, Chain};
 use crate::estimator::joint_ekf::{self, JointEkf, JointEkfPublished, JointEkfUd};
 use crate::estimator::regression::Elements;
 use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
+use crate::estimator::window::{self, Window};
 use crate::estimator::{Estimator, Outcome, Prior, Reset};
 use crate::math::{Vec3, scalar::Real};
 use crate::sample::Sample;
@@ -42,13 +43,7 @@ fn eventful<T: Real>() -> Vec<Sample<T, 1>> {
             .into_iter()
             .map(|sample| Sample { time_us: sample.time_us + SAMPLES * PERIOD_US, ..sample }),
     );
-    // Numbers that jump about: a linear congruence, uniform in ±1.7 sigma.
-    let mut state = 1u64;
-    let mut noise = |_| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        let uniform = (state >> 40) as f64 / (1u64 << 23) as f64 - 1.0;
-        (uniform * 3f64.sqrt() * NOISE_RAD_S) as f32
-    };
+    let mut noise = noise();
     for sample in &mut samples {
         sample.rate_rad_s += Vec3::from([0, 1, 2].map(&mut noise));
     }
@@ -60,6 +55,16 @@ fn eventful<T: Real>() -> Vec<Sample<T, 1>> {
     }
     samples.drain(320..335);
     samples.iter().map(cast).collect()
+}
+
+/// Numbers that jump about: a linear congruence, uniform in ±1.7 sigma.
+fn noise() -> impl FnMut(u8) -> f32 {
+    let mut state = 1u64;
+    move |_| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let uniform = (state >> 40) as f64 / (1u64 << 23) as f64 - 1.0;
+        (uniform * 3f64.sqrt() * NOISE_RAD_S) as f32
+    }
 }
 
 fn cast<T: Real>(sample: &Sample<f32, 1>) -> Sample<T, 1> {
@@ -203,6 +208,8 @@ proptest! {
         }
         any_resumes(joint_ekf, &samples, at);
         any_resumes(rls, &samples, at);
+        any_resumes(window::<f32, 9>, &samples, at);
+        any_resumes(curious_window, &samples, at);
     }
 }
 
@@ -232,7 +239,7 @@ fn what_is_cut_short_is_refused() {
     fn all_refused<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E) {
         let samples = eventful();
         for (_, noted) in uninterrupted(fresh(), &samples).iter().step_by(150) {
-            for length in 0..noted.len() {
+            for length in (0..noted.len()).step_by(3) {
                 let cut = bring_back(&mut fresh(), &noted[..length]);
                 assert_eq!(cut, Err(Refused::TooShort), "{length} of {}", noted.len());
             }
@@ -240,14 +247,15 @@ fn what_is_cut_short_is_refused() {
     }
     all_refused(joint_ekf);
     all_refused(rls);
+    all_refused(window::<f32, 9>);
 }
 
-/// Flips each bit of a checkpoint in turn. What isn't refused goes on, and stays finite.
-fn flipped_bits<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E, at: usize) {
+/// Flips bits of a checkpoint in turn, each so many-th. What isn't refused goes on, and stays finite.
+fn flipped_bits<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E, at: usize, each: usize) {
     let samples = eventful();
     let noted = uninterrupted(fresh(), &samples[..=at]).pop().unwrap().1;
     let (mut refused, mut finite) = (0, 0);
-    for bit in 0..32 * noted.len() {
+    for bit in (0..32 * noted.len()).step_by(each) {
         let mut flipped = noted.clone();
         flipped[bit / 32] ^= 1 << (bit % 32);
         let mut estimator = fresh();
@@ -282,10 +290,17 @@ fn flipped_bits<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E, at: usize
 #[test]
 fn a_flipped_bit_is_refused_or_leaves_finite_numbers() {
     for at in [3, 100, 240, 500] {
-        flipped_bits(joint_ekf, at);
+        flipped_bits(joint_ekf, at, 1);
     }
     for at in [3, 300] {
-        flipped_bits(rls, at);
+        flipped_bits(rls, at, 1);
+    }
+    // Of more bits each third or eleventh, so that each place in a word has its turn.
+    for at in [10, 100, 240, 500] {
+        flipped_bits(window::<f32, 9>, at, 3);
+    }
+    for at in [100, 500] {
+        flipped_bits(curious_window, at, 11);
     }
 }
 
@@ -313,6 +328,11 @@ fn another_configuration_is_refused() {
     let configuration = Err(Refused::Invalid(Invalid { place: "configuration" }));
     assert_eq!(bring_back(&mut other, &noted), configuration);
 
+    let asked = window::Config { gyro_bias_rad_s: Some(1e-3), ..window_config() };
+    let mut other = Window::<f32, 1, 64, 15>::new(asked, wheels()).unwrap();
+    let noted_window = kept(&mut window::<f32, 15>());
+    assert_eq!(bring_back(&mut other, &noted_window), configuration);
+
     let heavier = WheelArray::new([Vec3::new(1.0, 1.0, 0.0)], [2e-3]).unwrap();
     let config = joint_ekf::Config::new(NOISE_RAD_S as f32);
     let mut other = JointEkfUd::<f32, 1>::new(config, heavier).unwrap();
@@ -335,6 +355,15 @@ fn a_prior_that_was_set_comes_along() {
     let config = chain::Config { elements: Elements::All, ..chain::Config::kim_2013(1e-4, other) };
     let mut told = Chain::<f32, 1>::new(config, wheels()).unwrap();
     let mut restored = rls::<f32>();
+    bring_back(&mut restored, &kept(&mut told)).unwrap();
+    for sample in &eventful() {
+        assert_eq!(restored.step(sample), told.step(sample));
+    }
+    assert_eq!(restored.estimate(), told.estimate());
+
+    let config = window::Config { prior: Some(prior()), ..window_config() };
+    let mut told = Window::<f32, 1, 64, 9>::new(config, wheels()).unwrap();
+    let mut restored = window::<f32, 9>();
     bring_back(&mut restored, &kept(&mut told)).unwrap();
     for sample in &eventful() {
         assert_eq!(restored.step(sample), told.step(sample));
@@ -403,9 +432,87 @@ fn each_layout_has_its_own_fingerprint() {
         fingerprint::<JointEkfPublished<f32, 4>>(),
         fingerprint::<Chain<f32, 4>>(),
         fingerprint::<Chain<f32, 4, 16>>(),
+        fingerprint::<Window<f32, 4, 512, 9>>(),
+        fingerprint::<Window<f32, 4, 256, 9>>(),
+        fingerprint::<Window<f32, 4, 512, 12>>(),
     ];
     let layouts = all.len();
     all.sort_unstable();
     all.dedup();
     assert_eq!(all.len(), layouts);
+}
+
+/// A body that shakes itself and comes to rest again, twice, and is another one the second time.
+fn two_manoeuvres<T: Real>() -> Vec<Sample<T, 1>> {
+    let shake = |inertia_kg_m2, start: u64| {
+        let flight = TestFlight {
+            inertia_kg_m2,
+            initial_rate_rad_s: Vec3::zeros(),
+            wheels: wheels(),
+            period_us: PERIOD_US,
+            samples: 700,
+        };
+        let torque = |t: f64| {
+            let pulse = |from: f64| match t - from {
+                0.0..4.0 => 0.05,
+                4.0..8.0 => -0.05,
+                _ => 0.0,
+            };
+            Vec3::new(pulse(0.0), pulse(8.0), pulse(16.0))
+        };
+        let flown = flight.fly(|_| [100.0], torque);
+        flown.into_iter().map(move |s| Sample { time_us: s.time_us + start * PERIOD_US, ..s })
+    };
+    let mut samples: Vec<Sample<f32, 1>> = shake(INERTIA, 0).chain(shake(DEPLOYED, 700)).collect();
+    let mut noise = noise();
+    for sample in &mut samples {
+        sample.rate_rad_s += Vec3::from([0, 1, 2].map(&mut noise));
+    }
+    samples.iter().map(cast).collect()
+}
+
+fn window<T: Real, const U: usize>() -> Window<T, 1, 64, U> {
+    Window::new(window_config(), wheels()).unwrap()
+}
+
+fn window_config<T: Real>() -> window::Config<T> {
+    let noise = T::lit(NOISE_RAD_S);
+    window::Config { quiet_s: T::lit(8.0), block_samples: 2, ..window::Config::new(noise) }
+}
+
+/// The most unknowns, an unknown noise, and all that can be asked for.
+fn curious_window<T: Real>() -> Window<T, 1, 64, 18> {
+    let config = window::Config {
+        gyro_noise_rad_s: None,
+        disturbance_torque_n_m: Some(T::lit(1e-3)),
+        gyro_bias_rad_s: Some(T::lit(1e-3)),
+        ..window_config()
+    };
+    Window::new(config, wheels()).unwrap()
+}
+
+#[test]
+fn the_flights_of_the_window_have_what_they_should() {
+    let has_all = |samples: &[Sample<f32, 1>], names: &[&str]| {
+        let mut window = window::<f32, 9>();
+        let mut found = std::collections::BTreeSet::new();
+        for sample in samples {
+            found.insert(window.step(sample).name());
+            found.insert(if window.is_open() { "open" } else { "closed" });
+        }
+        assert!(names.iter().all(|name| found.contains(name)), "{found:?}");
+    };
+    has_all(&eventful(), &["aligning", "updated", "spike", "reset_gap", "reset_changed", "open"]);
+    has_all(&two_manoeuvres(), &["updated", "closed", "open", "reset_lockout"]);
+}
+
+#[test]
+fn window_resumes_bit_for_bit() {
+    let (single, double) = (eventful::<f32>(), eventful::<f64>());
+    resumes(window::<f32, 9>, &single, some_of(&single, 3));
+    resumes(window::<f64, 12>, &double, some_of(&double, 31));
+    resumes(curious_window::<f32>, &single, some_of(&single, 31));
+    let (single, double) = (two_manoeuvres::<f32>(), two_manoeuvres::<f64>());
+    resumes(window::<f32, 9>, &single, some_of(&single, 7));
+    resumes(window::<f64, 9>, &double, some_of(&double, 37));
 }

@@ -164,6 +164,10 @@ pub enum Reset {
     Diverged,
 }
 
+crate::persist!([] enum Reset {
+    0 => FirstSample, 1 => Aligned, 2 => Gap, 3 => Lockout, 4 => Changed, 5 => Diverged
+});
+
 impl Outcome {
     /// What and why, in a word or two: for logs.
     pub fn name(&self) -> &'static str {

@@ -19,9 +19,10 @@ pub struct SquareRootInformation<T: Real, const N: usize> {
     right_hand_side: [T; N],
 }
 
-crate::persist!([T: Real, const N: usize] SquareRootInformation<T, N> {
-    factor, right_hand_side
-});
+crate::persist!(
+    [T: Real, const N: usize] SquareRootInformation<T, N> { factor, right_hand_side }
+    if |this| (0..N).all(|i| this.factor[i][i] >= T::zero())
+);
 
 /// What no solution can explain of a row, and the weight that is left of it.
 #[derive(Clone, Copy, Debug, PartialEq)]

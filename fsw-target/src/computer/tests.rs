@@ -342,7 +342,7 @@ fn every_command_is_answered_and_refusals_are_told() {
 
 #[test]
 fn a_computer_that_starts_again_goes_on_from_its_checkpoint() {
-    for id in [EstimatorId::JointEkf, EstimatorId::EkfSgfRls] {
+    for id in EstimatorId::ALL {
         let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
         ground.ask(Command::SetPrior(PRIOR));
         ground.ask(Command::Select(id));

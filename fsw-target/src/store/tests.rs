@@ -1,11 +1,13 @@
 extern crate std;
 use super::*;
+use crate::onboard::FlownWindow;
 use crate::recording::cubesat_pyramid::{CRAFT, ROWS, WHEELS};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 use fsw_core::estimator::chain::{self, Chain};
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
+use fsw_core::estimator::window::{self, Window};
 use fsw_core::estimator::{Outcome, Prior};
 use fsw_core::{Estimator, Sample, Vec3, WheelArray};
 use proptest::prelude::*;
@@ -406,13 +408,17 @@ fn chain() -> Chain<f32, WHEELS> {
     Chain::new(chain::Config::kim_2013(CRAFT.gyro_noise_rad_s, prior), wheels()).unwrap()
 }
 
+fn window() -> FlownWindow {
+    Window::new(window::Config::new(CRAFT.gyro_noise_rad_s), wheels()).unwrap()
+}
+
 /// Flies the recording with a reset after each of these samples.
 fn flies_on_after_resets<E: Estimator<f32, WHEELS> + Persist>(
     fresh: impl Fn() -> E,
     resets: &[usize],
 ) {
     let (mut without, mut with) = (fresh(), fresh());
-    let mut store = open(Flash::erased(64 * PAGE));
+    let mut store = open(Flash::erased(128 * PAGE));
     for (k, row) in ROWS.iter().enumerate() {
         let sample = Sample {
             time_us: row.time_us,
@@ -438,4 +444,5 @@ fn estimators_fly_on_after_resets() {
     let resets: Vec<usize> = (0..600).step_by(13).collect();
     flies_on_after_resets(joint_ekf, &resets);
     flies_on_after_resets(chain, &resets);
+    flies_on_after_resets(window, &resets);
 }

@@ -21,6 +21,8 @@ pub struct Approach<T: Real> {
     beyond_ramp: Vec3<T>,
 }
 
+crate::persist!([T: Real] Approach<T> { here, after, mean, start, beyond_ramp });
+
 impl<T: Real> Approach<T> {
     /// Nothing ahead.
     pub fn nothing() -> Self {

@@ -30,6 +30,8 @@ pub struct Block<T: Real> {
     pub impulse_n_m_s: Vec3<T>,
 }
 
+crate::persist!([T: Real] Block<T> { samples, duration_s, rate_rad_s, drive_n_m_s, impulse_n_m_s });
+
 impl<T: Real> Block<T> {
     /// Nothing yet.
     pub fn empty() -> Self {
@@ -79,6 +81,8 @@ pub struct Reading<T: Real> {
     pub torque_n_m: Vec3<T>,
 }
 
+crate::persist!([T: Real] Reading<T> { rate_rad_s, wheel_momentum_n_m_s, torque_n_m });
+
 impl<T: Real> Reading<T> {
     /// Of no sample.
     pub fn nothing() -> Self {
@@ -124,6 +128,12 @@ pub struct Averager<T: Real> {
     /// ∫ I dt, N m s².
     impulse_integral: Vec3<T>,
 }
+
+crate::persist!([T: Real] Averager<T> {
+    newest, half_before_s, torque_before_n_m, torque_change_n_m, torque_bend_n_m, before,
+    since_before_s, samples, duration_s, sum_time_s, sum_rate, sum_wheel_momentum, sum_impulse,
+    impulse_n_m_s, impulse_integral
+});
 
 /// The newer of two bends of the torque, axis by axis, if it goes on as the older one did: same
 /// sign, and not twice or half as large. A step or a corner bends it once, or to and fro.

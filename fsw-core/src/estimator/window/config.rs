@@ -43,6 +43,13 @@ pub struct Config<T: Real> {
     pub gate: gate::Config<T>,
 }
 
+// A command may set the prior.
+crate::persist!([T: Real] Config<T> {
+    prior;
+    unchanged gyro_noise_rad_s, disturbance_torque_n_m, gyro_bias_rad_s, inertia_walk_kg_m2_sqrt_s,
+    block_samples, block_turn_rad, is_torque_smooth, slices_per_step, quiet_s, gate
+});
+
 impl<T: Real> Config<T> {
     /// Defaults for a gyro of this noise (one sigma, white, per sample, rad/s).
     pub fn new(gyro_noise_rad_s: T) -> Self {

@@ -29,6 +29,10 @@ pub struct Excitation<T: Real> {
     is_driven: bool,
 }
 
+crate::persist!([T: Real] Excitation<T> {
+    reference, impulse_n_m_s, sum, quiet_stretches, quiet_s, is_driven
+});
+
 /// Means over a stretch; while it fills, sums.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Mean<T: Real> {
@@ -39,6 +43,10 @@ struct Mean<T: Real> {
     drive_n_m_s: Vec3<T>,
     impulse_n_m_s: Vec3<T>,
 }
+
+crate::persist!([T: Real] Mean<T> {
+    blocks, samples, duration_s, rate_rad_s, drive_n_m_s, impulse_n_m_s
+});
 
 impl<T: Real> Mean<T> {
     fn empty() -> Self {

@@ -57,6 +57,11 @@ pub struct LinearStart<T: Real, const U: usize> {
     sum_momentum: Vec3<T>,
 }
 
+crate::persist!([T: Real, const U: usize] LinearStart<T, U> {
+    information, rows, attitude, impulse_n_m_s, push_s, newest, samples, sum_rate, sum_attitude,
+    sum_push_s, sum_momentum
+});
+
 /// What the equation says of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution<T: Real> {
@@ -218,6 +223,8 @@ pub enum Kind {
     Homogeneous,
 }
 
+crate::persist!([] enum Kind { 0 => Driven, 1 => Homogeneous });
+
 /// A solution in the making, in slices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solving<T: Real> {
@@ -231,6 +238,8 @@ pub struct Solving<T: Real> {
     variances: [T; 6],
 }
 
+crate::persist!([T: Real] Solving<T> { kind, stage, size_kg_m2, biased, corrected, variances });
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     /// Unknown of this index is to be held.
@@ -242,6 +251,10 @@ enum Stage {
     /// All unknowns are to be solved for.
     Finish,
 }
+
+crate::persist!([] enum Stage {
+    0 => Hold(index: usize), 1 => Weigh, 2 => Correct(done: usize), 3 => Finish
+} if |this| !matches!(this, Self::Correct(done) if *done > CORRECTION_PASSES));
 
 /// What became of a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -133,6 +133,12 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     rate_rad_s: Vec3<T>,
 }
 
+crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
+    config, gate, meter, averager, excitation, is_quiet, block_samples, blocks, typical_kg_m2, past,
+    past_age_s, window_s, beginning, passes, work, rests_until, attempts, tried_with, checked_at,
+    has_drag, watch, ended, rate_rad_s; unchanged wheels
+} if |this| this.passes.are_within(N));
+
 /// What a window begins with.
 #[derive(Clone, Copy, Debug)]
 enum Beginning<T: Real, const U: usize> {
@@ -141,6 +147,10 @@ enum Beginning<T: Real, const U: usize> {
     /// What the window before it has found.
     Known(Known<T, U>),
 }
+
+crate::persist!([T: Real, const U: usize] enum Beginning<T, U> {
+    0 => Linear(linear: LinearStart<T, U>), 1 => Known(known: Known<T, U>)
+});
 
 /// Watches the front's recursive residuals for spikes, and for a change in mid-manoeuvre.
 #[derive(Clone, Copy, Debug)]
@@ -155,6 +165,8 @@ struct Watch<T: Real> {
     event: Option<Reset>,
     has_refused: bool,
 }
+
+crate::persist!([T: Real] Watch<T> { is_armed, refused, sum, event, has_refused });
 
 impl<T: Real> Watch<T> {
     fn new() -> Self {

@@ -1,6 +1,7 @@
 //! The gyro's noise where nobody tells it: from third differences of its readings, which white noise
 //! fills and smooth motion doesn't.
 
+use crate::checkpoint::{Archive, Invalid, Persist, mix, name};
 use crate::math::{Vec3, scalar::Real};
 
 /// Variance of a third difference over that of a reading: 1 + 9 + 9 + 1.
@@ -14,6 +15,29 @@ pub struct NoiseMeter<T: Real> {
     squares: T,
 }
 
+/// Readings that aren't numbers are kept as none.
+impl<T: Real> Persist for NoiseMeter<T> {
+    fn layout() -> u32 {
+        mix(const { name("NoiseMeter") }, <([Option<Vec3<T>>; 3], (u32, T))>::layout())
+    }
+
+    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
+        let Self { last, readings, squares } = self;
+        for reading in last {
+            let mut known = reading.iter().all(|x| x.is_finite()).then_some(*reading);
+            known.persist(archive)?;
+            *reading = known.unwrap_or(no_reading());
+        }
+        readings.persist(archive)?;
+        squares.persist(archive)?;
+        if *squares < T::zero() { Err(Invalid { place: "NoiseMeter" }.into()) } else { Ok(()) }
+    }
+}
+
+fn no_reading<T: Real>() -> Vec3<T> {
+    Vec3::repeat(T::lit(f64::NAN))
+}
+
 impl<T: Real> NoiseMeter<T> {
     /// Before any reading.
     pub fn new() -> Self {
@@ -22,7 +46,7 @@ impl<T: Real> NoiseMeter<T> {
 
     /// After a gap: readings don't follow one another.
     pub fn interrupt(&mut self) {
-        self.last = [Vec3::repeat(T::lit(f64::NAN)); 3];
+        self.last = [no_reading(); 3];
     }
 
     /// Takes in a reading, rad/s.

@@ -15,6 +15,7 @@
 //! were too few for them, and showed in residuals and NEES.
 
 use super::block::Block;
+use crate::checkpoint::{Archive, Persist};
 use crate::math::{Vec3, scalar::Real};
 
 /// Bits of each axis.
@@ -35,6 +36,16 @@ const SAMPLES_EXPONENT_BITS: u32 = 4;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Packed([u32; 6]);
 
+impl Persist for Packed {
+    fn layout() -> u32 {
+        <[u32; 6]>::layout()
+    }
+
+    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
+        self.0.persist(archive)
+    }
+}
+
 /// What blocks are counted from and in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale<T: Real> {
@@ -44,11 +55,15 @@ pub struct Scale<T: Real> {
     pub duration_s: T,
 }
 
+crate::persist!([T: Real] Scale<T> { drive_n_m_s, duration_s });
+
 /// Packs blocks in a row, and carries on what rounding takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Packer<T: Real> {
     rounding: Block<T>,
 }
+
+crate::persist!([T: Real] Packer<T> { rounding });
 
 impl<T: Real> Default for Packer<T> {
     fn default() -> Self {

@@ -32,6 +32,10 @@ pub struct Pass<T: Real, const U: usize> {
     residuals: Residuals<T>,
 }
 
+crate::persist!([T: Real, const U: usize] Pass<T, U> {
+    point, trajectory, next, stage, approach, crossing, residual, information, residuals
+});
+
 /// The slice of work that comes next in a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
@@ -45,6 +49,9 @@ pub enum Stage {
     Row(usize),
 }
 
+crate::persist!([] enum Stage { 0 => Look, 1 => GoOn, 2 => Cross, 3 => Row(axis: usize) }
+    if |this| !matches!(this, Self::Row(3..)));
+
 /// Sums over the recursive residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residuals<T: Real> {
@@ -57,6 +64,11 @@ pub struct Residuals<T: Real> {
     pub fitted: u32,
     last: Vec3<T>,
 }
+
+crate::persist!(
+    [T: Real] Residuals<T> { squares, products, rows, fitted, last }
+    if |this| this.squares >= T::zero()
+);
 
 /// What became of a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -247,9 +259,13 @@ impl<T: Real, const U: usize> Pass<T, U> {
             _ => self.trajectory.step(&mut self.crossing, &self.point),
         }
         if self.crossing.is_done() {
-            self.residual -= self.trajectory.mean_rate_rad_s(&self.crossing, &self.point);
             self.next += 1;
-            self.stage = if self.crossing.samples() == 0 { Stage::GoOn } else { Stage::Row(0) };
+            self.stage = if self.crossing.samples() > 0 {
+                self.residual -= self.trajectory.mean_rate_rad_s(&self.crossing, &self.point);
+                Stage::Row(0)
+            } else {
+                Stage::GoOn
+            };
         }
         Taken::Silent
     }

@@ -16,6 +16,8 @@ pub struct Past<T: Real> {
     pub information: SquareRootInformation<T, 6>,
 }
 
+crate::persist!([T: Real] Past<T> { inertia_kg_m2, information });
+
 impl<T: Real> Past<T> {
     /// Of a prior.
     pub fn from_prior(prior: &Prior<T>) -> Self {

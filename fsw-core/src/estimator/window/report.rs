@@ -43,6 +43,10 @@ pub struct Ended<T> {
     residuals_white: Option<bool>,
 }
 
+crate::persist!(
+    [T: Real] Ended<T> { squares, degrees, residuals_white } if |this| this.squares >= T::zero()
+);
+
 impl<T: Real> Ended<T> {
     /// None has.
     pub fn nothing() -> Self {

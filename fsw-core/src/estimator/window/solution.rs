@@ -69,6 +69,10 @@ pub struct Solving<T: Real> {
     past_square: T,
 }
 
+crate::persist!(
+    [T: Real] Solving<T> { row, torque_square, drag_square, past_square } if |this| this.row <= END + 1
+);
+
 /// Rows of each kind begin here, three or six of each.
 const OF_BIAS: usize = 3;
 const OF_DRAG: usize = 6;

@@ -3,6 +3,7 @@
 
 use super::block::Block;
 use super::packed::{Packed, Packer, Scale};
+use crate::checkpoint::{Archive, Invalid, Persist, mix, name};
 use crate::math::{Vec3, scalar::Real};
 
 /// Storage is rebuilt while this share of it, and at least so many blocks, is still free: meanwhile
@@ -15,6 +16,9 @@ const LEAST_RESERVE: usize = 16;
 const BEND_SIGMA: f64 = 3.0;
 /// Noise bends the rate, too: each axis by √6 of a block's sigma. The square of that, of three axes.
 const BEND_BY_NOISE: f64 = 18.0;
+
+/// No storage is larger.
+const MOST_BLOCKS: usize = 1 << 16;
 
 /// Up to N blocks.
 #[derive(Clone, Debug)]
@@ -33,6 +37,29 @@ pub struct Storage<T: Real, const N: usize> {
     rebuild: Option<Rebuild<T>>,
 }
 
+/// The blocks that there are; what is behind them stays as it is.
+impl<T: Real, const N: usize> Persist for Storage<T, N> {
+    fn layout() -> u32 {
+        let blocks = mix(const { mix(name("Storage"), name("packed")) }, <[Packed; N]>::layout());
+        let packers = mix(Scale::<T>::layout(), <[Packer<T>; 2]>::layout());
+        mix(mix(blocks, packers), mix(T::layout(), Option::<Rebuild<T>>::layout()))
+    }
+
+    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
+        let Self { blocks, len, scale, appending, rebuilding, turn_square, bend_squares, rebuild } =
+            self;
+        len.persist(archive)?;
+        let stored = blocks.get_mut(..*len).ok_or(Invalid { place: "Storage" })?;
+        stored.iter_mut().try_for_each(|block| block.persist(archive))?;
+        scale.persist(archive)?;
+        appending.persist(archive)?;
+        rebuilding.persist(archive)?;
+        turn_square.persist(archive)?;
+        bend_squares.persist(archive)?;
+        rebuild.persist(archive)
+    }
+}
+
 /// What is left to be rebuilt: blocks from `from` on become blocks from `to` on, in another scale, and
 /// those before `in_pairs` two by two.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +69,11 @@ struct Rebuild<T: Real> {
     in_pairs: usize,
     scale: Scale<T>,
 }
+
+crate::persist!(
+    [T: Real] Rebuild<T> { from, to, in_pairs, scale }
+    if |this| this.to <= this.from && this.from <= MOST_BLOCKS && this.in_pairs <= MOST_BLOCKS
+);
 
 /// What rebuilding has come to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

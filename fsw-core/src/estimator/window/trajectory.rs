@@ -66,6 +66,11 @@ pub struct Crossing<T: Real, const U: usize> {
     sensitivity: [Vec3<T>; U],
 }
 
+crate::persist!([T: Real, const U: usize] Crossing<T, U> {
+    steps, done, step_s, share, duration_s, samples, drive, torque, wheels, beyond_ramp, momentum,
+    slope, rate, sensitivity
+} if |this| this.done <= this.steps && this.steps <= MOST_STEPS);
+
 /// Where a trajectory has come to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trajectory<T: Real, const U: usize> {
@@ -79,6 +84,8 @@ pub struct Trajectory<T: Real, const U: usize> {
     /// D, column by column.
     sensitivity: [Vec3<T>; U],
 }
+
+crate::persist!([T: Real, const U: usize] Trajectory<T, U> { inverse, momentum, lost, sensitivity });
 
 impl<T: Real, const U: usize> Crossing<T, U> {
     /// Nothing to cross.

@@ -64,6 +64,8 @@ pub struct Point<T: Real> {
     pub inertia: [T; 6],
 }
 
+crate::persist!([T: Real] Point<T> { momentum, torque, bias, drag, inertia });
+
 impl<T: Real> Point<T> {
     /// Momentum and inertia, without torque, bias and drag.
     pub fn new(momentum: Vec3<T>, inertia: [T; 6]) -> Self {
@@ -122,3 +124,5 @@ pub struct Known<T: Real, const U: usize> {
     /// `R (θ − θ₀) = d`.
     pub information: SquareRootInformation<T, U>,
 }
+
+crate::persist!([T: Real, const U: usize] Known<T, U> { point, information });

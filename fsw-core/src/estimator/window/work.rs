@@ -42,6 +42,8 @@ pub struct Passes<T: Real, const U: usize> {
     front_is_second: bool,
 }
 
+crate::persist!([T: Real, const U: usize] Passes<T, U> { slots, has_front, front_is_second });
+
 impl<T: Real, const U: usize> Passes<T, U> {
     /// No front, and no pass under way.
     pub fn none() -> Self {
@@ -71,6 +73,11 @@ impl<T: Real, const U: usize> Passes<T, U> {
     pub fn swap(&mut self) {
         self.front_is_second = !self.front_is_second;
         self.has_front = true;
+    }
+
+    /// Whether neither is beyond so many blocks.
+    pub fn are_within(&self, blocks: usize) -> bool {
+        self.slots.iter().all(|pass| pass.next() <= blocks)
     }
 
     /// There is no front any more.
@@ -103,6 +110,18 @@ pub enum Work<T: Real, const U: usize> {
     Ending(Ending<T>),
 }
 
+crate::persist!([T: Real, const U: usize] enum Work<T, U> {
+    0 => Idle,
+    1 => Solving(solving: Solving<T>, purpose: Purpose),
+    2 => Solved(solving: Solving<T>),
+    3 => Choosing,
+    4 => Starting(starting: Starting<T>),
+    5 => Beginning(point: Point<T>),
+    6 => Passing,
+    7 => Carrying(step: [T; U], done: usize),
+    8 => Ending(ending: Ending<T>),
+} if |this| !matches!(this, Self::Carrying(_, done) if *done > U));
+
 /// What a front is solved for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
@@ -112,6 +131,8 @@ pub enum Purpose {
     MoveOn,
 }
 
+crate::persist!([] enum Purpose { 0 => Rework, 1 => MoveOn });
+
 /// A linear start that is being solved, and the point to start from if it finds none.
 #[derive(Clone, Copy, Debug)]
 pub struct Starting<T: Real> {
@@ -119,6 +140,8 @@ pub struct Starting<T: Real> {
     pub solving: linear_start::Solving<T>,
     pub otherwise: Option<Point<T>>,
 }
+
+crate::persist!([T: Real] Starting<T> { kind, solving, otherwise });
 
 /// A window that has ended.
 #[derive(Clone, Copy, Debug)]
@@ -134,6 +157,8 @@ pub struct Ending<T: Real> {
     /// Whether another window has begun.
     pub is_succeeded: bool,
 }
+
+crate::persist!([T: Real] Ending<T> { last, solving, with_past, age_s, is_succeeded });
 
 /// A kind of slice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
