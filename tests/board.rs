@@ -42,6 +42,7 @@ fn what_is_on_the_chip_works_and_what_is_not_there_is_told_of() -> Result<()> {
     for expected in [
         "BoardReport { reset_cause: Unknown, clock_source: Internal, clock_fault: Some(CrystalDead) }",
         "data ready: works",
+        "loop in an interrupt: works",
         "gyro: not there, [0x00] answers for an identity",
         "flash: NotAsWritten { offset: 131072 }",
     ] {

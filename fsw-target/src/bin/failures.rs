@@ -42,7 +42,7 @@ mod on_target {
         }
         defmt::info!("life {=u32}, ended last by {}", last_life.failures, last_life.failure);
         match last_life.failures {
-            0 => defmt::info!("{=u32}", descend(0)),
+            0 => defmt::info!("{=f32}", descend(0.0)),
             1 => cortex_m::asm::udf(),
             2 => SCB::set_pendst(), // nothing serves SysTick
             3 => defmt::info!("{=u8}", index_out_of_bounds()),
@@ -52,11 +52,12 @@ mod on_target {
         exit::failure()
     }
 
-    /// Calls itself for ever, which the compiler is kept from seeing.
+    /// Calls itself for ever, which the compiler is kept from seeing. With floating point, so that
+    /// the fault has those registers to save too.
     #[inline(never)]
-    fn descend(depth: u32) -> u32 {
+    fn descend(depth: f32) -> f32 {
         let frame = black_box([depth; 10]);
-        if black_box(true) { descend(depth + 1) + frame.iter().sum::<u32>() } else { depth }
+        if black_box(true) { descend(depth + 1.0) + frame.iter().sum::<f32>() } else { depth }
     }
 
     /// Reads past the end of an array, which the compiler is kept from seeing.

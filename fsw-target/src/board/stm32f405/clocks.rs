@@ -98,7 +98,7 @@ fn run_on_crystal(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Result<(), ClockFault>
     rcc.cr().modify(|_, w| w.pllon().on());
     wait(FLAG_POLLS, || rcc.cr().read().pllrdy().is_ready()).ok_or(ClockFault::PllUnlocked)?;
 
-    // Five wait states for 168 MHz at 2.7 to 3.6 V, in force once they read back (section 3.5.1).
+    // Five wait states for 168 MHz at 2.7 to 3.6 V, in force once they read back.
     flash
         .acr()
         .modify(|_, w| w.latency().ws5().prften().enabled().icen().enabled().dcen().enabled());

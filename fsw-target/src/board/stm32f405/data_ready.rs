@@ -3,6 +3,11 @@
 //! Output: the stamps of the samples, as [`DataReady`] wants them. The edge is stamped within
 //! microseconds, unless interrupts are masked for longer: see `flash.rs` for the one case.
 //!
+//! Where the sample is then handled is the image's choice. The flight image's main loop looks for
+//! it: it has nothing else to do, and the stamp makes up for its being late. An image whose main
+//! loop is somebody else's calls [`GyroDataReady::also_pend_sv`], and flies in the exception PendSV:
+//! below all interrupts, so that it delays none, and above the main loop.
+//!
 //! Registers: RM0090, chapters 9 (SYSCFG) and 12 (EXTI).
 
 use super::captures;
@@ -10,7 +15,8 @@ use super::shared::Shared;
 use super::time::now_us;
 use crate::sensors::DataReady;
 use crate::stamps::Stamps;
-use cortex_m::peripheral::NVIC;
+use core::sync::atomic::{AtomicBool, Ordering};
+use cortex_m::peripheral::{NVIC, SCB};
 use stm32f4::stm32f405::{EXTI, Interrupt, SYSCFG, interrupt};
 
 /// The line's peripheral, and the stamps between interrupt and loop.
@@ -21,6 +27,9 @@ struct Line {
 
 static LINE: Shared<Line> = Shared::new();
 
+/// Whether a sample pends PendSV.
+static PENDS_SV: AtomicBool = AtomicBool::new(false);
+
 #[interrupt]
 fn EXTI4() {
     let time_us = now_us();
@@ -29,6 +38,9 @@ fn EXTI4() {
         line.exti.pr().write(|w| w.pr4().clear());
         line.stamps.push(time_us);
     });
+    if PENDS_SV.load(Ordering::Relaxed) {
+        SCB::set_pendsv();
+    }
 }
 
 /// Forgets an edge that came while interrupts were masked for long: nobody knows when.
@@ -54,8 +66,14 @@ pub fn open(exti: EXTI, syscfg: &SYSCFG) -> GyroDataReady {
 }
 
 impl GyroDataReady {
+    /// From now on each sample also pends the exception PendSV, for which the image must have a
+    /// handler.
+    pub fn also_pend_sv(&self) {
+        PENDS_SV.store(true, Ordering::Relaxed);
+    }
+
     /// Makes the interrupt by software, as if the gyro had sampled: for bring-up.
-    pub fn trigger(&self) {
+    pub fn trigger() {
         NVIC::pend(Interrupt::EXTI4);
         // It is served before these are over.
         cortex_m::asm::dsb();

@@ -33,7 +33,7 @@ const SECTOR_BYTES: u32 = 128 * 1024;
 /// Sectors for checkpoints.
 const SECTORS: u32 = 2;
 
-/// Written to FLASH_KEYR one after the other, these unlock FLASH_CR (section 3.6.1).
+/// Written to FLASH_KEYR one after the other, these unlock FLASH_CR.
 const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
 
 /// An erased word.
@@ -107,7 +107,7 @@ impl CheckpointFlash {
     }
 
     /// Does `work` with the flash unlocked, and locks it again. Its data cache may hold what was
-    /// there before, and is emptied (section 3.5.2).
+    /// there before, and is emptied.
     fn unlocked(
         &mut self,
         work: impl FnOnce(&Self) -> Result<(), FlashFault>,

@@ -59,13 +59,17 @@ pub use time::{Delay, now_us};
 pub use usart::{Link, LogPort, SerialCounters, Tunnel};
 pub use watchdog::Watchdog;
 
-use cortex_m::peripheral::{NVIC, SYST};
+use cortex_m::peripheral::scb::SystemHandler;
+use cortex_m::peripheral::{NVIC, SCB, SYST};
 use stm32f4::stm32f405::{Interrupt, Peripherals};
 
 /// The interrupts that are served, and their levels: 0 is the most urgent of 16. A stamp must not
 /// wait; an edge may until its wheel's next one; a byte for 87 µs.
 const INTERRUPTS: [(Interrupt, u8); 4] =
     [(Interrupt::EXTI4, 0), (Interrupt::TIM2, 1), (Interrupt::USART1, 2), (Interrupt::USART2, 2)];
+
+/// The level of PendSV, below all interrupts: see `data_ready.rs`.
+const LOWEST_LEVEL: u8 = 15;
 
 /// The chip implements the upper four of a priority's eight bits.
 const PRIORITY_SHIFT: u8 = 4;
@@ -130,7 +134,7 @@ impl Board {
             syst: core.SYST,
             reset_cause,
         };
-        serve_interrupts(&mut core.NVIC);
+        serve_interrupts(&mut core.NVIC, &mut core.SCB);
         Some(board)
     }
 
@@ -145,7 +149,12 @@ impl Board {
 }
 
 /// Lets the interrupts in, now that all that they need is in place.
-fn serve_interrupts(nvic: &mut NVIC) {
+fn serve_interrupts(nvic: &mut NVIC, scb: &mut SCB) {
+    // SAFETY: as below.
+    #[allow(unsafe_code, reason = "can break critical sections that are built on priorities")]
+    unsafe {
+        scb.set_priority(SystemHandler::PendSV, LOWEST_LEVEL << PRIORITY_SHIFT);
+    }
     for (interrupt, level) in INTERRUPTS {
         // SAFETY: no critical section is built on priorities or masks of single interrupts.
         #[allow(unsafe_code, reason = "both can break such critical sections")]

@@ -12,7 +12,11 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+mod in_interrupt;
+
+#[cfg(target_os = "none")]
 mod on_target {
+    use crate::in_interrupt;
     use embedded_hal::delay::DelayNs;
     use embedded_hal_nb::serial::{Read, Write};
     use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
@@ -39,6 +43,7 @@ mod on_target {
         let mut all_well = true;
         all_well &= passed("clock", time_goes_on());
         all_well &= passed("data ready", data_ready_stamps(&mut board.data_ready));
+        all_well &= passed("loop in an interrupt", in_interrupt::loop_flies(board.data_ready));
         all_well &= passed("watchdog", watchdog_takes_food(&mut board.watchdog));
         look_at_wheels(&mut board.captures.start(SHORTEST_EDGE_S));
         look_for_gyro(board.gyro_bus);
@@ -80,15 +85,15 @@ mod on_target {
     /// One interrupt, one stamp of its time; three, and the newest stamp is the one.
     fn data_ready_stamps(data_ready: &mut GyroDataReady) -> bool {
         let before_us = now_us();
-        data_ready.trigger();
+        GyroDataReady::trigger();
         let stamp_us = data_ready.take_us();
         let is_in_time = stamp_us.is_some_and(|us| (before_us..=now_us()).contains(&us));
 
         let overruns = data_ready.overruns();
-        data_ready.trigger();
-        data_ready.trigger();
+        GyroDataReady::trigger();
+        GyroDataReady::trigger();
         let between_us = now_us();
-        data_ready.trigger();
+        GyroDataReady::trigger();
         let has_newer = data_ready.has_newer();
         let is_newest = data_ready.take_us().is_some_and(|us| us >= between_us);
         let is_over = !data_ready.has_newer() && data_ready.take_us().is_none();
