@@ -68,7 +68,7 @@ pub fn run() -> Result<Table> {
     let elf = firmware::build("bench")?;
     let run = qemu::run_counting(&elf, qemu::MACHINE, LIMIT, |_| {})?;
     if !run.success {
-        bail!("the bench reported a failure: {}", run.lines.last().map_or("", String::as_str));
+        bail!("the bench reported a failure: {}", run.lines.join("\n"));
     }
     Table::of(&run.lines)
 }

@@ -10,7 +10,7 @@ pub struct Counter;
 #[cfg(not(target_os = "none"))]
 impl Counter {
     /// Does `work`; zero.
-    pub fn count(&mut self, work: impl FnOnce()) -> u32 {
+    pub fn count(&mut self, mut work: impl FnMut()) -> u32 {
         work();
         0
     }

@@ -22,12 +22,16 @@ const CUBESAT_KG_M2: [f32; 6] = [0.058, 0.104, 0.118, -0.0021, 0.0016, 0.0028];
 /// The same with its panels out.
 const DEPLOYED_KG_M2: [f32; 6] = [0.064, 0.125, 0.143, -0.0021, 0.0016, 0.0028];
 
-/// How its wheels shake it: speed about its mean, rad/s, and two frequencies for each wheel, Hz.
+/// How its wheels shake it: mean speeds, rad/s, and about them two sines for each wheel, so slow and
+/// so fast, in hundredths of a hertz.
 const MEAN_SPEED_RAD_S: [f32; WHEELS] = [200.0, -200.0, 200.0, -200.0];
-const SLOW_HZ: [f64; WHEELS] = [0.05, 0.07, 0.06, 0.04];
-const FAST_HZ: [f64; WHEELS] = [0.17, 0.13, 0.19, 0.23];
+const SLOW_CENTIHERTZ: [u32; WHEELS] = [5, 7, 6, 4];
+const FAST_CENTIHERTZ: [u32; WHEELS] = [17, 13, 19, 23];
 const SLOW_RAD_S: f32 = 90.0;
 const FAST_RAD_S: f32 = 35.0;
+
+/// A hundredth of a hertz turns once in so many half samples.
+const HALF_SAMPLES: u32 = 2_000;
 
 /// Shaking starts and ends over so many samples, so that no wheel jumps.
 const RAMP: u32 = 50;
@@ -151,7 +155,7 @@ impl Flight {
         let mut sample = Sample {
             time_us,
             rate_rad_s: self.rate_rad_s + noise,
-            wheel_speed_rad_s: self.plan.wheel_speed_rad_s(f64::from(self.next)),
+            wheel_speed_rad_s: self.plan.wheel_speed_rad_s(2 * self.next),
             torque_n_m: self.plan.torque_n_m(self.next),
             attitude: None,
         };
@@ -170,18 +174,20 @@ impl Flight {
 
     /// On to the next sample.
     fn fly_on(&mut self) {
-        let now = f64::from(self.next);
-        let drive = |samples: f64, torque_n_m: Vec3<f32>| Drive {
+        let drive = |half_samples: u32, torque_n_m: Vec3<f32>| Drive {
             torque_n_m,
-            wheel_momentum_n_m_s: self.wheels.momentum_n_m_s(&self.plan.wheel_speed_rad_s(samples)),
+            wheel_momentum_n_m_s: self
+                .wheels
+                .momentum_n_m_s(&self.plan.wheel_speed_rad_s(half_samples)),
         };
+        let now = 2 * self.next;
         let (torque, later) =
             (self.plan.torque_n_m(self.next), self.plan.torque_n_m(self.next + 1));
         let interval = Interval {
             duration_s: PERIOD_S,
             start: drive(now, torque),
-            middle: drive(now + 0.5, (torque + later) * 0.5),
-            end: drive(now + 1.0, later),
+            middle: drive(now + 1, (torque + later) * 0.5),
+            end: drive(now + 2, later),
         };
         if let Some(body) = Gyrostat::new(&self.plan.inertia(self.next)) {
             self.rate_rad_s = runge_kutta_4(&body, &self.rate_rad_s, &interval);
@@ -222,29 +228,35 @@ impl Plan {
         firing.map_or(Vec3::zeros(), |(_, _, torque)| Vec3::from(*torque))
     }
 
-    /// So many samples after the start, or between two samples.
-    fn wheel_speed_rad_s(&self, samples: f64) -> [f32; WHEELS] {
-        let share: f32 = self.shaking.iter().map(|phase| ramp(samples as f32, *phase)).sum();
-        let time_s = samples * (PERIOD_US as f64 * 1e-6);
+    /// So many half samples after the start.
+    fn wheel_speed_rad_s(&self, half_samples: u32) -> [f32; WHEELS] {
+        let share: f32 = self.shaking.iter().map(|phase| ramp(half_samples, *phase)).sum();
         core::array::from_fn(|i| {
-            let shake =
-                SLOW_RAD_S * sine(SLOW_HZ[i] * time_s) + FAST_RAD_S * sine(FAST_HZ[i] * time_s);
-            MEAN_SPEED_RAD_S[i] + share * shake
+            let slow = SLOW_RAD_S * sine(SLOW_CENTIHERTZ[i] * half_samples);
+            let fast = FAST_RAD_S * sine(FAST_CENTIHERTZ[i] * half_samples);
+            MEAN_SPEED_RAD_S[i] + share * (slow + fast)
         })
     }
 }
 
-/// From 0 to 1 and back, smoothly.
-fn ramp(samples: f32, (from, to): (u32, u32)) -> f32 {
-    let up = (samples - from as f32) / RAMP as f32;
-    let down = (to as f32 - samples) / RAMP as f32;
-    let x = up.min(down).clamp(0.0, 1.0);
+/// From 0 to 1 and back, smoothly, between two samples.
+fn ramp(half_samples: u32, (from, to): (u32, u32)) -> f32 {
+    let after = |start: u32| half_samples as f32 * 0.5 - start as f32;
+    let x = (after(from).min(-after(to)) / RAMP as f32).clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Of so many turns.
-fn sine(turns: f64) -> f32 {
-    libm::sinf(((turns - libm::floor(turns)) * core::f64::consts::TAU) as f32)
+/// Of an angle in turns over [`HALF_SAMPLES`]: the Taylor series up to the ninth power, which errs by
+/// 4e-6 at a quarter turn. libm's would take doubles, which the chip hasn't.
+fn sine(angle: u32) -> f32 {
+    let turns = (angle % HALF_SAMPLES) as f32 / HALF_SAMPLES as f32;
+    let x = match turns {
+        ..=0.25 => turns,
+        ..=0.75 => 0.5 - turns,
+        _ => turns - 1.0,
+    } * core::f32::consts::TAU;
+    let q = x * x;
+    x * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0))))
 }
 
 /// The committed flight.
