@@ -86,6 +86,15 @@ impl<T: Real> Inertia<T> {
         [xx, minor, determinant]
     }
 
+    /// Whether a rigid body can have this tensor, as [`check`](Self::check) says but for rounding, and
+    /// cheap enough for every step: `J` and `½ tr(J) 1 − J` are both positive definite.
+    pub fn is_physical(&self) -> bool {
+        let half_trace = self.trace_kg_m2() * T::lit(0.5);
+        let [xx, yy, zz, xy, xz, yz] = self.elements;
+        let spread = Self::new([half_trace - xx, half_trace - yy, half_trace - zz, -xy, -xz, -yz]);
+        self.is_positive_definite() && spread.is_positive_definite()
+    }
+
     /// Whether a rigid body can have this tensor: positive definite, and no principal moment
     /// larger than the sum of the others (equality, a lamina, is allowed to rounding).
     pub fn check(&self) -> Result<(), NotPhysical> {
@@ -209,7 +218,7 @@ mod tests {
             }
             let i = Inertia::new([j[(0, 0)], j[(1, 1)], j[(2, 2)], j[(0, 1)], j[(0, 2)], j[(1, 2)]]);
             prop_assert_eq!(i.check(), Ok(()));
-            prop_assert!(i.is_positive_definite());
+            prop_assert!(i.is_positive_definite() && i.is_physical());
         }
 
         #[test]
@@ -233,6 +242,10 @@ mod tests {
         assert_eq!(check([1.0, 1.0, 1.0, 1.5, 0.0, 0.0]), Err(NotPhysical::NotPositiveDefinite));
         assert_eq!(check([f64::NAN, 1.0, 1.0, 0.0, 0.0, 0.0]), Err(NotPhysical::NotFinite));
         assert_eq!(check([0.0; 6]), Err(NotPhysical::NotPositiveDefinite));
+        assert!(Inertia::new(STSAT_3).is_physical());
+        assert!(!Inertia::new([1.0, 2.0, 3.01, 0.0, 0.0, 0.0]).is_physical());
+        assert!(!Inertia::new([1.0, 1.0, 1.0, 1.5, 0.0, 0.0]).is_physical());
+        assert!(!Inertia::new([f64::NAN, 1.0, 1.0, 0.0, 0.0, 0.0]).is_physical());
     }
 
     #[test]

@@ -3,15 +3,19 @@
 //! Integrated once in body axes, the equation of motion is linear in the inertia `j` and the
 //! unknown initial momentum `H₀`:
 //!
-//! `[G(ω(t)) + ∫ ω^× G(ω) dt] j − H₀ = ∫ τ dt − h_w(t) − ∫ ω × h_w dt`
+//! `M(t) j − H₀ = y(t)`, `M = G(ω(t)) + ∫ ω^× G(ω) dt`, `y = ∫ τ dt − h_w(t) − ∫ ω × h_w dt`
 //!
-//! Nothing is differentiated and no initial guess exists. Gyro noise v enters the regressor, and
-//! biases `j` by many sigmas unless its expectation is taken out: per sample,
-//! `E[G(v)ᵀ G(v)] = σ² diag(1 1 1 2 2 2)`. Its share is removed when solving.
+//! Nothing is differentiated and no initial guess exists. `H₀` enters each row alike, so it takes
+//! no rotation: with the means `M̄`, `ȳ` of all rows so far it is `H₀ = M̄ j − ȳ`, and `j` is solved for
+//! from the deviations from these means, which are kept as they grow (Welford's way).
+//!
+//! Gyro noise v enters the regressor, and biases `j` by many sigmas unless its expectation is taken
+//! out: per sample, `E[G(v)ᵀ G(v)] = σ² diag(1 1 1 2 2 2)`. Its share is removed when solving.
 
 use super::Prior;
 use crate::dynamics::interval::{Drive, Interval};
-use crate::math::square_root_information::SquareRootInformation;
+use crate::math::least_squares::{Inverse, LeastSquares};
+use crate::math::ud::Ud;
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::tensor::{Inertia, gyroscopic_regressor, regressor};
 
@@ -23,12 +27,14 @@ const CORRECTION_PASSES: usize = 8;
 /// stand out of the noise, and the correction would not converge.
 const LARGEST_CORRECTION: f64 = 0.2;
 
-/// Accumulates the equation, three rows a sample, into a square-root information factor for
-/// `(j, H₀)`.
+/// Accumulates the equation, three rows a sample, into a triangular factor for `j`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MomentumIntegral<T: Real> {
-    information: SquareRootInformation<T, 9>,
+    information: LeastSquares<T, 6>,
     samples: u32,
+    /// `M̄`, `ȳ` over the samples so far.
+    mean_regressor: Mat<T, 3, 6>,
+    mean_impulse_n_m_s: Vec3<T>,
     /// `∫ ω^× G(ω) dt` and `∫ (τ − ω × h_w) dt` up to the last sample.
     regressor_integral: Mat<T, 3, 6>,
     impulse_n_m_s: Vec3<T>,
@@ -36,7 +42,7 @@ pub struct MomentumIntegral<T: Real> {
 }
 
 crate::persist!([T: Real] MomentumIntegral<T> {
-    information, samples, regressor_integral, impulse_n_m_s, last
+    information, samples, mean_regressor, mean_impulse_n_m_s, regressor_integral, impulse_n_m_s, last
 });
 
 /// The last sample, for the trapezoidal rule and for the rate at the end.
@@ -56,23 +62,29 @@ pub struct Solution<T: Real> {
     pub rate_rad_s: Vec3<T>,
     /// Inertia, noise bias removed.
     pub inertia: Inertia<T>,
-    /// S of the covariance `S Sᵀ` of rate and inertia, 9×9: formal, from the noise of each row's
-    /// newest rate alone. What noise adds through the integrals isn't in it.
-    pub covariance_factor: Mat<T, 9, 9>,
+    /// Covariance of rate and inertia: formal, from the noise of each row's newest rate alone. What
+    /// noise adds through the integrals isn't in it.
+    pub covariance: Ud<T, 9>,
 }
 
 impl<T: Real> MomentumIntegral<T> {
-    /// Starts at the first sample.
-    pub fn new(rate_rad_s: &Vec3<T>, drive: &Drive<T>) -> Self {
-        let mut this = Self {
-            information: SquareRootInformation::default(),
-            samples: 0,
+    /// Starts at the first sample, for white gyro noise of `noise_rad_s` per sample.
+    pub fn new(
+        rate_rad_s: &Vec3<T>,
+        drive: &Drive<T>,
+        noise_rad_s: T,
+        prior: Option<&Prior<T>>,
+    ) -> Self {
+        let last = Last::at(rate_rad_s, drive);
+        Self {
+            information: prior.map_or_else(LeastSquares::default, |p| believed(p, noise_rad_s)),
+            samples: 1,
+            mean_regressor: regressor(rate_rad_s),
+            mean_impulse_n_m_s: -last.wheel_momentum_n_m_s,
             regressor_integral: Mat::zeros(),
             impulse_n_m_s: Vec3::zeros(),
-            last: Last::at(rate_rad_s, drive),
-        };
-        this.add_rows(rate_rad_s);
-        this
+            last,
+        }
     }
 
     /// Takes in the sample at the end of `interval`. Integrals by the trapezoidal rule.
@@ -85,18 +97,25 @@ impl<T: Real> MomentumIntegral<T> {
         self.add_rows(rate_rad_s);
     }
 
+    /// The deviation from the old mean, of weight `n / (n + 1)`, is what the n-th row adds to the sum
+    /// of squares about the mean.
     fn add_rows(&mut self, rate_rad_s: &Vec3<T>) {
-        let m = regressor(rate_rad_s) + self.regressor_integral;
-        let y = self.impulse_n_m_s - self.last.wheel_momentum_n_m_s;
-        for r in 0..3 {
-            let mut row = [T::zero(); 9];
-            for c in 0..6 {
-                row[c] = m[(r, c)];
-            }
-            row[6 + r] = -T::one();
-            self.information.add(row, y[r]);
-        }
+        let before = T::count(self.samples);
         self.samples = self.samples.saturating_add(1);
+        let share = T::one() / T::count(self.samples);
+        let weight = before * share;
+        let off = regressor(rate_rad_s) + self.regressor_integral - self.mean_regressor;
+        let y = self.impulse() - self.mean_impulse_n_m_s;
+        self.mean_regressor += off * share;
+        self.mean_impulse_n_m_s += y * share;
+        for r in 0..3 {
+            self.information.add(core::array::from_fn(|c| off[(r, c)]), y[r], weight);
+        }
+    }
+
+    /// y.
+    fn impulse(&self) -> Vec3<T> {
+        self.impulse_n_m_s - self.last.wheel_momentum_n_m_s
     }
 
     /// Samples taken in.
@@ -104,76 +123,53 @@ impl<T: Real> MomentumIntegral<T> {
         self.samples
     }
 
-    /// Rate and inertia for white gyro noise of `noise_rad_s` per sample, or `None` while the
-    /// motion, with the prior where there is one, doesn't determine all of the inertia above
-    /// that noise.
-    pub fn solve(&self, noise_rad_s: T, prior: Option<&Prior<T>>) -> Option<Solution<T>> {
-        let information = self.with_prior(noise_rad_s, prior);
-        let factor = information.covariance_factor()?;
+    /// Rate and inertia, or `None` while the motion, with the prior where there is one, doesn't
+    /// determine all of the inertia above the gyro's noise.
+    pub fn solve(&self, noise_rad_s: T) -> Option<Solution<T>> {
+        let inverse = self.information.inverse()?;
         let noise_information = noise_rad_s * noise_rad_s * T::count(self.samples);
         let share = |i: usize| noise_information * T::lit(if i < 3 { 1.0 } else { 2.0 });
-        let variance = |i: usize| factor.row(i).dot(&factor.row(i));
-        if !(0..6).all(|i| share(i) * variance(i) < T::lit(LARGEST_CORRECTION)) {
+        if !(0..6).all(|i| share(i) * inverse.variance(i) < T::lit(LARGEST_CORRECTION)) {
             return None;
         }
-        let biased = information.solve()?;
-        let mut x = biased;
+        let biased = self.information.solve();
+        let mut j = biased;
         for _ in 0..CORRECTION_PASSES {
-            let mut b = [T::zero(); 9];
-            for i in 0..6 {
-                b[i] = share(i) * x[i];
-            }
-            let correction = information.solve_normal(&b)?;
-            x = core::array::from_fn(|i| biased[i] + correction[i]);
+            let correction = inverse.solve_normal(&core::array::from_fn(|i| share(i) * j[i]));
+            j = core::array::from_fn(|i| biased[i] + correction[i]);
         }
-        self.at_last_sample(&x, &factor, noise_rad_s)
+        self.at_last_sample(&Inertia::new(j), &inverse, noise_rad_s)
     }
 
-    /// The information with a row more for each element of the prior, in units of a motion row's
-    /// noise.
-    fn with_prior(&self, noise_rad_s: T, prior: Option<&Prior<T>>) -> SquareRootInformation<T, 9> {
-        let mut information = self.information;
-        if let Some(prior) = prior {
-            let row_sigma = row_sigma(&Inertia::new(prior.inertia_kg_m2), noise_rad_s);
-            for i in 0..6 {
-                let weight = row_sigma / prior.sigma_kg_m2[i];
-                let mut row = [T::zero(); 9];
-                row[i] = weight;
-                information.add(row, weight * prior.inertia_kg_m2[i]);
-            }
-        }
-        information
-    }
-
-    /// Turns `(j, H₀)` into rate and inertia at the last sample. With the equation above,
-    /// `J ω = H₀ + y − I j`, so `δω = J⁻¹ (δH₀ − (G(ω) + I) δj)`.
+    /// Turns `(H₀, j)` into rate and inertia at the last sample: `J ω = H₀ + y − I j`, I the integral
+    /// of the regressor. With `H₀ = M̄ j − ȳ + e`, e the noise of the mean,
+    /// `δω = J⁻¹ (e + (M̄ − I − G(ω)) δj)`.
     fn at_last_sample(
         &self,
-        x: &[T; 9],
-        factor: &Mat<T, 9, 9>,
+        inertia: &Inertia<T>,
+        inverse: &Inverse<T, 6>,
         noise_rad_s: T,
     ) -> Option<Solution<T>> {
-        let j: Mat<T, 6, 1> = Mat::from_fn(|i, _| x[i]);
-        let inertia = Inertia::new(j.into());
-        let inverse = inertia.inverse()?;
-        let y = self.impulse_n_m_s - self.last.wheel_momentum_n_m_s;
-        let initial_momentum = Vec3::new(x[6], x[7], x[8]);
-        let rate_rad_s = inverse * (initial_momentum + y - self.regressor_integral * j);
-        let by_inertia = -(inverse * (regressor(&rate_rad_s) + self.regressor_integral));
-        let mut jacobian = Mat::<T, 9, 9>::zeros();
-        for i in 0..3 {
-            for k in 0..6 {
-                jacobian[(i, k)] = by_inertia[(i, k)];
-            }
-            for k in 0..3 {
-                jacobian[(i, 6 + k)] = inverse[(i, k)];
+        let j = Mat::<T, 6, 1>::from(inertia.elements_kg_m2());
+        let by_momentum = inertia.inverse()?;
+        let since_mean = self.mean_regressor - self.regressor_integral;
+        let momentum = since_mean * j + self.impulse() - self.mean_impulse_n_m_s;
+        let rate_rad_s = by_momentum * momentum;
+        let by_inertia = by_momentum * (since_mean - regressor(&rate_rad_s));
+
+        let row_variance = row_variance(inertia, noise_rad_s);
+        let of_mean = row_variance / T::count(self.samples);
+        let mut covariance = Ud::diagonal(core::array::from_fn(|i| match i.checked_sub(3) {
+            None => of_mean,
+            Some(k) => inverse.variances[k] * row_variance,
+        }));
+        for k in 1..6 {
+            for i in 0..k {
+                covariance.set_u(3 + i, 3 + k, inverse.factor[(i, k)]);
             }
         }
-        for k in 0..6 {
-            jacobian[(3 + k, k)] = T::one();
-        }
-        let covariance_factor = jacobian * factor * row_sigma(&inertia, noise_rad_s);
-        Some(Solution { rate_rad_s, inertia, covariance_factor })
+        covariance.transform_first(&by_momentum, &by_inertia);
+        Some(Solution { rate_rad_s, inertia: *inertia, covariance })
     }
 }
 
@@ -188,10 +184,17 @@ impl<T: Real> Last<T> {
     }
 }
 
-/// One sigma of a row: that of `J v`, on average over the axes `σ √(tr(J²) / 3)`, N m s.
-fn row_sigma<T: Real>(inertia: &Inertia<T>, noise_rad_s: T) -> T {
+/// A row for each element of the prior, in units of a motion row's noise.
+fn believed<T: Real>(prior: &Prior<T>, noise_rad_s: T) -> LeastSquares<T, 6> {
+    let row_variance = row_variance(&Inertia::new(prior.inertia_kg_m2), noise_rad_s);
+    let weights = prior.sigma_kg_m2.map(|sigma| row_variance / (sigma * sigma));
+    LeastSquares::of_each(prior.inertia_kg_m2, weights)
+}
+
+/// The variance of a row: that of `J v`, on average over the axes `σ² tr(J²) / 3`, (N m s)².
+fn row_variance<T: Real>(inertia: &Inertia<T>, noise_rad_s: T) -> T {
     let j = inertia.matrix_kg_m2();
-    noise_rad_s * (j.dot(&j) * T::lit(1.0 / 3.0)).sqrt()
+    noise_rad_s * noise_rad_s * j.dot(&j) * T::lit(1.0 / 3.0)
 }
 
 #[cfg(test)]
@@ -209,7 +212,11 @@ mod tests {
         }
     }
 
-    fn fly<T: Real>(seconds: f64) -> MomentumIntegral<T> {
+    fn fly<T: Real>(
+        seconds: f64,
+        noise_rad_s: f64,
+        prior: Option<&Prior<T>>,
+    ) -> MomentumIntegral<T> {
         let body = Gyrostat::new(&Inertia::new(INERTIA)).unwrap();
         let mut rate = Vec3::new(0.1, -0.2, 0.05);
         let cast = |v: &Vec3<f64>| Vec3::from_fn(|i, _| T::lit(v[i]));
@@ -217,7 +224,12 @@ mod tests {
             torque_n_m: cast(&d.torque_n_m),
             wheel_momentum_n_m_s: cast(&d.wheel_momentum_n_m_s),
         };
-        let mut fit = MomentumIntegral::<T>::new(&cast(&rate), &narrow(drive(0.0)));
+        let mut fit = MomentumIntegral::<T>::new(
+            &cast(&rate),
+            &narrow(drive(0.0)),
+            T::lit(noise_rad_s),
+            prior,
+        );
         for k in 0..(seconds / STEP_S) as usize {
             let t = k as f64 * STEP_S;
             let (start, middle, end) = (drive(t), drive(t + STEP_S / 2.0), drive(t + STEP_S));
@@ -236,7 +248,7 @@ mod tests {
 
     #[test]
     fn finds_the_inertia_without_a_guess() {
-        let found = fly::<f64>(20.0).solve(1e-6, None).unwrap().inertia.elements_kg_m2();
+        let found = fly::<f64>(20.0, 1e-6, None).solve(1e-6).unwrap().inertia.elements_kg_m2();
         for i in 0..6 {
             assert!((found[i] - INERTIA[i]).abs() < TRAPEZOID, "{found:?}");
         }
@@ -244,7 +256,7 @@ mod tests {
 
     #[test]
     fn single_precision_suffices() {
-        let found = fly::<f32>(20.0).solve(1e-6, None).unwrap().inertia.elements_kg_m2();
+        let found = fly::<f32>(20.0, 1e-6, None).solve(1e-6).unwrap().inertia.elements_kg_m2();
         for i in 0..6 {
             assert!((f64::from(found[i]) - INERTIA[i]).abs() < TRAPEZOID, "{found:?}");
         }
@@ -252,19 +264,62 @@ mod tests {
 
     #[test]
     fn the_rate_at_the_end_comes_with_it() {
-        let fit = fly::<f64>(20.0);
-        let rate = fit.solve(1e-6, None).unwrap().rate_rad_s;
+        let fit = fly::<f64>(20.0, 1e-6, None);
+        let rate = fit.solve(1e-6).unwrap().rate_rad_s;
         // The newest rate is one of the rows' regressors: solved for, it must agree with them.
         let momentum = fit.last.regressor;
         assert!((gyroscopic_regressor(&rate) - momentum).abs().max() < TRAPEZOID);
     }
 
+    /// The same equations put down one by one, with `H₀` among the unknowns.
+    #[test]
+    fn the_covariance_is_that_of_all_rows() {
+        let body = Gyrostat::new(&Inertia::new(INERTIA)).unwrap();
+        let (mut rate, mut integral) = (Vec3::new(0.1, -0.2, 0.05), Mat::<f64, 3, 6>::zeros());
+        let mut fit = MomentumIntegral::new(&rate, &drive(0.0), 1e-3, None);
+        let row = |rate: &Vec3<f64>, integral: &Mat<f64, 3, 6>| regressor(rate) + integral;
+        let mut rows = std::vec![row(&rate, &integral)];
+        for k in 0..500 {
+            let t = f64::from(k) * STEP_S;
+            let (start, middle, end) = (drive(t), drive(t + STEP_S / 2.0), drive(t + STEP_S));
+            let interval = Interval { duration_s: STEP_S, start, middle, end };
+            let before = gyroscopic_regressor(&rate);
+            rate = runge_kutta_4(&body, &rate, &interval);
+            integral += (before + gyroscopic_regressor(&rate)) * (STEP_S / 2.0);
+            rows.push(row(&rate, &integral));
+            fit.add(&rate, &interval);
+        }
+        let mut information = Mat::<f64, 9, 9>::zeros();
+        for m in &rows {
+            let mut all = Mat::<f64, 3, 9>::zeros();
+            all.fixed_view_mut::<3, 3>(0, 0).copy_from(&-Mat::<f64, 3, 3>::identity());
+            all.fixed_view_mut::<3, 6>(0, 3).copy_from(m);
+            information += all.transpose() * all;
+        }
+        let found = fit.solve(1e-3).unwrap();
+        // J δω = δH₀ − (G(ω) + I) δj.
+        let inverse = found.inertia.inverse().unwrap();
+        let mut jacobian = Mat::<f64, 9, 9>::identity();
+        let by_inertia = -(inverse * row(&found.rate_rad_s, &integral));
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&inverse);
+        jacobian.fixed_view_mut::<3, 6>(0, 3).copy_from(&by_inertia);
+        let covariance = jacobian * information.try_inverse().unwrap() * jacobian.transpose();
+        let expected = covariance * row_variance(&found.inertia, 1e-3);
+        let ours = found.covariance.covariance();
+        for i in 0..9 {
+            for k in 0..9 {
+                let scale = (expected[(i, i)] * expected[(k, k)]).sqrt();
+                assert!((ours[(i, k)] - expected[(i, k)]).abs() < 1e-6 * scale, "{i} {k}");
+            }
+        }
+    }
+
     #[test]
     fn a_prior_fills_in_what_the_motion_does_not_show() {
         let prior = Prior { inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], sigma_kg_m2: [1e-3; 6] };
-        let found = fly::<f64>(0.1).solve(1e-3, Some(&prior)).unwrap();
+        let found = fly::<f64>(0.1, 1e-3, Some(&prior)).solve(1e-3).unwrap();
         for i in 0..6 {
-            let sigma = found.covariance_factor.row(3 + i).norm();
+            let sigma = found.covariance.variance(3 + i).sqrt();
             assert!((found.inertia.elements_kg_m2()[i] - prior.inertia_kg_m2[i]).abs() < 3e-3);
             assert!(sigma > 0.9e-3 && sigma < 1.1e-3, "{sigma}");
         }
@@ -272,7 +327,7 @@ mod tests {
 
     #[test]
     fn says_nothing_before_the_motion_stands_out_of_the_noise() {
-        assert!(fly::<f64>(0.1).solve(1e-2, None).is_none());
-        assert!(fly::<f64>(20.0).solve(10.0, None).is_none());
+        assert!(fly::<f64>(0.1, 1e-2, None).solve(1e-2).is_none());
+        assert!(fly::<f64>(20.0, 10.0, None).solve(10.0).is_none());
     }
 }

@@ -3,7 +3,7 @@
 //! A covariance kept so can't lose symmetry, nor its positive diagonal to rounding, which is
 //! why it flies in single precision. No square root is needed. \[Bierman1977\]
 
-use super::{Mat, scalar::Real};
+use super::{Mat, Vec3, scalar::Real};
 
 /// The factors in one matrix: D on the diagonal, U above it, nothing below.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,31 +20,11 @@ crate::persist!(
 );
 
 impl<T: Real, const N: usize> Ud<T, N> {
-    /// Factors of the covariance `S Sᵀ`, by modified Gram-Schmidt from the last row up.
-    ///
-    /// The covariance itself is never formed: squaring would lose in single precision what is
-    /// known of one component given the others. \[Bierman1977\] section VI.4
-    pub fn of_factor(s: &Mat<T, N, N>) -> Self {
-        let mut rows = *s;
+    /// Uncorrelated components of these variances (not negative).
+    pub fn diagonal(variances: [T; N]) -> Self {
         let mut packed = Mat::zeros();
-        for j in (0..N).rev() {
-            let mut d = T::zero();
-            for k in 0..N {
-                d += rows[(j, k)] * rows[(j, k)];
-            }
-            packed[(j, j)] = d;
-            for i in 0..j {
-                let mut along = T::zero();
-                for k in 0..N {
-                    along += rows[(i, k)] * rows[(j, k)];
-                }
-                let u = if d > T::zero() { along / d } else { T::zero() };
-                packed[(i, j)] = u;
-                for k in 0..N {
-                    let step = u * rows[(j, k)];
-                    rows[(i, k)] -= step;
-                }
-            }
+        for i in 0..N {
+            packed[(i, i)] = variances[i];
         }
         Self { packed }
     }
@@ -102,9 +82,23 @@ impl<T: Real, const N: usize> Ud<T, N> {
         sum
     }
 
+    /// Multiplies the covariance by `share` (not negative).
+    pub fn scale(&mut self, share: T) {
+        for i in 0..N {
+            self.packed[(i, i)] *= share;
+        }
+    }
+
     /// Every factor is finite and no variance negative.
     pub fn is_valid(&self) -> bool {
-        self.packed.iter().all(|x| x.is_finite()) && (0..N).all(|i| self.d(i) >= T::zero())
+        // One infinity or NaN spoils the sum, which costs less than to ask each of them.
+        let mut sum = T::zero();
+        for column in 0..N {
+            for row in 0..=column {
+                sum += self.packed[(row, column)];
+            }
+        }
+        sum.is_finite() && (0..N).all(|i| self.d(i) >= T::zero())
     }
 
     /// Updates the factors with a scalar measurement of one component, `z = x[component] + v`,
@@ -139,29 +133,86 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// Adds `variance` (not negative) to one component: a random walk.
     ///
     /// The rank-one update of Agee and Turner, \[Bierman1977\] section III.5.
-    #[inline]
     pub fn inflate(&mut self, component: usize, variance: T) {
         if variance <= T::zero() {
             return;
         }
-        let mut a = [T::zero(); N];
-        a[component] = T::one();
+        let mut a: [T; N] =
+            core::array::from_fn(|i| if i == component { T::one() } else { T::zero() });
         let mut c = variance;
-        for j in (0..=component).rev() {
-            let aj = a[j];
-            let d = self.d(j);
-            let d_new = d + c * aj * aj;
+        // From the last column on, although those after `component` stay as they are: with a fixed
+        // number of turns it becomes straight code.
+        for j in (0..N).rev() {
+            if j <= component {
+                let along = c * a[j];
+                let before = self.d(j);
+                let after = before + along * a[j];
+                // Where nothing is uncertain, and nothing is added, all stays as it is.
+                let (per_after, kept) = if after > T::zero() {
+                    let per_after = T::one() / after;
+                    (per_after, before * per_after)
+                } else {
+                    (T::zero(), T::one())
+                };
+                self.set_d(j, after);
+                let v = along * per_after;
+                for i in 0..j {
+                    let u = self.u(i, j);
+                    a[i] -= a[j] * u;
+                    self.set_u(i, j, u + a[i] * v);
+                }
+                c *= kept;
+            }
+        }
+    }
+}
+
+impl<T: Real> Ud<T, 9> {
+    /// `P ← Φ P Φᵀ` with `Φ = [[A, B], [0, 1]]`: the first three components become `A x₁ + B x₂`.
+    ///
+    /// In the same blocks `Φ U = [[A U₁₁, A U₁₂ + B U₂₂], [0, U₂₂]]`: the factors of the other six
+    /// stay as they are, and only the 3×3 block `A U₁₁` has to be made triangular again.
+    #[inline]
+    pub fn transform_first(&mut self, a: &Mat<T, 3, 3>, b: &Mat<T, 3, 6>) {
+        for column in 3..9 {
+            let mut new = Vec3::zeros();
+            for i in 0..3 {
+                let mut sum = b[(i, column - 3)];
+                for k in 3..column {
+                    sum += b[(i, k - 3)] * self.u(k, column);
+                }
+                for k in 0..3 {
+                    sum += a[(i, k)] * self.u(k, column);
+                }
+                new[i] = sum;
+            }
+            for i in 0..3 {
+                self.set_u(i, column, new[i]);
+            }
+        }
+        let (u01, u02, u12) = (self.u(0, 1), self.u(0, 2), self.u(1, 2));
+        let row = |i: usize| {
+            let (x, y, z) = (a[(i, 0)], a[(i, 1)], a[(i, 2)]);
+            Vec3::new(x, x * u01 + y, x * u02 + y * u12 + z)
+        };
+        self.retriangularise([row(0), row(1), row(2)]);
+    }
+
+    /// Weighted Gram-Schmidt from the last row up: U₁₁, D₁ such that
+    /// `U₁₁ D₁' U₁₁ᵀ = W D₁ Wᵀ`. \[Bierman1977\] section VI.4, \[Thornton1976\]
+    #[inline]
+    fn retriangularise(&mut self, mut w: [Vec3<T>; 3]) {
+        let d = Vec3::new(self.d(0), self.d(1), self.d(2));
+        for j in (0..3).rev() {
+            let weighted = w[j].component_mul(&d);
+            let d_new = w[j].dot(&weighted);
             self.set_d(j, d_new);
-            if d_new <= T::zero() {
-                continue;
-            }
-            let v = c * aj / d_new;
             for i in 0..j {
-                let u = self.u(i, j);
-                a[i] -= aj * u;
-                self.set_u(i, j, u + a[i] * v);
+                let u = if d_new > T::zero() { w[i].dot(&weighted) / d_new } else { T::zero() };
+                self.set_u(i, j, u);
+                let along = w[j] * u;
+                w[i] -= along;
             }
-            c *= d / d_new;
         }
     }
 }
@@ -171,16 +222,28 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A factor and its covariance, well enough conditioned for the tolerances below.
-    fn random(x: &[f64; 25]) -> (Ud<f64, 5>, Mat<f64, 5, 5>) {
-        let s = Mat::<f64, 5, 5>::from_row_slice(x) + Mat::identity() * 3.0;
-        (Ud::of_factor(&s), s * s.transpose())
+    /// Factors, and their covariance.
+    fn random<const N: usize>(x: &[f64]) -> (Ud<f64, N>, Mat<f64, N, N>) {
+        let u = Mat::<f64, N, N>::from_fn(|i, k| match k {
+            _ if k < i => 0.0,
+            _ if k == i => 1.0,
+            _ => x[(7 * i + 11 * k) % x.len()],
+        });
+        let mut ud = Ud::diagonal(core::array::from_fn(|i| 1.5 + x[i]));
+        let mut d = Mat::<f64, N, N>::zeros();
+        for k in 0..N {
+            d[(k, k)] = ud.d(k);
+            for i in 0..k {
+                ud.set_u(i, k, u[(i, k)]);
+            }
+        }
+        (ud, u * d * u.transpose())
     }
 
     proptest! {
         #[test]
         fn factors_reassemble_the_covariance(x in prop::array::uniform25(-1.0..1.0f64)) {
-            let (ud, p) = random(&x);
+            let (ud, p) = random::<5>(&x);
             prop_assert!((ud.covariance() - p).abs().max() < 1e-12);
             prop_assert!((0..5).all(|i| (ud.variance(i) - p[(i, i)]).abs() < 1e-12));
         }
@@ -189,7 +252,7 @@ mod tests {
         fn an_observation_is_the_kalman_update(
             x in prop::array::uniform25(-1.0..1.0f64), i in 0..5usize, r in 0.01..1.0f64,
         ) {
-            let (mut ud, p) = random(&x);
+            let (mut ud, p) = random::<5>(&x);
             let gain = ud.observe(i, r);
             let s = p[(i, i)] + r;
             let k = p.column(i) / s;
@@ -204,18 +267,31 @@ mod tests {
         fn inflating_adds_variance_to_one_component(
             x in prop::array::uniform25(-1.0..1.0f64), i in 0..5usize, q in 0.0..1.0f64,
         ) {
-            let (mut ud, mut p) = random(&x);
+            let (mut ud, mut p) = random::<5>(&x);
             ud.inflate(i, q);
             p[(i, i)] += q;
             prop_assert!((ud.covariance() - p).abs().max() < 1e-11);
+        }
+
+        #[test]
+        fn the_transformation_is_the_dense_one(
+            x in prop::array::uniform32(-1.0..1.0f64), y in prop::array::uniform27(-1.0..1.0f64),
+        ) {
+            let a = Mat::<f64, 3, 3>::from_row_slice(&y[..9]);
+            let b = Mat::<f64, 3, 6>::from_row_slice(&y[9..]);
+            let (mut ud, p) = random::<9>(&x);
+            let mut phi = Mat::<f64, 9, 9>::identity();
+            phi.fixed_view_mut::<3, 3>(0, 0).copy_from(&a);
+            phi.fixed_view_mut::<3, 6>(0, 3).copy_from(&b);
+            let dense = phi * p * phi.transpose();
+            ud.transform_first(&a, &b);
+            prop_assert!((ud.covariance() - dense).abs().max() < 1e-11 * dense.abs().max());
         }
     }
 
     #[test]
     fn a_known_direction_stays_known() {
-        let mut s = Mat::<f32, 3, 3>::identity();
-        s[(2, 2)] = 0.0;
-        let mut ud = Ud::of_factor(&s);
+        let mut ud = Ud::diagonal([1.0f32, 1.0, 0.0]);
         ud.observe(0, 0.1);
         assert_eq!(ud.variance(2), 0.0);
         assert!(ud.is_valid());

@@ -7,7 +7,7 @@ use super::{Config, Form, State};
 use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::Interval;
 use crate::dynamics::step::AdamsBashforth2;
-use crate::math::{Mat, Vec3, inverse_symmetric, scalar::Real};
+use crate::math::{Mat, Vec3, inverse_symmetric, scalar::Real, ud::Ud};
 use crate::tensor::Inertia;
 
 /// τ_m, τ_p of \[Bellar2019\] Table 2: time constants of the Gauss-Markov moments and products, s.
@@ -24,9 +24,8 @@ pub struct AsPublished<T: Real> {
 crate::persist!([T: Real] AsPublished<T> { covariance, rule });
 
 impl<T: Real> Form<T> for AsPublished<T> {
-    fn new(covariance_factor: &Mat<T, 9, 9>) -> Self {
-        let covariance = covariance_factor * covariance_factor.transpose();
-        Self { covariance, rule: AdamsBashforth2::default() }
+    fn new(covariance: &Ud<T, 9>) -> Self {
+        Self { covariance: covariance.covariance(), rule: AdamsBashforth2::default() }
     }
 
     /// \[Bellar2019\] Eqs. (5), (14), (18), (19).

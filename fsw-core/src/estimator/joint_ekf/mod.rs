@@ -27,7 +27,7 @@ use crate::dynamics::interval::{DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
 use crate::gate::{Gate, Verdict};
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
 use crate::monitor::innovation::InnovationMonitor;
 use crate::sample::Sample;
 use crate::tensor::Inertia;
@@ -37,8 +37,8 @@ pub type JointEkfPublished<T, const W: usize> = JointEkf<T, AsPublished<T>, W>;
 /// The filter that flies: Runge-Kutta propagation, UD factors.
 pub type JointEkfUd<T, const W: usize> = JointEkf<T, StructuredUd<T>, W>;
 
-/// While aligning, a first estimate is tried every so many samples: a solution costs as much as
-/// a few steps.
+/// While aligning, a first estimate is tried every so many samples: a solution costs twice as much
+/// as taking in a sample, and one more sample changes little.
 const ALIGNMENT_PERIOD: u32 = 16;
 
 /// Rate and inertia, the nine states.
@@ -54,8 +54,8 @@ crate::persist!([T: Real] State<T> { rate_rad_s, inertia });
 
 /// How the filter keeps its covariance, and with it propagates and corrects.
 pub trait Form<T: Real>: Sized {
-    /// Starts with the covariance `S Sᵀ` of the nine states.
-    fn new(covariance_factor: &Mat<T, 9, 9>) -> Self;
+    /// Starts with this covariance of the nine states.
+    fn new(covariance: &Ud<T, 9>) -> Self;
     /// Propagates state and covariance over an interval; `None` where the inertia has no inverse.
     fn predict(
         &mut self,
@@ -131,7 +131,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             prior: config.prior,
             range_kg_m2: start.range_kg_m2,
             state: start.state,
-            form: F::new(&start.covariance_factor),
+            form: F::new(&start.covariance),
             monitor: InnovationMonitor::default(),
             innovation: None,
             spikes_in_a_row: 0,
@@ -163,32 +163,31 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.track_from(Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
         if self.prior.is_none_or(|prior| prior.is_vague(self.config.align_above)) {
             let drive = self.drive.at_last_sample(&self.wheels, sample);
-            self.phase = Phase::Aligning(MomentumIntegral::new(&sample.rate_rad_s, &drive));
+            let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
+            let fit = MomentumIntegral::new(&sample.rate_rad_s, &drive, noise, prior);
+            self.phase = Phase::Aligning(fit);
         }
     }
 
     fn track_from(&mut self, start: Start<T>) {
         self.state = start.state;
-        self.form = F::new(&start.covariance_factor);
+        self.form = F::new(&start.covariance);
         self.range_kg_m2 = start.range_kg_m2;
         self.spikes_in_a_row = 0;
         self.contradicted = false;
         self.phase = Phase::Tracking;
     }
 
-    fn align(
-        &mut self,
-        mut fit: MomentumIntegral<T>,
-        sample: &Sample<T, W>,
-        interval: &Interval<T>,
-    ) -> Outcome {
-        fit.add(&sample.rate_rad_s, interval);
+    fn align(&mut self, sample: &Sample<T, W>, interval: &Interval<T>) -> Outcome {
         self.state.rate_rad_s = sample.rate_rad_s;
-        self.phase = Phase::Aligning(fit);
+        let Phase::Aligning(fit) = &mut self.phase else {
+            return Outcome::Coasting(Coasting::Aligning);
+        };
+        fit.add(&sample.rate_rad_s, interval);
         if !fit.samples().is_multiple_of(ALIGNMENT_PERIOD) {
             return Outcome::Coasting(Coasting::Aligning);
         }
-        let start = Start::from_motion(&fit, self.prior.as_ref(), self.config.gyro_noise_rad_s);
+        let start = Start::from_motion(fit, self.prior.as_ref(), self.config.gyro_noise_rad_s);
         self.contradicted = matches!(start, Err(NoStart::NotPhysical));
         match start {
             Err(_) => Outcome::Coasting(Coasting::Aligning),
@@ -281,7 +280,7 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
                 let duration_s = T::seconds(elapsed_us);
                 let interval = self.drive.advance(&self.wheels, sample, duration_s);
                 match self.phase {
-                    Phase::Aligning(fit) => self.align(fit, sample, &interval),
+                    Phase::Aligning(_) => self.align(sample, &interval),
                     Phase::Waiting | Phase::Tracking => self.track(sample, &interval),
                 }
             }

@@ -3,12 +3,12 @@
 use super::{Config, InitialRate, State};
 use crate::estimator::Prior;
 use crate::estimator::momentum_integral::MomentumIntegral;
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Vec3, scalar::Real, ud::Ud};
 use crate::tensor::Inertia;
 
 /// The formal sigma of the first estimate leaves out the noise in the integrals: measured over
-/// 10,000 runs of the STSAT-3 spin-up, its error is 1.1 to 1.5 times the bound.
-const ALIGNMENT_INFLATION: f64 = 1.5;
+/// 10,000 runs of the STSAT-3 spin-up, its error is 1.1 to 1.5 times the bound. The square of that.
+const ALIGNMENT_INFLATION: f64 = 1.5 * 1.5;
 
 /// Alignment ends when each element's sigma is below this share of the mean moment: close enough
 /// for the filter's linearisation, which starts well from errors of a half.
@@ -19,8 +19,8 @@ const ALIGNED: f64 = 0.1;
 pub(super) struct Start<T: Real> {
     /// Rate and inertia.
     pub state: State<T>,
-    /// S of the covariance `S Sᵀ`.
-    pub covariance_factor: Mat<T, 9, 9>,
+    /// Of the nine states.
+    pub covariance: Ud<T, 9>,
     /// What is held as possible of each element, kg m²: observability is judged against it.
     pub range_kg_m2: [T; 6],
 }
@@ -48,17 +48,15 @@ impl<T: Real> Start<T> {
             rate_rad_s: *first_rate_rad_s,
             sigma_rad_s: config.gyro_noise_rad_s,
         });
-        let mut covariance_factor = Mat::<T, 9, 9>::zeros();
-        for i in 0..3 {
-            covariance_factor[(i, i)] = rate.sigma_rad_s;
-        }
-        for k in 0..6 {
-            covariance_factor[(3 + k, 3 + k)] = sigma_kg_m2[k];
-        }
+        let sigma = |i: usize| match i.checked_sub(3) {
+            None => rate.sigma_rad_s,
+            Some(k) => sigma_kg_m2[k],
+        };
+        let covariance = Ud::diagonal(core::array::from_fn(|i| sigma(i) * sigma(i)));
         let inertia = Inertia::new(config.initial_inertia_kg_m2.unwrap_or(inertia_kg_m2));
         Self {
             state: State { rate_rad_s: rate.rate_rad_s, inertia },
-            covariance_factor,
+            covariance,
             range_kg_m2: sigma_kg_m2,
         }
     }
@@ -69,19 +67,19 @@ impl<T: Real> Start<T> {
         prior: Option<&Prior<T>>,
         noise_rad_s: T,
     ) -> Result<Self, NoStart> {
-        let solution = fit.solve(noise_rad_s, prior).ok_or(NoStart::TooLittleMotion)?;
-        let covariance_factor = solution.covariance_factor * T::lit(ALIGNMENT_INFLATION);
-        let variance = |i: usize| covariance_factor.row(i).dot(&covariance_factor.row(i));
+        let solution = fit.solve(noise_rad_s).ok_or(NoStart::TooLittleMotion)?;
+        let mut covariance = solution.covariance;
+        covariance.scale(T::lit(ALIGNMENT_INFLATION));
         let mean_moment = solution.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
         let largest = mean_moment * T::lit(ALIGNED);
-        if !(3..9).all(|i| variance(i) < largest * largest) {
+        if !(3..9).all(|i| covariance.variance(i) < largest * largest) {
             return Err(NoStart::TooLittleMotion);
         }
-        if solution.inertia.check().is_err() {
+        if !solution.inertia.is_physical() {
             return Err(NoStart::NotPhysical);
         }
         let range_kg_m2 = prior.unwrap_or(&Prior::of_size(mean_moment)).sigma_kg_m2;
         let state = State { rate_rad_s: solution.rate_rad_s, inertia: solution.inertia };
-        Ok(Self { state, covariance_factor, range_kg_m2 })
+        Ok(Self { state, covariance, range_kg_m2 })
     }
 }
