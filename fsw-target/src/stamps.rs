@@ -47,6 +47,13 @@ impl Stamps {
         Some(newest)
     }
 
+    /// Throws away what waits: its samples are no longer in the gyro.
+    pub fn drop_all(&mut self) {
+        while self.queue.dequeue().is_some() {
+            self.count_overrun();
+        }
+    }
+
     /// Whether no stamp waits.
     pub fn is_empty(&self) -> bool {
         self.queue.is_empty()
@@ -76,6 +83,17 @@ mod tests {
             assert_eq!(stamps.take_newest(), None);
         }
         assert_eq!(stamps.overruns(), 0);
+    }
+
+    #[test]
+    fn what_was_dropped_is_never_taken() {
+        let mut stamps = Stamps::new();
+        stamps.push(1);
+        stamps.push(2);
+        stamps.drop_all();
+        assert_eq!((stamps.take_newest(), stamps.overruns()), (None, 2));
+        stamps.push(3);
+        assert_eq!(stamps.take_newest(), Some(3));
     }
 
     #[test]

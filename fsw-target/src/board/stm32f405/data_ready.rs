@@ -43,9 +43,13 @@ fn EXTI4() {
     }
 }
 
-/// Forgets an edge that came while interrupts were masked for long: nobody knows when.
+/// After interrupts were masked for long: forgets the stamps from before, whose samples newer ones
+/// have replaced, and the edge that waits to be served, since nobody knows when it came.
 pub(super) fn drop_pending() {
-    LINE.with(|line| line.exti.pr().write(|w| w.pr4().clear()));
+    LINE.with(|line| {
+        line.exti.pr().write(|w| w.pr4().clear());
+        line.stamps.drop_all();
+    });
     NVIC::unpend(Interrupt::EXTI4);
 }
 

@@ -7,9 +7,10 @@
 //!
 //! * An erasure stops everything for a second or two. The watchdog's period is longer than that
 //!   (`watchdog.rs`), if it was fed just before.
-//! * What happens meanwhile is lost: gyro samples (the stamp of the one that waits is dropped too,
-//!   since it would be late by up to a sample), received bytes and wheel edges beyond one, which
-//!   are counted or told as errors. The estimator bridges the gap, and begins anew where it has to.
+//! * What happens meanwhile is lost: gyro samples (the stamps that wait are dropped too, since the
+//!   gyro holds newer samples then, and nobody knows of when), received bytes and wheel edges beyond
+//!   one, which are counted or told as errors. The estimator bridges the gap, and begins anew where
+//!   it has to.
 //!
 //! Whatever was written or erased is read back, and an error if it isn't as it should be. In QEMU
 //! programming has no effect, and this is how one is told.
