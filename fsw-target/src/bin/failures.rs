@@ -43,9 +43,10 @@ mod on_target {
         defmt::info!("life {=u32}, ended last by {}", last_life.failures, last_life.failure);
         match last_life.failures {
             0 => defmt::info!("{=f32}", descend(0.0)),
-            1 => cortex_m::asm::udf(),
-            2 => SCB::set_pendst(), // nothing serves SysTick
-            3 => defmt::info!("{=u8}", index_out_of_bounds()),
+            1 => defmt::info!("{=u32}", leap()),
+            2 => cortex_m::asm::udf(),
+            3 => SCB::set_pendst(), // nothing serves SysTick
+            4 => defmt::info!("{=u8}", index_out_of_bounds()),
             _ => succeed(),
         }
         defmt::error!("that should have failed");
@@ -58,6 +59,12 @@ mod on_target {
     fn descend(depth: f32) -> f32 {
         let frame = black_box([depth; 10]);
         if black_box(true) { descend(depth + 1.0) + frame.iter().sum::<f32>() } else { depth }
+    }
+
+    /// Needs more stack than there is at once, and uses the far end of it only.
+    #[inline(never)]
+    fn leap() -> u32 {
+        black_box([0_u32; 25_000])[7]
     }
 
     /// Reads past the end of an array, which the compiler is kept from seeing.

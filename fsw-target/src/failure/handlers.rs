@@ -3,7 +3,8 @@
 //! # Overflow of the stack
 //!
 //! `memory.x` puts the stack at the lowest addresses of the RAM, below all statics. A stack that
-//! grows too far leaves the RAM, where there is nothing to overwrite: the access faults. (The
+//! grows too far leaves the RAM, where there is nothing to overwrite and all is closed
+//! ([`crate::stack`]): the access faults. (The
 //! linker flip-link makes the same arrangement, but needs a linker under it that Debian's tool
 //! chain doesn't have.) The handler can't use the stack that overflowed, so it starts it anew: it
 //! never returns to what was on it.
@@ -12,6 +13,7 @@ use super::{Failure, Kind};
 use crate::stack;
 use core::arch::naked_asm;
 use core::panic::PanicInfo;
+use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 
 #[allow(unsafe_code, reason = "the image defines this function, by the macro `ends_by`")]
@@ -99,6 +101,10 @@ extern "C" fn HardFault() -> ! {
 const OVERFLOW_MARGIN_BYTES: u32 = 128;
 
 extern "C" fn hard_fault(frame: u32, at: u32, from: u32) -> ! {
+    // SAFETY: reading the status of the fault changes nothing.
+    #[allow(unsafe_code, reason = "the fault may have hit while the block was in use")]
+    let status = unsafe { &*SCB::PTR }.cfsr.read();
+    defmt::error!("fault status {=u32:#010x}", status);
     if frame < stack::end() + OVERFLOW_MARGIN_BYTES {
         defmt::error!("stack overflow at {=u32:#010x}, called from {=u32:#010x}", at, from);
         fsw_target_image_ends(Failure { kind: Kind::StackOverflow, at, from });
