@@ -6,7 +6,7 @@
 //!
 //! What is kept in a checkpoint is the selected one, and the prior: [`Persist`].
 //!
-//! All have their place in memory for good, so that selecting one allocates nothing and moves
+//! `window` has its place in memory for good, the others share one, so that selecting one allocates
 //! nothing. Selecting one starts it afresh: what another one has seen is no business of its.
 
 use crate::craft::{Craft, WHEELS};
@@ -15,7 +15,7 @@ use fsw_core::estimator::chain::{self, Chain};
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Window};
 use fsw_core::estimator::{Innovation, Prior};
-use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3};
+use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3, WheelArray};
 
 /// Blocks that a window keeps: sixteen turns of the body at least.
 pub const BLOCKS: usize = 512;
@@ -80,6 +80,14 @@ impl From<ConfigError> for Refused {
     }
 }
 
+/// One that isn't `window`.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "it has its place for good")]
+enum Filter {
+    JointEkf(FlownJointEkf),
+    EkfSgfRls(FlownChain),
+}
+
 /// The estimators.
 #[derive(Debug, Clone)]
 pub struct Onboard {
@@ -87,11 +95,9 @@ pub struct Onboard {
     craft: Craft<WHEELS>,
     /// The craft's, or what the ground has set instead.
     prior: Option<Prior<f32>>,
-    selected: EstimatorId,
     window: FlownWindow,
-    joint_ekf: FlownJointEkf,
-    /// None without a nominal inertia.
-    chain: Option<FlownChain>,
+    /// What is stepped in its stead, if anything.
+    filter: Option<Filter>,
 }
 
 impl Onboard {
@@ -100,19 +106,37 @@ impl Onboard {
     /// # Errors
     /// Names the value of the craft that an estimator refuses.
     pub fn new(craft: Craft<WHEELS>) -> Result<Self, ConfigError> {
-        Ok(Self {
-            selected: EstimatorId::default(),
-            window: new_window(&craft, craft.prior)?,
-            joint_ekf: new_joint_ekf(&craft, craft.prior)?,
-            chain: new_chain(&craft, craft.prior)?,
-            prior: craft.prior,
-            craft,
-        })
+        let mut onboard = Self::unconfigured(craft, craft.wheels()?);
+        onboard.configure()?;
+        Ok(onboard)
+    }
+
+    /// The same before it is configured, whose gyro is of unknown noise: nothing can go wrong, so
+    /// that it can be built where it stays. It takes 16 KiB, and a stack has less than that.
+    ///
+    /// `wheels` are those of the craft.
+    #[inline(always)]
+    pub fn unconfigured(craft: Craft<WHEELS>, wheels: WheelArray<f32, WHEELS>) -> Self {
+        Self { prior: craft.prior, craft, window: Window::of_unknown_noise(wheels), filter: None }
+    }
+
+    /// Configures all for the craft: as at the start.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn configure(&mut self) -> Result<(), ConfigError> {
+        self.prior = self.craft.prior;
+        self.filter = None;
+        self.window.reset(window_config(&self.craft, self.prior))
     }
 
     /// Which estimator is stepped.
     pub fn selected(&self) -> EstimatorId {
-        self.selected
+        match self.filter {
+            None => EstimatorId::Window,
+            Some(Filter::JointEkf(_)) => EstimatorId::JointEkf,
+            Some(Filter::EkfSgfRls(_)) => EstimatorId::EkfSgfRls,
+        }
     }
 
     /// What is believed of the inertia beforehand: the craft's prior, or the one that was set last.
@@ -120,19 +144,12 @@ impl Onboard {
         self.prior
     }
 
-    /// As at the start: `window`, and the craft's own prior.
-    pub fn start_afresh(&mut self) {
-        self.prior = self.craft.prior;
-        // The craft was accepted with this prior, so `window` accepts it again.
-        let _ = self.select(EstimatorId::default());
-    }
-
     /// Starts the selected estimator afresh: all that it has found is forgotten, the prior stays.
     ///
     /// # Errors
     /// None that a craft which was accepted once can cause; see [`select`](Self::select).
     pub fn reset(&mut self) -> Result<(), Refused> {
-        self.select(self.selected)
+        self.select(self.selected())
     }
 
     /// Steps this estimator from now on, from a fresh start.
@@ -140,16 +157,19 @@ impl Onboard {
     /// # Errors
     /// [`Refused::NoNominalInertia`].
     pub fn select(&mut self, id: EstimatorId) -> Result<(), Refused> {
-        let (craft, prior) = (&self.craft, self.prior);
-        match id {
-            EstimatorId::Window => self.window = new_window(craft, prior)?,
-            EstimatorId::JointEkf => self.joint_ekf = new_joint_ekf(craft, prior)?,
-            EstimatorId::EkfSgfRls => {
-                let chain = new_chain(craft, prior)?;
-                self.chain = Some(chain.ok_or(Refused::NoNominalInertia)?);
+        self.filter = match id {
+            EstimatorId::Window => {
+                self.window.reset(window_config(&self.craft, self.prior))?;
+                None
             }
-        }
-        self.selected = id;
+            EstimatorId::JointEkf => {
+                Some(Filter::JointEkf(new_joint_ekf(&self.craft, self.prior)?))
+            }
+            EstimatorId::EkfSgfRls => {
+                let nominal = self.prior.ok_or(Refused::NoNominalInertia)?;
+                Some(Filter::EkfSgfRls(new_chain(&self.craft, nominal)?))
+            }
+        };
         Ok(())
     }
 
@@ -180,28 +200,23 @@ impl Onboard {
     }
 
     fn of_windows(&mut self) -> Result<&mut FlownWindow, Refused> {
-        match self.selected {
-            EstimatorId::Window => Ok(&mut self.window),
-            EstimatorId::JointEkf | EstimatorId::EkfSgfRls => Err(Refused::NoWindows),
+        match self.filter {
+            None => Ok(&mut self.window),
+            Some(_) => Err(Refused::NoWindows),
         }
     }
 
     fn flying(&self) -> &dyn Estimator<f32, WHEELS> {
-        match (self.selected, &self.chain) {
-            (EstimatorId::JointEkf, _) => &self.joint_ekf,
-            (EstimatorId::EkfSgfRls, Some(chain)) => chain,
-            // Without a chain it can't have been selected.
-            (EstimatorId::Window | EstimatorId::EkfSgfRls, _) => &self.window,
+        match &self.filter {
+            None => &self.window,
+            Some(Filter::JointEkf(filter)) => filter,
+            Some(Filter::EkfSgfRls(chain)) => chain,
         }
     }
 }
 
-fn new_window(
-    craft: &Craft<WHEELS>,
-    prior: Option<Prior<f32>>,
-) -> Result<FlownWindow, ConfigError> {
-    let config = window::Config { prior, ..window::Config::new(craft.gyro_noise_rad_s) };
-    Window::new(config, craft.wheels()?)
+fn window_config(craft: &Craft<WHEELS>, prior: Option<Prior<f32>>) -> window::Config<f32> {
+    window::Config { prior, ..window::Config::new(craft.gyro_noise_rad_s) }
 }
 
 fn new_joint_ekf(
@@ -212,13 +227,9 @@ fn new_joint_ekf(
     JointEkfUd::new(config, craft.wheels()?)
 }
 
-fn new_chain(
-    craft: &Craft<WHEELS>,
-    prior: Option<Prior<f32>>,
-) -> Result<Option<FlownChain>, ConfigError> {
-    let Some(nominal) = prior else { return Ok(None) };
+fn new_chain(craft: &Craft<WHEELS>, nominal: Prior<f32>) -> Result<FlownChain, ConfigError> {
     let config = chain::Config::kim_2013(craft.gyro_noise_rad_s, nominal);
-    Chain::new(config, craft.wheels()?).map(Some)
+    Chain::new(config, craft.wheels()?)
 }
 
 fsw_core::persist!([] enum EstimatorId { 0 => Window, 1 => JointEkf, 2 => EkfSgfRls });
@@ -240,28 +251,26 @@ impl Persist for Onboard {
 
     fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
         self.prior.persist(archive)?;
-        self.selected.persist(archive)?;
-        // All of an estimator comes back, its prior too, whatever it was before: none is made afresh.
-        match self.selected {
-            EstimatorId::Window => self.window.persist(archive),
-            EstimatorId::JointEkf => self.joint_ekf.persist(archive),
-            EstimatorId::EkfSgfRls => {
-                if self.chain.is_none() {
-                    self.chain = new_chain(&self.craft, self.prior).unwrap_or(None);
-                }
-                let chain = self.chain.as_mut().ok_or(Invalid { place: "Onboard" })?;
-                chain.persist(archive)
-            }
+        let mut selected = self.selected();
+        selected.persist(archive)?;
+        if selected != self.selected() {
+            // All of its state comes back, its prior too: it only has to be there.
+            self.select(selected).map_err(|_| Invalid { place: "Onboard" })?;
+        }
+        match &mut self.filter {
+            None => self.window.persist(archive),
+            Some(Filter::JointEkf(filter)) => filter.persist(archive),
+            Some(Filter::EkfSgfRls(chain)) => chain.persist(archive),
         }
     }
 }
 
 impl Estimator<f32, WHEELS> for Onboard {
     fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
-        match (self.selected, &mut self.chain) {
-            (EstimatorId::JointEkf, _) => self.joint_ekf.step(sample),
-            (EstimatorId::EkfSgfRls, Some(chain)) => chain.step(sample),
-            (EstimatorId::Window | EstimatorId::EkfSgfRls, _) => self.window.step(sample),
+        match &mut self.filter {
+            None => self.window.step(sample),
+            Some(Filter::JointEkf(filter)) => filter.step(sample),
+            Some(Filter::EkfSgfRls(chain)) => chain.step(sample),
         }
     }
 

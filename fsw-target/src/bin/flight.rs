@@ -54,52 +54,67 @@ mod on_target {
         type Board = Services;
     }
 
-    static ONBOARD: StaticCell<Onboard> = StaticCell::new();
+    /// In static memory, so that the loop has the stack for itself. They are built where they stay:
+    /// `insert` needs no second place for the estimators, which have no room on the stack.
+    static ONBOARD: StaticCell<Option<Onboard>> = StaticCell::new();
+    static COMPUTER: StaticCell<Option<Computer<'static, OnStm32f405>>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        let last_life = restart::take_last_life();
-        defmt::info!("flight, after {}", last_life);
-        let Some(board) = Board::take() else { refuse(1) };
-        let report = board.report();
-        defmt::info!("{}", report);
-        let services = Services::start(board.watchdog, report.reset_cause, last_life);
-        let captures = board.captures.start(SHORTEST_EDGE_S);
-        let tachometers = Config {
-            edges_per_turn: FLOWN.spin_inertia_kg_m2.map(edges_per_turn),
-            reversed: [false; WHEELS],
-            zero_after_s: ZERO_AFTER_S,
+        let Some(computer) = bring_up() else {
+            // What this image is built of doesn't fit together: a test would have shown it.
+            defmt::error!("the board is taken, or the craft or its tachometers are refused");
+            restart::failed(Failure { kind: Kind::Panic, at: 0, from: 0 })
         };
-        let Ok(wheels) = WheelTach::new(captures, &tachometers) else { refuse(2) };
-        let Ok(onboard) = Onboard::new(FLOWN) else { refuse(3) };
-        let sensors = Sensors {
-            data_ready: board.data_ready,
-            gyro: Bmi088::new(Spi::new(board.gyro_bus), Settings::default()),
-            wheels,
-            torque: CommandedTorque::default(),
-        };
-        let mut computer = Computer::<OnStm32f405>::start(
-            ONBOARD.init(onboard),
-            sensors,
-            board.link,
-            board.flash,
-            services,
-            Reporting::default(),
-        );
+        computer.start();
         loop {
             computer.poll();
         }
     }
 
+    /// The computer on its board. A function of its own: what it takes of the stack is free again for
+    /// the loop.
+    #[inline(never)]
+    fn bring_up() -> Option<&'static mut Computer<'static, OnStm32f405>> {
+        let last_life = restart::take_last_life();
+        let board = Board::take()?;
+        let report = board.report();
+        defmt::info!("flight, after {}: {}", last_life, report);
+        let services = Services::start(board.watchdog, report.reset_cause, last_life);
+        let tachometers = Config {
+            edges_per_turn: FLOWN.spin_inertia_kg_m2.map(edges_per_turn),
+            reversed: [false; WHEELS],
+            zero_after_s: ZERO_AFTER_S,
+        };
+        let captures = board.captures.start(SHORTEST_EDGE_S);
+        let sensors = Sensors {
+            data_ready: board.data_ready,
+            gyro: Bmi088::new(Spi::new(board.gyro_bus), Settings::default()),
+            wheels: WheelTach::new(captures, &tachometers).ok()?,
+            torque: CommandedTorque::default(),
+        };
+        let onboard = estimators()?;
+        Some(COMPUTER.init(None).insert(Computer::new(
+            onboard,
+            sensors,
+            board.link,
+            board.flash,
+            services,
+            Reporting::default(),
+        )))
+    }
+
+    #[inline(never)]
+    fn estimators() -> Option<&'static mut Onboard> {
+        let wheels = FLOWN.wheels().ok()?;
+        let onboard = ONBOARD.init(None).insert(Onboard::unconfigured(FLOWN, wheels));
+        onboard.configure().ok()?;
+        Some(onboard)
+    }
+
     /// No sensor where there is no wheel.
     fn edges_per_turn(spin_inertia_kg_m2: f32) -> u16 {
         if spin_inertia_kg_m2 > 0.0 { EDGES_PER_TURN } else { 0 }
-    }
-
-    /// What this image is built of doesn't fit together: a test would have shown it.
-    fn refuse(step: u32) -> ! {
-        defmt::error!("start-up step {=u32} failed", step);
-        restart::failed(Failure { kind: Kind::Panic, at: step, from: 0 })
     }
 }
 

@@ -17,6 +17,8 @@ const OFF_US: u64 = 60_000_000;
 
 /// Checkpoints, and what became of them.
 pub struct Checkpoints<F> {
+    /// Until it is opened.
+    unopened: Option<F>,
     /// None where the flash can't be read.
     store: Option<Store<F>>,
     /// What was in the flash at the start.
@@ -48,22 +50,27 @@ impl Persist for Kept<'_> {
 }
 
 impl<F: NorFlash> Checkpoints<F> {
-    /// Opens the flash, and brings the estimators and the time back from it.
-    pub fn restore(flash: F, onboard: &mut Onboard, board: &mut impl Housekeeping) -> Self {
-        let mut checkpoints = Self {
+    /// The flash as it is.
+    pub fn unopened(flash: F) -> Self {
+        Self {
+            unopened: Some(flash),
             store: None,
             found: CheckpointState::Failed,
             saved: 0,
             failed: 0,
             next_us: 0,
             dumping: None,
-        };
-        if let Ok(store) = Store::open(flash) {
-            let store = checkpoints.store.insert(store);
-            checkpoints.found = bring_back(store, onboard, board);
         }
-        checkpoints.next_us = board.now_us().saturating_add(PERIOD_US);
-        checkpoints
+    }
+
+    /// Opens the flash, and brings the estimators and the time back from it.
+    pub fn restore(&mut self, onboard: &mut Onboard, board: &mut impl Housekeeping) {
+        let opened = self.unopened.take().map(Store::open);
+        if let Some(Ok(store)) = opened {
+            let store = self.store.insert(store);
+            self.found = bring_back(store, onboard, board);
+        }
+        self.next_us = board.now_us().saturating_add(PERIOD_US);
     }
 
     /// Whether it is time to save one.
@@ -124,7 +131,7 @@ fn bring_back<F: NorFlash>(
         }
         Err(why) => {
             // It may be half of one and half of the other.
-            onboard.start_afresh();
+            let _ = onboard.configure(); // the craft was accepted once
             match why {
                 store::Error::Invalid(_) => CheckpointState::Unusable,
                 _ => CheckpointState::Failed,

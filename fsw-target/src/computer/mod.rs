@@ -13,6 +13,9 @@
 //! leave to feed the watchdog once every task has done its work. [`Computer::poll`] never waits but
 //! for the gyro's start (0.1 s, and only while there is no gyro to lose samples of) and for the flash
 //! (see [`crate::store`]), and never ends the loop: whatever fails is counted and told.
+//!
+//! What is done now and then is not inlined into the loop: there its locals would lie under the step of
+//! an estimator, whose own need of the stack is the largest.
 
 mod checkpoints;
 mod parts;
@@ -85,39 +88,46 @@ struct Gyro {
 }
 
 impl<'a, P: Parts> Computer<'a, P> {
-    /// A computer on its parts: starts the gyro and goes on from the last checkpoint, if it can.
-    ///
-    /// On-board time goes on from the checkpoint's, so that samples stay in order; how long the
-    /// computer was off nobody knows, so that the estimator sees a gap.
-    pub fn start(
+    /// A computer on its parts, that hasn't touched them yet. Inline, so that one can be built where it
+    /// stays: it takes more than a kilobyte.
+    #[inline(always)]
+    pub fn new(
         onboard: &'a mut Onboard,
         sensors: SensorsOf<P>,
         link: P::Link,
         flash: P::Flash,
-        mut board: P::Board,
+        board: P::Board,
         reporting: Reporting,
     ) -> Self {
-        let flash = Checkpoints::restore(flash, onboard, &mut board);
-        let now_us = board.now_us();
-        let mut computer = Self {
+        Self {
             flight: FlightLoop::new(onboard, sensors),
             board,
-            started_us: now_us,
+            started_us: 0,
             link,
             uplink: Uplink::new(),
             downlink: Downlink::new(),
-            flash,
+            flash: Checkpoints::unopened(flash),
             supervisor: Supervisor::new(),
             reporting,
-            next_report_us: now_us,
-            gyro: Gyro { state: GyroState::NotStarted, identity: None, tried_us: now_us },
+            next_report_us: 0,
+            gyro: Gyro { state: GyroState::NotStarted, identity: None, tried_us: 0 },
             last: None,
             last_done: None,
             must_answer: false,
             torque_n_m: [0.0; 3],
-        };
-        computer.start_gyro();
-        computer
+        }
+    }
+
+    /// Goes on from the last checkpoint, if it can, and starts the gyro. Call it once, before the
+    /// first [`poll`](Self::poll).
+    ///
+    /// On-board time goes on from the checkpoint's, so that samples stay in order; how long the
+    /// computer was off nobody knows, so that the estimator sees a gap.
+    pub fn start(&mut self) {
+        self.flash.restore(self.flight.estimator_mut(), &mut self.board);
+        self.started_us = self.board.now_us();
+        self.next_report_us = self.started_us;
+        self.start_gyro();
     }
 
     /// One round: what the ground asks, what the sensors say, what the ground is told.
@@ -159,6 +169,7 @@ impl<'a, P: Parts> Computer<'a, P> {
     }
 
     /// Does what the ground asks; false if it can't be done.
+    #[inline(never)]
     fn obey(&mut self, command: Command) -> bool {
         let onboard = self.flight.estimator_mut();
         let done = match command {
@@ -200,12 +211,14 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.supervisor.report(Task::Sampling);
     }
 
+    #[inline(never)]
     fn start_gyro(&mut self) {
         let started = self.flight.sensors_mut().gyro.restart(self.board.delay());
         self.gyro = Gyro::of::<P::Gyro>(started, self.board.now_us());
     }
 
     /// Saves a checkpoint when it is time, between two samples.
+    #[inline(never)]
     fn keep_checkpoint(&mut self) {
         if self.last.is_some() && self.flash.is_due(self.board.now_us()) {
             self.flash.save(self.flight.estimator_mut(), &mut self.board);
@@ -228,6 +241,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.supervisor.report(Task::Reporting);
     }
 
+    #[inline(never)]
     fn report_estimate(&mut self) {
         let (sample_time_us, outcome) = match self.last {
             Some((time_us, outcome)) => (time_us, Some(outcome)),
@@ -239,6 +253,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.downlink.send(self.board.now_us(), &report);
     }
 
+    #[inline(never)]
     fn report_status(&mut self) {
         self.must_answer = false;
         let now_us = self.board.now_us();
@@ -283,6 +298,7 @@ impl<'a, P: Parts> Computer<'a, P> {
     }
 
     /// Sends the next part of a checkpoint, if one is asked for and the line has room beside reports.
+    #[inline(never)]
     fn dump_part(&mut self) {
         if !self.downlink.has_room_for(2 * MAX_FRAME) {
             return;

@@ -227,14 +227,9 @@ impl Ground {
             torque: recording,
         };
         let onboard = Box::leak(Box::new(Onboard::new(CRAFT).unwrap()));
-        let computer = Computer::start(
-            onboard,
-            sensors,
-            world.clone(),
-            world.clone(),
-            world.clone(),
-            reporting,
-        );
+        let mut computer =
+            Computer::new(onboard, sensors, world.clone(), world.clone(), world.clone(), reporting);
+        computer.start();
         Self {
             world,
             computer,

@@ -38,7 +38,9 @@ impl<const N: usize> Downlink<N> {
         }
     }
 
+    // Not inlined: packet and frame take half a kilobyte of the stack, and only here.
     /// Queues a report made at `time_us` of on-board time. Says whether it fits.
+    #[inline(never)]
     pub fn send<R: Report>(&mut self, time_us: u64, report: &R) -> bool {
         let count = self.count(R::APID);
         let sequence_count = *count;

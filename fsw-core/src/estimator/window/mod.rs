@@ -181,12 +181,34 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Names the configuration's first field that is out of its range, or that asks for an unknown
     /// that isn't among the U.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
+        config.validate::<U>()?;
+        Ok(Self::of_valid(config, wheels))
+    }
+
+    /// The same with the default configuration, for a gyro of which nothing is known: which needs no
+    /// check, so that a large window can be built where it stays, and [`reset`](Self::reset) there.
+    #[inline(always)]
+    pub fn of_unknown_noise(wheels: WheelArray<T, W>) -> Self {
+        Self::of_valid(Config::of_unknown_noise(), wheels)
+    }
+
+    /// As at the start, with this configuration.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); nothing has changed then.
+    pub fn reset(&mut self, config: Config<T>) -> Result<(), ConfigError> {
+        config.validate::<U>()?;
+        *self = Self::of_valid(config, self.wheels);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn of_valid(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
         const {
             assert!(N >= 64, "storage for fewer blocks than a start may need");
             assert!(is_a_set(U), "9, 12, 15 or 18 unknowns");
         };
-        config.validate::<U>()?;
-        Ok(Self {
+        Self {
             gate: Gate::new(config.gate),
             meter: NoiseMeter::new(),
             averager: None,
@@ -211,7 +233,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             rate_rad_s: Vec3::zeros(),
             config,
             wheels,
-        })
+        }
     }
 
     /// Ends the window: what it says of the inertia is kept, and a new one opens with the next motion.

@@ -5,6 +5,7 @@ use super::block::Block;
 use super::packed::{Packed, Packer, Scale};
 use crate::checkpoint::{Archive, Invalid, Persist, mix, name};
 use crate::math::{Vec3, scalar::Real};
+use heapless::Vec;
 
 /// Storage is rebuilt while this share of it, and at least so many blocks, is still free: meanwhile
 /// more come, at most as many as steps pass, and a step rebuilds three.
@@ -23,8 +24,9 @@ const MOST_BLOCKS: usize = 1 << 16;
 /// Up to N blocks.
 #[derive(Clone, Debug)]
 pub struct Storage<T: Real, const N: usize> {
-    blocks: [Packed; N],
-    len: usize,
+    /// Their places hold nothing until they are needed, so that a window can be built where it stays,
+    /// without a second one on the stack.
+    blocks: Vec<Packed, N>,
     scale: Scale<T>,
     /// Carry on what rounding takes: along the end, and along what is rebuilt.
     appending: Packer<T>,
@@ -37,7 +39,6 @@ pub struct Storage<T: Real, const N: usize> {
     rebuild: Option<Rebuild<T>>,
 }
 
-/// The blocks that there are; what is behind them stays as it is.
 impl<T: Real, const N: usize> Persist for Storage<T, N> {
     fn layout() -> u32 {
         let blocks = mix(const { mix(name("Storage"), name("packed")) }, <[Packed; N]>::layout());
@@ -46,11 +47,12 @@ impl<T: Real, const N: usize> Persist for Storage<T, N> {
     }
 
     fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
-        let Self { blocks, len, scale, appending, rebuilding, turn_square, bend_squares, rebuild } =
+        let Self { blocks, scale, appending, rebuilding, turn_square, bend_squares, rebuild } =
             self;
+        let mut len = blocks.len();
         len.persist(archive)?;
-        let stored = blocks.get_mut(..*len).ok_or(Invalid { place: "Storage" })?;
-        stored.iter_mut().try_for_each(|block| block.persist(archive))?;
+        blocks.resize_default(len).map_err(|_| Invalid { place: "Storage" })?;
+        blocks.iter_mut().try_for_each(|block| block.persist(archive))?;
         scale.persist(archive)?;
         appending.persist(archive)?;
         rebuilding.persist(archive)?;
@@ -87,10 +89,10 @@ pub enum Rebuilt {
 }
 
 impl<T: Real, const N: usize> Default for Storage<T, N> {
+    #[inline(always)]
     fn default() -> Self {
         Self {
-            blocks: [Packed::default(); N],
-            len: 0,
+            blocks: Vec::new(),
             scale: Scale { drive_n_m_s: Vec3::zeros(), duration_s: T::one() },
             appending: Packer::default(),
             rebuilding: Packer::default(),
@@ -104,7 +106,7 @@ impl<T: Real, const N: usize> Default for Storage<T, N> {
 impl<T: Real, const N: usize> Storage<T, N> {
     /// Forgets all blocks.
     pub fn clear(&mut self) {
-        self.len = 0;
+        self.blocks.clear();
         self.appending = Packer::default();
         self.turn_square = T::zero();
         self.bend_squares = T::zero();
@@ -127,19 +129,19 @@ impl<T: Real, const N: usize> Storage<T, N> {
     }
 
     fn packed(&self, index: usize) -> Option<&Packed> {
-        self.blocks.get(..self.len)?.get(index)
+        self.blocks.get(index)
     }
 
     /// Block `index` is to be crossed, but its rate isn't to be believed.
     pub fn distrust(&mut self, index: usize) {
-        if let Some(block) = self.blocks.get_mut(..self.len).and_then(|all| all.get_mut(index)) {
+        if let Some(block) = self.blocks.get_mut(index) {
             *block = block.without_samples();
         }
     }
 
     /// Blocks stored.
     pub fn len(&self) -> usize {
-        self.len
+        self.blocks.len()
     }
 
     /// Whether it is being rebuilt. Until that is done none of its blocks can be read.
@@ -149,26 +151,26 @@ impl<T: Real, const N: usize> Storage<T, N> {
 
     /// Whether it is time to make room.
     pub fn is_nearly_full(&self) -> bool {
-        self.len + (N / RESERVE_SHARE).max(LEAST_RESERVE) >= N
+        self.len() + (N / RESERVE_SHARE).max(LEAST_RESERVE) >= N
     }
 
     /// Appends a block, of which a usual one has so many samples; false if there is no
     /// room, or if it is far longer than that.
     pub fn push(&mut self, block: &Block<T>, usual_samples: u32, noise_rad_s: T) -> bool {
-        if self.len == 0 {
+        if self.blocks.is_empty() {
             let share = T::count(usual_samples) / T::count(block.samples.max(1));
             let (drive_n_m_s, duration_s) = (block.drive_n_m_s, block.duration_s * share);
             self.scale = Scale { drive_n_m_s, duration_s };
         }
-        let Some(free) = self.blocks.get_mut(self.len) else { return false };
-        if !Packed::fits(block, &self.scale) {
+        if self.blocks.is_full() || !Packed::fits(block, &self.scale) {
             return false;
         }
-        *free = self.appending.pack(block, &self.scale);
-        self.len += 1;
+        let packed = self.appending.pack(block, &self.scale);
+        // There is room.
+        let _ = self.blocks.push(packed);
         // One that is still to be rebuilt is noted then.
         if self.rebuild.is_none() {
-            self.note_motion(self.len - 1, block, noise_rad_s);
+            self.note_motion(self.len() - 1, block, noise_rad_s);
         }
         true
     }
@@ -198,14 +200,14 @@ impl<T: Real, const N: usize> Storage<T, N> {
     pub fn can_merge(&self, turn_rad: T) -> bool {
         self.turn_square * T::lit(4.0) < turn_rad * turn_rad
             && self.bend_squares * T::lit(128.0)
-                < T::lit(BEND_SIGMA * BEND_SIGMA) * T::count(self.len as u32)
+                < T::lit(BEND_SIGMA * BEND_SIGMA) * T::count(self.len() as u32)
     }
 
     /// Begins to merge blocks two by two. Those that come meanwhile, or have no partner, follow.
     pub fn begin_merging(&mut self) {
         // Twice as long: so is their unit.
         let duration_s = self.scale.duration_s * T::lit(2.0);
-        self.begin(0, self.len & !1, Scale { duration_s, ..self.scale });
+        self.begin(0, self.len() & !1, Scale { duration_s, ..self.scale });
     }
 
     /// Begins to drop the blocks before `first`.
@@ -227,7 +229,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
             return Rebuilt::NotYet;
         };
         let Some(mut block) = self.block(from) else {
-            self.len = to;
+            self.blocks.truncate(to);
             self.scale = scale;
             self.rebuild = None;
             return if in_pairs > 0 { Rebuilt::Merged } else { Rebuilt::Dropped };

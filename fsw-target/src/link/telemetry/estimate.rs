@@ -52,6 +52,7 @@ report!(EstimateReport, ESTIMATE);
 impl EstimateReport {
     /// What `flying` knows. `outcome` is that of its last sample, which was taken at
     /// `sample_time_us`. Costs an eigenproblem of six, as [`Estimator::estimate`] does.
+    #[inline(never)]
     pub fn of<E: Estimator<f32, W>, const W: usize>(
         estimator: EstimatorId,
         flying: &E,

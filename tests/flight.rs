@@ -1,0 +1,195 @@
+//! The flight image in QEMU, as it is flashed: a ground station on its serial port.
+//!
+//! No gyro answers there, no flash can be programmed, and the clock unit reads 0: all of that has to
+//! be reported, and the loop goes on.
+
+use anyhow::{Context, Result, bail};
+use fsw_core::Status;
+use fsw_core::estimator::Prior;
+use fsw_target::link::Receiver;
+use fsw_target::link::command::{Command, Function};
+use fsw_target::link::frame::Frame;
+use fsw_target::link::packet::SequenceCount;
+use fsw_target::link::telemetry::{
+    CheckpointState, ClockSource, EstimateReport, GyroState, StatusReport, Telemetry,
+};
+use fsw_target::onboard::EstimatorId;
+use std::collections::VecDeque;
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use target_tools::machine::Machine;
+use target_tools::{firmware, image};
+
+/// A report takes milliseconds in QEMU; a busy machine may take far longer.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// A ground station.
+struct Ground {
+    _machine: Machine,
+    port: UnixStream,
+    receiver: Receiver,
+    received: VecDeque<Telemetry>,
+}
+
+fn flight() -> Result<PathBuf> {
+    firmware::build("flight")
+}
+
+impl Ground {
+    fn start() -> Result<Self> {
+        let (machine, [port]) = Machine::start(&flight()?)?;
+        port.set_read_timeout(Some(Duration::from_millis(100)))?;
+        Ok(Self {
+            _machine: machine,
+            port,
+            receiver: Receiver::default(),
+            received: VecDeque::new(),
+        })
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        self.port.write_all(bytes).context("the link is closed")
+    }
+
+    fn command(&mut self, command: Command, sequence_count: u16) -> Result<()> {
+        self.send(&frame(command, sequence_count)?)
+    }
+
+    /// The first that is wanted of what comes from now on.
+    fn wait_for<R>(&mut self, mut wanted: impl FnMut(&Telemetry) -> Option<R>) -> Result<R> {
+        let deadline = Instant::now() + LIMIT;
+        let mut bytes = [0; 256];
+        while Instant::now() < deadline {
+            while let Some(telemetry) = self.received.pop_front() {
+                if let Some(found) = wanted(&telemetry) {
+                    return Ok(found);
+                }
+            }
+            let count = match self.port.read(&mut bytes) {
+                Ok(0) => bail!("the image has ended"),
+                Ok(count) => count,
+                Err(_) => continue,
+            };
+            for byte in &bytes[..count] {
+                if let Some(received) = self.receiver.push(*byte) {
+                    self.received.push_back(received?.telemetry);
+                }
+            }
+        }
+        bail!("what was wanted did not come in {} s", LIMIT.as_secs())
+    }
+
+    fn status(&mut self, wanted: impl Fn(&StatusReport) -> bool) -> Result<StatusReport> {
+        self.wait_for(|telemetry| match telemetry {
+            Telemetry::Status(status) if wanted(status) => Some(*status),
+            _ => None,
+        })
+    }
+
+    fn estimate(&mut self, wanted: impl Fn(&EstimateReport) -> bool) -> Result<EstimateReport> {
+        self.wait_for(|telemetry| match telemetry {
+            Telemetry::Estimate(estimate) if wanted(estimate) => Some(*estimate),
+            _ => None,
+        })
+    }
+
+    /// The answer to a command.
+    fn answer(&mut self, sequence_count: u16) -> Result<StatusReport> {
+        self.status(|status| status.last_sequence_count == sequence_count)
+    }
+}
+
+fn frame(command: Command, sequence_count: u16) -> Result<Vec<u8>> {
+    let packet = command.packet(SequenceCount::new(sequence_count)).context("a packet")?;
+    Ok(Frame::of(packet.bytes()).context("a frame")?.bytes().to_vec())
+}
+
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn without_gyro_flash_and_crystal_it_flies_on_and_says_so() -> Result<()> {
+    let mut ground = Ground::start()?;
+    let first = ground.status(|_| true)?;
+    // QEMU's SPI has no chip on it: the identity register reads 0.
+    assert_eq!((first.gyro, first.gyro_identity), (GyroState::WrongIdentity, Some(0)));
+    assert_eq!(first.clock, ClockSource::Internal);
+    assert!(first.watchdog);
+    assert_eq!(first.outcomes.accepted, 0);
+    let estimate = ground.estimate(|_| true)?;
+    assert_eq!((estimate.estimator, estimate.outcome), (EstimatorId::Window, None));
+    assert_eq!(estimate.status, Status::Unobservable);
+    // The loop goes on: reports keep coming, and the gyro is tried again.
+    ground.status(|status| status.uptime_s >= first.uptime_s + 3)?;
+    Ok(())
+}
+
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn commands_are_obeyed_and_answered() -> Result<()> {
+    let mut ground = Ground::start()?;
+    ground.status(|_| true)?;
+    ground.command(Command::Select(EstimatorId::JointEkf), 1)?;
+    let answer = ground.answer(1)?;
+    assert_eq!(
+        (answer.last_command, answer.last_command_done),
+        (Some(Function::Select), Some(true))
+    );
+    ground.estimate(|estimate| estimate.estimator == EstimatorId::JointEkf)?;
+
+    let prior = Prior {
+        inertia_kg_m2: [0.06, 0.1, 0.12, 0.0, 0.0, 0.0],
+        sigma_kg_m2: [0.02, 0.02, 0.02, 0.005, 0.005, 0.005],
+    };
+    ground.command(Command::SetPrior(prior), 2)?;
+    assert_eq!(ground.answer(2)?.last_command_done, Some(true));
+    let estimate = ground.estimate(|estimate| estimate.inertia_kg_m2[0] == 0.06)?;
+    assert_eq!(estimate.inertia_kg_m2, prior.inertia_kg_m2);
+
+    // QEMU's flash can't be programmed: that is found by reading back, and told.
+    ground.command(Command::SaveCheckpoint, 3)?;
+    let answer = ground.answer(3)?;
+    assert_eq!((answer.last_command_done, answer.checkpoints_failed), (Some(false), 1));
+    assert_eq!(answer.checkpoint, CheckpointState::None);
+    Ok(())
+}
+
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn what_is_malformed_truncated_replayed_or_oversized_is_counted_and_ignored() -> Result<()> {
+    let mut ground = Ground::start()?;
+    ground.status(|_| true)?;
+    ground.command(Command::Ping, 100)?;
+    ground.answer(100)?;
+
+    let good = frame(Command::Select(EstimatorId::JointEkf), 101)?;
+    ground.send(&good[..good.len() / 2])?;
+    ground.send(&[0])?;
+    let mut flipped = good.clone();
+    flipped[9] ^= 0x10;
+    ground.send(&flipped)?;
+    ground.send(&[0x55; 300])?;
+    ground.send(&[0])?;
+    ground.command(Command::Reset, 100)?;
+    ground.command(Command::Reset, 99)?;
+    ground.command(Command::Ping, 101)?;
+
+    let uplink = ground.answer(101)?.uplink;
+    assert_eq!((uplink.accepted, uplink.replayed, uplink.oversized), (2, 2, 1), "{uplink:?}");
+    assert!(uplink.truncated + uplink.wrong_checksum + uplink.malformed >= 2, "{uplink:?}");
+    let estimate = ground.estimate(|_| true)?;
+    assert_eq!(estimate.estimator, EstimatorId::Window, "none of it was obeyed");
+    Ok(())
+}
+
+#[test]
+#[ignore = "needs the Cortex-M target: tests/check.sh runs it"]
+fn the_flight_image_has_no_code_that_panics_allocates_emulates_doubles_or_stops_for_a_debugger()
+-> Result<()> {
+    let symbols = image::symbols(&flight()?)?;
+    assert!(symbols.iter().any(|name| name == "main"), "the image has lost its symbol table");
+    let unwanted: Vec<_> = symbols.iter().filter(|name| image::is_unwanted(name)).collect();
+    assert!(unwanted.is_empty(), "{unwanted:#?}");
+    assert!(!symbols.iter().any(|name| name.contains("semihosting")));
+    Ok(())
+}
