@@ -29,7 +29,9 @@ const LARGEST_IN_SIGMAS: f64 = 1.0e15;
 const SHOWN: f64 = 0.75;
 
 /// `E[G(v)ᵀ G(v)] = σ² diag(1 1 1 2 2 2)` for white v of σ on each axis.
-const NOISE_SHARE: [f64; 6] = [1.0, 1.0, 1.0, 2.0, 2.0, 2.0];
+fn noise_share<T: Real>(element: usize) -> T {
+    if element < 3 { T::one() } else { T::lit(2.0) }
+}
 
 /// Which elements are solved for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -241,7 +243,7 @@ impl<T: Real> Regression<T> {
         let mut pulled = Mat::<T, N, 1>::zeros();
         for k in 0..N {
             let mut b = [T::zero(); N];
-            b[k] = noise * T::lit(NOISE_SHARE[k]);
+            b[k] = noise * noise_share(k);
             let column = Mat::<T, N, 1>::from(information.solve_normal(&b)?);
             pulled += column * x0.value[k];
             let spread = column * x0.sigma[k];

@@ -102,12 +102,13 @@ impl<T: Real, const C: usize> Kernel<T, C> {
             if k > 0 {
                 let b = recurrence::<T>(n, k) / half;
                 at.advance(x_at, b);
-                for i in 0..n {
-                    samples[i].advance(abscissa(T::count(i as u32)), b);
+                for (i, sample) in (0..).zip(samples.iter_mut().take(n)) {
+                    sample.advance(abscissa(T::count(i)), b);
                 }
             }
-            for i in 0..n {
-                weights[i] += samples[i].derivatives[0] * at.derivatives[d];
+            let derivative = at.derivatives.get(d).map_or(T::zero(), |derivative| *derivative);
+            for (weight, sample) in weights.iter_mut().zip(&samples).take(n) {
+                *weight += sample.derivatives[0] * derivative;
             }
         }
         for _ in 0..d {
