@@ -94,7 +94,7 @@ mod on_target {
             torque: CommandedTorque::default(),
         };
         let onboard = estimators()?;
-        Some(COMPUTER.init(None).insert(Computer::new(
+        Some(COMPUTER.try_init(None)?.insert(Computer::new(
             onboard,
             sensors,
             board.link,
@@ -107,7 +107,7 @@ mod on_target {
     #[inline(never)]
     fn estimators() -> Option<&'static mut Onboard> {
         let wheels = FLOWN.wheels().ok()?;
-        let onboard = ONBOARD.init(None).insert(Onboard::unconfigured(FLOWN, wheels));
+        let onboard = ONBOARD.try_init(None)?.insert(Onboard::unconfigured(FLOWN, wheels));
         onboard.configure().ok()?;
         Some(onboard)
     }
