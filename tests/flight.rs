@@ -19,8 +19,9 @@ use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
+use target_tools::image::Memory;
 use target_tools::machine::Machine;
-use target_tools::{firmware, image};
+use target_tools::{budgets, firmware, image};
 
 /// A report takes milliseconds in QEMU; a busy machine may take far longer.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -115,6 +116,8 @@ fn without_gyro_flash_and_crystal_it_flies_on_and_says_so() -> Result<()> {
     assert_eq!((first.gyro, first.gyro_identity), (GyroState::WrongIdentity, Some(0)));
     assert_eq!(first.clock, ClockSource::Internal);
     assert!(first.watchdog);
+    let stack = first.stack_high_water_bytes;
+    assert!(stack > 0 && stack <= budgets::FLIGHT_STACK, "{stack} bytes of stack");
     assert_eq!(first.outcomes.accepted, 0);
     let estimate = ground.estimate(|_| true)?;
     assert_eq!((estimate.estimator, estimate.outcome), (EstimatorId::Window, None));
@@ -179,6 +182,16 @@ fn what_is_malformed_truncated_replayed_or_oversized_is_counted_and_ignored() ->
     assert!(uplink.truncated + uplink.wrong_checksum + uplink.malformed >= 2, "{uplink:?}");
     let estimate = ground.estimate(|_| true)?;
     assert_eq!(estimate.estimator, EstimatorId::Window, "none of it was obeyed");
+    Ok(())
+}
+
+#[test]
+#[ignore = "needs the Cortex-M target: tests/check.sh runs it"]
+fn the_flight_image_keeps_within_its_memory() -> Result<()> {
+    let Memory { flash, static_ram } = image::memory(&flight()?)?;
+    println!("flight: flash {flash} bytes, static RAM {static_ram} bytes");
+    assert!(flash <= budgets::FLIGHT_FLASH, "{flash} bytes of flash");
+    assert!(static_ram <= budgets::FLIGHT_STATIC_RAM, "{static_ram} bytes of static RAM");
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 //! What is inside an ELF image: the functions and data that the linker kept.
 
-use anyhow::{Context, Result};
-use object::{Object, ObjectSymbol};
+use anyhow::{Context, Result, ensure};
+use object::{Object, ObjectSection, ObjectSymbol};
 use std::path::Path;
 
 /// Parts of names that flight code should not contain: panics (slice index, unwrap, division by
@@ -16,6 +16,31 @@ pub fn symbols(elf: &Path) -> Result<Vec<String>> {
     let names = file.symbols().filter_map(|symbol| symbol.name().ok().map(String::from));
     // defmt keeps the text of the log in symbols, as JSON: text, not code.
     Ok(names.filter(|name| !name.starts_with('{')).collect())
+}
+
+/// What an image takes of the chip's memory, bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Memory {
+    /// Flash: code, constants, and the first values of variables.
+    pub flash: u64,
+    /// RAM of variables, without the stack.
+    pub static_ram: u64,
+}
+
+/// What the image `elf` takes.
+///
+/// # Errors
+/// It can't be read, or has no code.
+pub fn memory(elf: &Path) -> Result<Memory> {
+    let bytes = std::fs::read(elf).with_context(|| format!("could not read {}", elf.display()))?;
+    let file = object::File::parse(&*bytes).with_context(|| elf.display().to_string())?;
+    let size = |name: &str| file.section_by_name(name).map_or(0, |section| section.size());
+    let code = size(".text");
+    ensure!(code > 0, "{} has no code", elf.display());
+    Ok(Memory {
+        flash: size(".vector_table") + code + size(".rodata") + size(".data"),
+        static_ram: size(".data") + size(".bss") + size(".uninit"),
+    })
 }
 
 /// Whether flight code should not contain this symbol.
