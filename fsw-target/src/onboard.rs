@@ -10,7 +10,7 @@
 //! nothing. Selecting one starts it afresh: what another one has seen is no business of its.
 
 use crate::craft::{Craft, WHEELS};
-use fsw_core::checkpoint::{self, Archive, Invalid, Persist};
+use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator::chain::{self, Chain};
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Window};
@@ -249,13 +249,13 @@ impl Persist for Onboard {
         .fold(0, checkpoint::mix)
     }
 
-    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
-        self.prior.persist(archive)?;
+    fn persist(&mut self, archive: &mut Archive<'_>) {
+        self.prior.persist(archive);
         let mut selected = self.selected();
-        selected.persist(archive)?;
-        if selected != self.selected() {
-            // All of its state comes back, its prior too: it only has to be there.
-            self.select(selected).map_err(|_| Invalid { place: "Onboard" })?;
+        selected.persist(archive);
+        // All of its state comes back, its prior too: it only has to be there.
+        if selected != self.selected() && self.select(selected).is_err() {
+            return archive.refuse("Onboard");
         }
         match &mut self.filter {
             None => self.window.persist(archive),
@@ -360,9 +360,9 @@ mod tests {
             flown.select(id).unwrap();
             fly(&mut flown);
             let mut words = [0; 8192];
-            flown.persist(&mut ToWords::new(&mut words)).unwrap();
+            checkpoint::pass(&mut flown, &mut ToWords::new(&mut words)).unwrap();
             let mut restored = Onboard::new(Craft { prior: None, ..CRAFT }).unwrap();
-            restored.persist(&mut FromWords::new(&words)).unwrap();
+            checkpoint::pass(&mut restored, &mut FromWords::new(&words)).unwrap();
             assert_eq!((restored.selected(), restored.prior()), (id, Some(PRIOR)));
             assert_eq!(restored.estimate(), flown.estimate());
         }

@@ -1,7 +1,7 @@
 //! 5. An estimator's state to and from non-volatile memory, bit for bit.
 //!
 //! ```text
-//!  estimator ◄──► persist(): one method for both ways ◄──► Archive: a stream of 32-bit words
+//!  estimator ◄─► persist(): one method for both ways ◄─► Archive ◄─► Words: flash, or a slice
 //! ```
 //!
 //! [`Persist::persist`] hands its fields one after the other to an [`Archive`], which either notes each
@@ -18,6 +18,9 @@
 //! new: whoever called must start it afresh. [`fingerprint`] tells builds apart whose state is laid out
 //! otherwise.
 //!
+//! An archive remembers what it refused, and passes nothing more by. So no field's passing can fail, and
+//! in an image a state is little more than a list of calls.
+//!
 //! Written here because serde, with postcard or another format, builds each value before it is moved to
 //! its place, on the stack; has no arrays of more than 32 elements or of generic length; and knows
 //! neither which numbers are finite nor what is configured.
@@ -27,33 +30,77 @@ mod persist;
 mod tests;
 mod values;
 
+/// State that can be kept.
+pub trait Persist {
+    /// Tells this type's layout in the stream from another.
+    fn layout() -> u32
+    where
+        Self: Sized;
+
+    /// Passes all of the state by an archive, in both directions.
+    fn persist(&mut self, archive: &mut Archive<'_>);
+}
+
+/// Words that state goes into, or comes out of.
+pub trait Words {
+    /// Notes one word, or replaces it by the one that was noted at this place. False at the end.
+    fn pass(&mut self, word: &mut u32) -> bool;
+}
+
 /// What is kept or brought back has a value that can't be: where.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Invalid {
-    /// The type that refused it.
+    /// The type that refused it; `configuration`, where that is another one; or `end`, where there
+    /// are fewer words than the state has.
     pub place: &'static str,
 }
 
-/// A stream of words that state goes into, or comes out of.
-pub trait Archive {
-    /// Why the stream ends.
-    type Error: From<Invalid>;
-
-    /// Passes one word by: it is noted, or replaced by the one that was noted at this place.
-    fn word(&mut self, word: &mut u32) -> Result<(), Self::Error>;
+/// Between a state and its words.
+pub struct Archive<'a> {
+    words: &'a mut dyn Words,
+    is_configuration: bool,
+    refused: Option<Invalid>,
 }
 
-/// State that can be kept.
-pub trait Persist {
-    /// Tells this type's layout in the stream from another.
-    fn layout() -> u32;
+impl Archive<'_> {
+    /// Passes one word by: it is noted, or replaced by the one that was noted at this place. What is
+    /// configured is compared instead.
+    #[inline(never)]
+    pub fn word(&mut self, word: &mut u32) {
+        if self.refused.is_some() {
+            return;
+        }
+        let mut noted = *word;
+        if !self.words.pass(&mut noted) {
+            self.refuse("end");
+        } else if !self.is_configuration {
+            *word = noted;
+        } else if noted != *word {
+            self.refuse("configuration");
+        }
+    }
 
-    /// Passes all of the state by an archive, in both directions.
-    ///
-    /// # Errors
-    /// The archive's, and [`Invalid`]. The state is then partly that of the archive.
-    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error>;
+    /// Refuses what has passed by last: from now on nothing does.
+    #[inline(never)]
+    pub fn refuse(&mut self, place: &'static str) {
+        self.refused.get_or_insert(Invalid { place });
+    }
+
+    /// Whether what passes by from now on is configuration. Returns whether it was.
+    pub fn set_configuration(&mut self, is_configuration: bool) -> bool {
+        core::mem::replace(&mut self.is_configuration, is_configuration)
+    }
+}
+
+/// Notes a state, or brings it back.
+///
+/// # Errors
+/// What was refused, and where. The state is then partly that of the words.
+pub fn pass<P: Persist>(state: &mut P, words: &mut dyn Words) -> Result<(), Invalid> {
+    let mut archive = Archive { words, is_configuration: false, refused: None };
+    state.persist(&mut archive);
+    archive.refused.map_or(Ok(()), Err)
 }
 
 /// What stands where a value is about to be brought back to.
@@ -69,24 +116,6 @@ const MEANING: u32 = 1;
 pub fn fingerprint<P: Persist>() -> u32 {
     const VERSION: u32 = mix(name(env!("CARGO_PKG_VERSION")), MEANING);
     mix(VERSION, P::layout())
-}
-
-/// How many words the state takes.
-///
-/// # Errors
-/// Where it has a value that can't be kept.
-pub fn words<P: Persist>(state: &mut P) -> Result<u32, Invalid> {
-    struct Count(u32);
-    impl Archive for Count {
-        type Error = Invalid;
-        fn word(&mut self, _: &mut u32) -> Result<(), Invalid> {
-            self.0 = self.0.saturating_add(1);
-            Ok(())
-        }
-    }
-    let mut count = Count(0);
-    state.persist(&mut count)?;
-    Ok(count.0)
 }
 
 /// FNV-1a, 32 bits, of a name.
@@ -111,20 +140,6 @@ pub fn layout_of<S, P: Persist>(_: fn(&S) -> &P) -> u32 {
     P::layout()
 }
 
-/// Passes configuration by: it is noted, and compared when it comes back, but never changed.
-#[derive(Debug)]
-pub struct Unchanged<'a, A>(pub &'a mut A);
-
-impl<A: Archive> Archive for Unchanged<'_, A> {
-    type Error = A::Error;
-
-    fn word(&mut self, word: &mut u32) -> Result<(), A::Error> {
-        let mut noted = *word;
-        self.0.word(&mut noted)?;
-        if noted == *word { Ok(()) } else { Err(Invalid { place: "configuration" }.into()) }
-    }
-}
-
 /// Notes words in memory.
 #[derive(Debug)]
 pub struct ToWords<'a> {
@@ -136,21 +151,6 @@ pub struct ToWords<'a> {
 #[derive(Debug)]
 pub struct FromWords<'a> {
     words: &'a [u32],
-}
-
-/// Why words in memory weren't enough.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refused {
-    /// See [`Invalid`].
-    Invalid(Invalid),
-    /// There are fewer words than the state has, or room for fewer.
-    TooShort,
-}
-
-impl From<Invalid> for Refused {
-    fn from(why: Invalid) -> Self {
-        Self::Invalid(why)
-    }
 }
 
 impl<'a> ToWords<'a> {
@@ -177,23 +177,20 @@ impl<'a> FromWords<'a> {
     }
 }
 
-impl Archive for ToWords<'_> {
-    type Error = Refused;
-
-    fn word(&mut self, word: &mut u32) -> Result<(), Refused> {
-        *self.words.get_mut(self.noted).ok_or(Refused::TooShort)? = *word;
+impl Words for ToWords<'_> {
+    fn pass(&mut self, word: &mut u32) -> bool {
+        let Some(place) = self.words.get_mut(self.noted) else { return false };
+        *place = *word;
         self.noted += 1;
-        Ok(())
+        true
     }
 }
 
-impl Archive for FromWords<'_> {
-    type Error = Refused;
-
-    fn word(&mut self, word: &mut u32) -> Result<(), Refused> {
-        let (first, rest) = self.words.split_first().ok_or(Refused::TooShort)?;
+impl Words for FromWords<'_> {
+    fn pass(&mut self, word: &mut u32) -> bool {
+        let Some((first, rest)) = self.words.split_first() else { return false };
         *word = *first;
         self.words = rest;
-        Ok(())
+        true
     }
 }

@@ -30,11 +30,8 @@ macro_rules! persist {
                 layout
             }
 
-            fn persist<A: $crate::checkpoint::Archive>(
-                &mut self,
-                archive: &mut A,
-            ) -> Result<(), A::Error> {
-                use $crate::checkpoint as kept;
+            #[inline(never)]
+            fn persist(&mut self, archive: &mut $crate::checkpoint::Archive<'_>) {
                 let before: u32 = match self {
                     $(Self::$variant $(($($item),+))? $({$($part),+})? => {
                         $($(let _ = $item;)+)?
@@ -43,29 +40,28 @@ macro_rules! persist {
                     })+
                 };
                 let mut tag = before;
-                archive.word(&mut tag)?;
+                archive.word(&mut tag);
                 if tag != before {
                     *self = match tag {
                         $($tag => Self::$variant
-                            $(($(<$of_item as kept::Blank>::blank()),+))?
-                            $({$($part: <$of_part as kept::Blank>::blank()),+})?,)+
-                        _ => return Err(kept::Invalid { place: stringify!($type) }.into()),
+                            $(($(<$of_item as $crate::checkpoint::Blank>::blank()),+))?
+                            $({$($part: <$of_part as $crate::checkpoint::Blank>::blank()),+})?,)+
+                        _ => return archive.refuse(stringify!($type)),
                     };
                 }
                 match self {
                     $(Self::$variant $(($($item),+))? $({$($part),+})? => {
-                        $($(kept::Persist::persist($item, archive)?;)+)?
-                        $($(kept::Persist::persist($part, archive)?;)+)?
+                        $($($crate::checkpoint::Persist::persist($item, archive);)+)?
+                        $($($crate::checkpoint::Persist::persist($part, archive);)+)?
                     })+
                 }
                 $(
                     let $this = &*self;
                     let is_valid: bool = $valid;
                     if !is_valid {
-                        return Err(kept::Invalid { place: stringify!($type) }.into());
+                        archive.refuse(stringify!($type));
                     }
                 )?
-                Ok(())
             }
         }
 
@@ -78,6 +74,12 @@ macro_rules! persist {
                 );+)
             }
         }
+    };
+    (@unchanged $archive:ident) => {};
+    (@unchanged $archive:ident $($configured:ident)+) => {
+        let before = $archive.set_configuration(true);
+        $($crate::checkpoint::Persist::persist($configured, $archive);)+
+        $archive.set_configuration(before);
     };
     (@first $first:expr $(; $other:expr)*) => { $first };
     ([$($generics:tt)*] $type:ty { $($field:ident),+ $(,)? } $(if |$this:ident| $valid:expr)?) => {
@@ -117,23 +119,19 @@ macro_rules! persist {
                 layout
             }
 
-            fn persist<A: $crate::checkpoint::Archive>(
-                &mut self,
-                archive: &mut A,
-            ) -> Result<(), A::Error> {
-                use $crate::checkpoint as kept;
+            #[inline(never)]
+            fn persist(&mut self, archive: &mut $crate::checkpoint::Archive<'_>) {
                 // Without `..`: a field that isn't named doesn't compile.
                 let Self { $($configured,)* $($field),+ } = self;
-                $(kept::Persist::persist($configured, &mut kept::Unchanged(archive))?;)*
-                $(kept::Persist::persist($field, archive)?;)+
+                $crate::persist!(@unchanged archive $($configured)*);
+                $($crate::checkpoint::Persist::persist($field, archive);)+
                 $(
                     let $this = &*self;
                     let is_valid: bool = $valid;
                     if !is_valid {
-                        return Err(kept::Invalid { place: stringify!($type) }.into());
+                        archive.refuse(stringify!($type));
                     }
                 )?
-                Ok(())
             }
         }
     };

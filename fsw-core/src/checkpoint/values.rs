@@ -5,21 +5,24 @@
 //! Numbers and rows of them are passed by functions that aren't inlined: in an image they then stand once,
 //! and a state is a list of calls.
 
-use super::{Archive, Blank, Invalid, Persist, mix, name};
+use super::{Archive, Blank, Persist, mix, name};
 use crate::math::{Mat, scalar::Real};
 
+/// Of a number that words stand for: how it becomes words and, if it can be, comes of them.
 macro_rules! persist_number {
-    ($number:ident, $zero:expr, |$value:ident, $archive:ident| $persist:expr) => {
+    ($number:ident: $zero:expr, |$value:ident, $archive:ident| $passed:expr) => {
         impl Persist for $number {
             fn layout() -> u32 {
                 const { name(stringify!($number)) }
             }
 
             #[inline(never)]
-            fn persist<A: Archive>(&mut self, $archive: &mut A) -> Result<(), A::Error> {
+            fn persist(&mut self, $archive: &mut Archive<'_>) {
                 let $value = *self;
-                *self = $persist;
-                Ok(())
+                match $passed {
+                    Some(passed) => *self = passed,
+                    None => $archive.refuse(stringify!($number)),
+                }
             }
         }
 
@@ -32,53 +35,42 @@ macro_rules! persist_number {
     };
 }
 
-persist_number!(u32, 0, |value, archive| one_word(value, archive)?);
-persist_number!(u64, 0, |value, archive| two_words(value, archive)?);
-persist_number!(u8, 0, |value, archive| narrow(one_word(u32::from(value), archive)?, "u8")?);
-persist_number!(u16, 0, |value, archive| narrow(one_word(u32::from(value), archive)?, "u16")?);
-persist_number!(usize, 0, |value, archive| {
-    narrow(one_word(narrow(value, "usize")?, archive)?, "usize")?
+persist_number!(u32: 0, |value, archive| Some(one(value, archive)));
+persist_number!(u64: 0, |value, archive| Some(two(value, archive)));
+persist_number!(u8: 0, |value, archive| u8::try_from(one(value.into(), archive)).ok());
+persist_number!(u16: 0, |value, archive| u16::try_from(one(value.into(), archive)).ok());
+persist_number!(usize: 0, |value, archive| {
+    let word = u32::try_from(value).ok();
+    word.and_then(|word| usize::try_from(one(word, archive)).ok())
 });
-persist_number!(bool, false, |value, archive| match one_word(u32::from(value), archive)? {
-    0 => false,
-    1 => true,
-    _ => return Err(Invalid { place: "bool" }.into()),
+persist_number!(bool: false, |value, archive| match one(value.into(), archive) {
+    0 => Some(false),
+    1 => Some(true),
+    _ => None,
 });
-persist_number!(f32, 0.0, |value, archive| {
-    finite(f32::from_bits(one_word(value.to_bits(), archive)?))?
+persist_number!(f32: 0.0, |value, archive| {
+    Some(f32::from_bits(one(value.to_bits(), archive))).filter(|value| value.is_finite())
 });
-persist_number!(f64, 0.0, |value, archive| {
-    finite(f64::from_bits(two_words(value.to_bits(), archive)?))?
+persist_number!(f64: 0.0, |value, archive| {
+    Some(f64::from_bits(two(value.to_bits(), archive))).filter(|value| value.is_finite())
 });
 
-#[inline]
-fn one_word<A: Archive>(value: u32, archive: &mut A) -> Result<u32, A::Error> {
-    let mut word = value;
-    archive.word(&mut word)?;
-    Ok(word)
+fn one(mut word: u32, archive: &mut Archive<'_>) -> u32 {
+    archive.word(&mut word);
+    word
 }
 
-/// The low one first.
-#[inline]
-fn two_words<A: Archive>(value: u64, archive: &mut A) -> Result<u64, A::Error> {
-    let low = one_word(value as u32, archive)?;
-    let high = one_word((value >> 32) as u32, archive)?;
-    Ok(u64::from(high) << 32 | u64::from(low))
-}
-
-#[inline]
-fn narrow<A, B: TryFrom<A>>(value: A, place: &'static str) -> Result<B, Invalid> {
-    B::try_from(value).map_err(|_| Invalid { place })
-}
-
-#[inline]
-fn finite<T: Real>(value: T) -> Result<T, Invalid> {
-    if value.is_finite() { Ok(value) } else { Err(Invalid { place: "a number that isn't finite" }) }
+fn two(value: u64, archive: &mut Archive<'_>) -> u64 {
+    let low = one(value as u32, archive);
+    let high = one((value >> 32) as u32, archive);
+    u64::from(high) << 32 | u64::from(low)
 }
 
 #[inline(never)]
-fn each<P: Persist, A: Archive>(row: &mut [P], archive: &mut A) -> Result<(), A::Error> {
-    row.iter_mut().try_for_each(|element| element.persist(archive))
+fn each<P: Persist>(row: &mut [P], archive: &mut Archive<'_>) {
+    for element in row {
+        element.persist(archive);
+    }
 }
 
 /// A tag, 0 or 1, then the value if there is one.
@@ -87,14 +79,15 @@ impl<P: Persist + Blank> Persist for Option<P> {
         mix(const { name("Option") }, P::layout())
     }
 
-    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
+    #[inline(never)]
+    fn persist(&mut self, archive: &mut Archive<'_>) {
         let mut is_some = self.is_some();
-        is_some.persist(archive)?;
-        if !is_some {
+        is_some.persist(archive);
+        if is_some {
+            self.get_or_insert_with(P::blank).persist(archive);
+        } else {
             *self = None;
-            return Ok(());
         }
-        self.get_or_insert_with(P::blank).persist(archive)
     }
 }
 
@@ -109,8 +102,8 @@ impl<P: Persist, const N: usize> Persist for [P; N] {
         mix(mix(const { name("array") }, N as u32), P::layout())
     }
 
-    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
-        each(self, archive)
+    fn persist(&mut self, archive: &mut Archive<'_>) {
+        each(self, archive);
     }
 }
 
@@ -125,8 +118,8 @@ impl<T: Real, const R: usize, const C: usize> Persist for Mat<T, R, C> {
         mix(mix(mix(const { name("matrix") }, R as u32), C as u32), T::layout())
     }
 
-    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
-        each(self.as_mut_slice(), archive)
+    fn persist(&mut self, archive: &mut Archive<'_>) {
+        each(self.as_mut_slice(), archive);
     }
 }
 
@@ -141,9 +134,9 @@ impl<P: Persist, Q: Persist> Persist for (P, Q) {
         mix(mix(const { name("pair") }, P::layout()), Q::layout())
     }
 
-    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
-        self.0.persist(archive)?;
-        self.1.persist(archive)
+    fn persist(&mut self, archive: &mut Archive<'_>) {
+        self.0.persist(archive);
+        self.1.persist(archive);
     }
 }
 

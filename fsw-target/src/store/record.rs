@@ -13,7 +13,7 @@
 use super::Error;
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
-use fsw_core::checkpoint::{Archive, Invalid, Persist};
+use fsw_core::checkpoint::{self, Invalid, Persist, Words};
 
 /// Bytes of a chunk. A multiple of what flash memories are programmed by, 1 to 32 bytes.
 pub const CHUNK: u32 = 32;
@@ -142,9 +142,6 @@ pub fn write<F: NorFlash>(flash: &mut F, at: u32, chunk: &Chunk) -> Result<(), E
 }
 
 /// A state on its way: counted, to the flash, or back from it.
-///
-/// One type for the three, and a call for each word, so that what a state is made of stands in the image
-/// once: in four kinds of stream, each with its words inlined, `joint-ekf` alone took 20 KB more.
 pub struct Stream<'a, F: NorFlash> {
     flash: &'a mut F,
     way: Way,
@@ -167,11 +164,6 @@ enum Way {
     Back,
 }
 
-/// The state took more or fewer words than its record has.
-const OTHER_LENGTH: Invalid = Invalid { place: "length" };
-/// Stands for the flash's own error, which the stream has.
-const FLASH: Invalid = Invalid { place: "flash" };
-
 impl<'a, F: NorFlash> Stream<'a, F> {
     fn new(flash: &'a mut F, way: Way, at: u32, end: u32) -> Self {
         let (chunk, digest) = ([0; WORDS], CRC.digest());
@@ -181,7 +173,7 @@ impl<'a, F: NorFlash> Stream<'a, F> {
     /// How many words a state takes.
     pub fn count<P: Persist>(flash: &'a mut F, state: &mut P) -> Result<u32, Error<F::Error>> {
         let mut stream = Self::new(flash, Way::Count, 0, u32::MAX);
-        stream.pass(state)?;
+        stream.pass_all(state)?;
         Ok(stream.words)
     }
 
@@ -194,7 +186,7 @@ impl<'a, F: NorFlash> Stream<'a, F> {
         let mut stream = Self::new(flash, Way::There, record.at, record.words);
         stream.chunk = record.head();
         stream.put_chunk()?;
-        stream.pass(state)?;
+        stream.pass_all(state)?;
         if stream.used > 0 {
             stream.put_chunk()?;
         }
@@ -210,19 +202,19 @@ impl<'a, F: NorFlash> Stream<'a, F> {
         let first = record.at.saturating_add(CHUNK);
         let mut stream = Self::new(flash, Way::Back, first, record.words);
         stream.used = WORDS;
-        stream.pass(state)
+        stream.pass_all(state)
     }
 
-    fn pass<P: Persist>(&mut self, state: &mut P) -> Result<(), Error<F::Error>> {
-        let passed = state.persist(self);
-        match (passed, self.failure.take()) {
-            (_, Some(failure)) => Err(Error::Flash(failure)),
-            (Err(why), None) => Err(Error::Invalid(why)),
-            (Ok(()), None) if self.way != Way::Count && self.words != self.end => {
-                Err(Error::Invalid(OTHER_LENGTH))
-            }
-            (Ok(()), None) => Ok(()),
+    fn pass_all<P: Persist>(&mut self, state: &mut P) -> Result<(), Error<F::Error>> {
+        let passed = checkpoint::pass(state, self);
+        if let Some(failure) = self.failure.take() {
+            return Err(Error::Flash(failure));
         }
+        passed?;
+        if self.way != Way::Count && self.words != self.end {
+            return Err(Error::Invalid(Invalid { place: "length" }));
+        }
+        Ok(())
     }
 
     fn put_chunk(&mut self) -> Result<(), Error<F::Error>> {
@@ -240,42 +232,42 @@ impl<'a, F: NorFlash> Stream<'a, F> {
         Ok(())
     }
 
-    fn noted(&mut self, result: Result<(), Error<F::Error>>) -> Result<(), Invalid> {
-        match result {
-            Ok(()) => Ok(()),
-            Err(Error::Flash(failure)) => {
-                self.failure = Some(failure);
-                Err(FLASH)
-            }
-            Err(_) => Err(FLASH),
+    /// Whether it went well; if not, the failure is noted.
+    fn is_done(&mut self, result: Result<(), Error<F::Error>>) -> bool {
+        if let Err(Error::Flash(failure)) = result {
+            self.failure = Some(failure);
+            return false;
         }
+        true
     }
 }
 
-impl<F: NorFlash> Archive for Stream<'_, F> {
-    type Error = Invalid;
-
-    #[inline(never)]
-    fn word(&mut self, word: &mut u32) -> Result<(), Invalid> {
+impl<F: NorFlash> Words for Stream<'_, F> {
+    fn pass(&mut self, word: &mut u32) -> bool {
         if self.words >= self.end {
-            return Err(OTHER_LENGTH);
+            return false;
         }
         self.words += 1;
+        if self.way == Way::Count {
+            return true;
+        }
         if self.way == Way::Back && self.used == WORDS {
             let taken = self.take_chunk();
-            self.noted(taken)?;
+            if !self.is_done(taken) {
+                return false;
+            }
         }
-        let Some(place) = self.chunk.get_mut(self.used) else { return Err(OTHER_LENGTH) };
-        match self.way {
-            Way::Count => return Ok(()),
-            Way::There => *place = *word,
-            Way::Back => *word = *place,
-        }
+        let Some(place) = self.chunk.get_mut(self.used) else { return false };
         self.used += 1;
-        if self.way == Way::There && self.used == WORDS {
-            let put = self.put_chunk();
-            self.noted(put)?;
+        if self.way == Way::Back {
+            *word = *place;
+            return true;
         }
-        Ok(())
+        *place = *word;
+        if self.used < WORDS {
+            return true;
+        }
+        let put = self.put_chunk();
+        self.is_done(put)
     }
 }

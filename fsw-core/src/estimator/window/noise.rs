@@ -1,7 +1,7 @@
 //! The gyro's noise where nobody tells it: from third differences of its readings, which white noise
 //! fills and smooth motion doesn't.
 
-use crate::checkpoint::{Archive, Invalid, Persist, mix, name};
+use crate::checkpoint::{Archive, Persist, mix, name};
 use crate::math::{Vec3, scalar::Real};
 
 /// Variance of a third difference over that of a reading: 1 + 9 + 9 + 1.
@@ -21,16 +21,18 @@ impl<T: Real> Persist for NoiseMeter<T> {
         mix(const { name("NoiseMeter") }, <([Option<Vec3<T>>; 3], (u32, T))>::layout())
     }
 
-    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
+    fn persist(&mut self, archive: &mut Archive<'_>) {
         let Self { last, readings, squares } = self;
         for reading in last {
             let mut known = reading.iter().all(|x| x.is_finite()).then_some(*reading);
-            known.persist(archive)?;
+            known.persist(archive);
             *reading = known.unwrap_or(no_reading());
         }
-        readings.persist(archive)?;
-        squares.persist(archive)?;
-        if *squares < T::zero() { Err(Invalid { place: "NoiseMeter" }.into()) } else { Ok(()) }
+        readings.persist(archive);
+        squares.persist(archive);
+        if *squares < T::zero() {
+            archive.refuse("NoiseMeter");
+        }
     }
 }
 

@@ -41,8 +41,8 @@ impl Persist for Packed {
         <[u32; 6]>::layout()
     }
 
-    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
-        self.0.persist(archive)
+    fn persist(&mut self, archive: &mut Archive<'_>) {
+        self.0.persist(archive);
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::block::Block;
 use super::packed::{Packed, Packer, Scale};
-use crate::checkpoint::{Archive, Invalid, Persist, mix, name};
+use crate::checkpoint::{Archive, Persist, mix, name};
 use crate::math::{Vec3, scalar::Real};
 use heapless::Vec;
 
@@ -46,19 +46,23 @@ impl<T: Real, const N: usize> Persist for Storage<T, N> {
         mix(mix(blocks, packers), mix(T::layout(), Option::<Rebuild<T>>::layout()))
     }
 
-    fn persist<A: Archive>(&mut self, archive: &mut A) -> Result<(), A::Error> {
+    fn persist(&mut self, archive: &mut Archive<'_>) {
         let Self { blocks, scale, appending, rebuilding, turn_square, bend_squares, rebuild } =
             self;
         let mut len = blocks.len();
-        len.persist(archive)?;
-        blocks.resize_default(len).map_err(|_| Invalid { place: "Storage" })?;
-        blocks.iter_mut().try_for_each(|block| block.persist(archive))?;
-        scale.persist(archive)?;
-        appending.persist(archive)?;
-        rebuilding.persist(archive)?;
-        turn_square.persist(archive)?;
-        bend_squares.persist(archive)?;
-        rebuild.persist(archive)
+        len.persist(archive);
+        if blocks.resize_default(len).is_err() {
+            return archive.refuse("Storage");
+        }
+        for block in blocks {
+            block.persist(archive);
+        }
+        scale.persist(archive);
+        appending.persist(archive);
+        rebuilding.persist(archive);
+        turn_square.persist(archive);
+        bend_squares.persist(archive);
+        rebuild.persist(archive);
     }
 }
 
