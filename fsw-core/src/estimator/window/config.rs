@@ -67,7 +67,7 @@ impl<T: Real> Config<T> {
             block_samples: 4,
             block_turn_rad: T::lit(0.2),
             is_torque_smooth: false,
-            slices_per_step: 16,
+            slices_per_step: 8,
             quiet_s: T::lit(30.0),
             gate: gate::Config::default(),
         }

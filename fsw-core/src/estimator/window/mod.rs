@@ -128,6 +128,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     /// Whether the torque that is looked for has been found to change with the motion.
     has_drag: bool,
     watch: Watch<T>,
+    /// A window that has been closed, whose front isn't settled yet.
+    closing: Option<Closing<T>>,
     /// Of windows that ended.
     ended: report::Ended<T>,
     rate_rad_s: Vec3<T>,
@@ -136,7 +138,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
     config, gate, meter, averager, excitation, is_quiet, block_samples, blocks, typical_kg_m2, past,
     past_age_s, window_s, beginning, passes, work, rests_until, attempts, tried_with, checked_at,
-    has_drag, watch, ended, rate_rad_s; unchanged wheels
+    has_drag, watch, closing, ended, rate_rad_s; unchanged wheels
 } if |this| this.passes.are_within(N));
 
 /// What a window begins with.
@@ -146,11 +148,26 @@ enum Beginning<T: Real, const U: usize> {
     Linear(LinearStart<T, U>),
     /// What the window before it has found.
     Known(Known<T, U>),
+    /// Nothing was known, and all has been found since.
+    Found,
 }
 
 crate::persist!([T: Real, const U: usize] enum Beginning<T, U> {
-    0 => Linear(linear: LinearStart<T, U>), 1 => Known(known: Known<T, U>)
+    0 => Linear(linear: LinearStart<T, U>), 1 => Known(known: Known<T, U>), 2 => Found
 });
+
+/// A window that takes in no more: the block that was being filled, and how many passes may still be
+/// finished before it is concluded.
+#[derive(Clone, Copy, Debug)]
+struct Closing<T: Real> {
+    last: Option<Block<T>>,
+    passes: u32,
+}
+
+/// After so many passes over all of its data a front is settled, or never will be.
+const MOST_CLOSING_PASSES: u32 = 3;
+
+crate::persist!([T: Real] Closing<T> { last, passes });
 
 /// Watches the front's recursive residuals for spikes, and for a change in mid-manoeuvre.
 #[derive(Clone, Copy, Debug)]
@@ -229,6 +246,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             checked_at: 0,
             has_drag: false,
             watch: Watch::new(),
+            closing: None,
             ended: report::Ended::nothing(),
             rate_rad_s: Vec3::zeros(),
             config,
@@ -237,9 +255,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Ends the window: what it says of the inertia is kept, and a new one opens with the next motion.
-    /// The steps that follow conclude it, and until they have the estimate is that of the window.
+    /// The steps that follow settle its passes and conclude it, and until they have the estimate is that
+    /// of the window.
     pub fn close_window(&mut self) {
-        self.end_window();
+        match self.passes.front() {
+            Some(front) if !self.is_quiet && !matches!(self.work, Work::Ending(_)) => {
+                let last = self.filling_after(front);
+                self.closing = Some(Closing { last, passes: MOST_CLOSING_PASSES });
+            }
+            Some(_) if self.closing.is_some() => {}
+            _ => self.end_window(),
+        }
         self.is_quiet = true;
     }
 
@@ -375,6 +401,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
             self.is_quiet = false;
             self.excitation = Excitation::new();
+            self.end_window();
             self.begin_window(reading);
         }
         if !self.blocks.push(block, self.block_samples, noise) {

@@ -82,9 +82,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn outlook(&self) -> Option<Outlook<T, U>> {
         let mut front = *self.passes.front()?;
         let (per, most) = (T::one() / self.typical_kg_m2, self.most_rad_s());
-        let (mut last, is_next_to_it) = match &self.work {
-            Work::Ending(ending) => (ending.last, true),
-            _ => (self.filling_after(&front), front.has_looked_at_all(&self.blocks)),
+        let has_looked_at_all = front.has_looked_at_all(&self.blocks);
+        let (mut last, is_next_to_it) = match (&self.work, &self.closing) {
+            (Work::Ending(ending), _) => (ending.last, true),
+            (_, Some(closing)) => (closing.last.filter(|_| has_looked_at_all), has_looked_at_all),
+            _ => (self.filling_after(&front), has_looked_at_all),
         };
         while (is_next_to_it || front.is_busy())
             && front.work_to_the_end(&mut last, per, most).is_some()

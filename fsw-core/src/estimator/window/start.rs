@@ -44,6 +44,8 @@ const HALVINGS: u32 = 5;
 /// Rows beyond the unknowns that a front has seen before it tells spikes: three times as many as the
 /// most unknowns.
 const ARMED_DEGREES: u32 = 45;
+/// And before it needs no linear start any more: three times as many again.
+const SURE_DEGREES: u32 = 135;
 /// Rows that a settled front takes in until it is looked at again: eight blocks.
 const REST_ROWS: u32 = 24;
 
@@ -63,6 +65,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// The front is solved: what follows from that.
     pub(super) fn judge(&mut self, solving: &Solving<T>) {
         self.work = Work::Idle;
+        self.forget_the_linear_start();
         match self.finding(solving) {
             Some(Finding::PastContradicted) => {
                 self.past = None;
@@ -79,6 +82,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 self.work = Work::Choosing;
             }
             None => {}
+        }
+    }
+
+    /// Linear least squares isn't needed any more once a front that tells spikes has explained many rows.
+    fn forget_the_linear_start(&mut self) {
+        let Some(front) = self.passes.front() else { return };
+        let residuals = front.residuals();
+        let is_sure = self.watch.is_armed && self.is_at_noise(residuals);
+        if is_sure && residuals.degrees() >= SURE_DEGREES && self.linear().is_some() {
+            self.beginning = super::Beginning::Found;
         }
     }
 
@@ -161,7 +174,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 let solving = linear_start::Solving::begin(kind, linear, noise, room);
                 Work::Starting(Starting { kind, solving, otherwise })
             }
-            super::Beginning::Known(_) => otherwise.map_or(Work::Idle, Work::Beginning),
+            _ => otherwise.map_or(Work::Idle, Work::Beginning),
         };
     }
 

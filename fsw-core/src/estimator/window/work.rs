@@ -167,6 +167,7 @@ enum Slice {
     End,
     Front,
     CheckStability,
+    Close,
     Lose,
     MoveOn,
     Merge,
@@ -202,7 +203,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         match &self.work {
             Work::Ending(ending) => return Some((Slice::End, self.cost_of_end(ending))),
-            _ if self.is_quiet || self.averager.is_none() => return None,
+            _ if self.averager.is_none() || (self.is_quiet && self.closing.is_none()) => {
+                return None;
+            }
             Work::Solving(_, Purpose::MoveOn) | Work::Carrying(..) => {
                 return Some((Slice::Work, self.cost_of_work()?));
             }
@@ -211,6 +214,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if let Some(front) = self.passes.front() {
             if let Some(stage) = front.stage(&self.blocks) {
                 return Some((Slice::Front, cost::of_pass::<U>(stage, self.watch.is_armed)));
+            }
+            if let Some(closing) = &self.closing {
+                let is_idle = matches!(self.work, Work::Idle);
+                let is_settled = front.residuals().rows < self.rests_until;
+                if is_idle && (is_settled || closing.passes == 0) {
+                    return Some((Slice::Close, cost::LITTLE));
+                }
+                return Some((Slice::Work, self.cost_of_work()?));
             }
             if self.checked_at != front.next() {
                 return Some((Slice::CheckStability, cost::VARIANCES));
@@ -278,6 +289,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                     self.begin_moving_on();
                 }
             }
+            Slice::Close => self.end_window(),
             Slice::Lose => self.lose(),
             Slice::MoveOn => self.begin_moving_on(),
             Slice::Merge => {
@@ -427,7 +439,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn begin_pass(&mut self, point: &Point<T>) {
         let known = match &self.beginning {
             Beginning::Known(known) => Some(known),
-            Beginning::Linear(_) => None,
+            Beginning::Linear(_) | Beginning::Found => None,
         };
         let has_begun = self.passes.both().1.begin(point, known);
         self.work = if has_begun { Work::Passing } else { Work::Idle };
@@ -436,6 +448,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// The rework has caught up: it takes the front's place where it fits better.
     fn compare(&mut self) {
         self.work = Work::Idle;
+        if let Some(closing) = &mut self.closing {
+            closing.passes = closing.passes.saturating_sub(1);
+        }
         let rework = self.passes.other();
         let ours = rework.residuals().mean_square();
         let is_better = self.has_found(rework.residuals())
@@ -503,6 +518,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Nothing was found in as much motion as there is storage for: all begins at the next sample.
     pub(super) fn lose(&mut self) {
         self.work = Work::Idle;
+        self.closing = None;
         self.passes.drop_front();
         self.blocks.clear();
         self.averager = None;
@@ -514,9 +530,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             // The one that is open since has no front yet.
             return self.blocks.clear();
         }
+        let closing = self.closing.take();
         self.work = match self.passes.front() {
             Some(front) => Work::Ending(Ending {
-                last: self.filling_after(front),
+                last: closing.map_or_else(|| self.filling_after(front), |closing| closing.last),
                 solving: None,
                 with_past: true,
                 // As old as the middle of the window that it is from.
@@ -594,7 +611,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     pub(super) fn linear(&self) -> Option<&LinearStart<T, U>> {
         match &self.beginning {
             Beginning::Linear(linear) => Some(linear),
-            Beginning::Known(_) => None,
+            Beginning::Known(_) | Beginning::Found => None,
         }
     }
 
