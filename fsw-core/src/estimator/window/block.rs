@@ -83,14 +83,6 @@ pub struct Reading<T: Real> {
 
 crate::persist!([T: Real] Reading<T> { rate_rad_s, wheel_momentum_n_m_s, torque_n_m });
 
-impl<T: Real> Reading<T> {
-    /// Of no sample.
-    pub fn nothing() -> Self {
-        let o = Vec3::zeros();
-        Self { rate_rad_s: o, wheel_momentum_n_m_s: o, torque_n_m: o }
-    }
-}
-
 /// Where a block ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<T> {

@@ -35,7 +35,7 @@ pub struct Config<T: Real> {
     /// from one to the next, like a table. Default no.
     pub is_torque_smooth: bool,
     /// Slices of work per step, each as much as a row of all unknowns takes: a block takes six to
-    /// fourteen, three of them its rows and the others its integration. Default 16.
+    /// fourteen, three of them its rows and the others its integration. Default 14.
     pub slices_per_step: u32,
     /// A manoeuvre is over once nothing has moved for so long, s. Default 30.
     pub quiet_s: T,
@@ -67,7 +67,7 @@ impl<T: Real> Config<T> {
             block_samples: 4,
             block_turn_rad: T::lit(0.2),
             is_torque_smooth: false,
-            slices_per_step: 8,
+            slices_per_step: 14,
             quiet_s: T::lit(30.0),
             gate: gate::Config::default(),
         }

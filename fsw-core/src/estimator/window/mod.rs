@@ -215,7 +215,31 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// As [`new`](Self::new); nothing has changed then.
     pub fn reset(&mut self, config: Config<T>) -> Result<(), ConfigError> {
         config.validate::<U>()?;
-        *self = Self::of_valid(config, self.wheels);
+        // Field by field: a whole one would be made on the stack first.
+        self.gate = Gate::new(config.gate);
+        self.meter = NoiseMeter::new();
+        self.averager = None;
+        self.excitation = Excitation::new();
+        self.is_quiet = false;
+        self.block_samples = config.block_samples;
+        self.blocks.clear();
+        self.typical_kg_m2 = T::one();
+        self.past = config.prior.as_ref().map(Past::from_prior);
+        self.past_age_s = T::zero();
+        self.window_s = T::zero();
+        self.beginning = Beginning::Found;
+        self.passes.drop_front();
+        self.work = Work::Idle;
+        self.rests_until = 0;
+        self.attempts = 0;
+        self.tried_with = 0;
+        self.checked_at = 0;
+        self.has_drag = false;
+        self.watch = Watch::new();
+        self.closing = None;
+        self.ended = report::Ended::nothing();
+        self.rate_rad_s = Vec3::zeros();
+        self.config = config;
         Ok(())
     }
 
@@ -237,7 +261,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past: config.prior.as_ref().map(Past::from_prior),
             past_age_s: T::zero(),
             window_s: T::zero(),
-            beginning: Beginning::Linear(LinearStart::new(Reading::nothing())),
+            beginning: Beginning::Found,
             passes: Passes::none(),
             work: Work::Idle,
             rests_until: 0,

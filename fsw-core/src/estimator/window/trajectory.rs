@@ -18,10 +18,12 @@ use super::unknowns::{
 use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::Inertia;
 
-/// A Runge-Kutta step may turn by so much, rad: its error, `turn⁵ / 120`, is then 1e-8, below single
-/// precision.
+/// A step may turn by so much, rad.
 const STEP_TURN: f64 = 0.067;
-/// Steps across a block at most: enough for a turn of 0.2 rad.
+/// And by so much where momentum takes one Runge-Kutta step in it, and not two: their error,
+/// `turn⁵ / 120`, is then below single precision.
+const WHOLE_TURN: f64 = 0.03;
+/// Steps across a block at most. Up to a turn of 0.2 rad its six Runge-Kutta steps err by 2e-9.
 const MOST_STEPS: u32 = 3;
 
 /// A block with what its neighbours tell of its inside, in units of the typical inertia.
@@ -43,9 +45,10 @@ pub struct Span<T: Real> {
 /// A block that is being crossed, step by step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing<T: Real, const U: usize> {
-    /// How many steps, and how many are done.
+    /// How many steps, how many are done, and whether each takes two Runge-Kutta steps.
     steps: u32,
     done: u32,
+    is_halved: bool,
     /// Length of one, s, and their share of the block.
     step_s: T,
     share: T,
@@ -68,7 +71,7 @@ pub struct Crossing<T: Real, const U: usize> {
 }
 
 crate::persist!([T: Real, const U: usize] Crossing<T, U> {
-    steps, done, step_s, share, duration_s, samples, drive, torque, wheels, beyond_ramp, momentum,
+    steps, done, is_halved, step_s, share, duration_s, samples, drive, torque, wheels, beyond_ramp, momentum,
     slope, rate, sensitivity
 } if |this| this.done <= this.steps && this.steps <= MOST_STEPS);
 
@@ -95,6 +98,7 @@ impl<T: Real, const U: usize> Crossing<T, U> {
         Self {
             steps: 0,
             done: 0,
+            is_halved: false,
             step_s: o,
             share: o,
             duration_s: o,
@@ -123,6 +127,11 @@ impl<T: Real, const U: usize> Crossing<T, U> {
     /// h_w a share x of the way through.
     fn wheels(&self, x: T) -> Vec3<T> {
         self.wheels[0] + (self.wheels[1] + self.wheels[2] * x) * x
+    }
+
+    /// g there.
+    fn beyond(&self, x: T) -> Vec3<T> {
+        self.beyond_ramp * (x * (T::one() - x))
     }
 }
 
@@ -160,6 +169,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         }
         crossing.steps = steps;
         crossing.done = 0;
+        crossing.is_halved = turn_square > T::lit(WHOLE_TURN * WHOLE_TURN);
         crossing.share = T::one() / T::count(steps);
         crossing.step_s = dt * crossing.share;
         crossing.duration_s = dt;
@@ -176,46 +186,60 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         crossing.momentum = self.momentum;
     }
 
-    /// ω and ḣ for h and h_w.
-    fn slope(
-        &self,
-        torque: &Vec3<T>,
-        drag: &Vec3<T>,
-        h: &Vec3<T>,
-        wheels: &Vec3<T>,
-    ) -> (Vec3<T>, Vec3<T>) {
+    /// ḣ for h and h_w.
+    fn slope(&self, torque: &Vec3<T>, drag: &Vec3<T>, h: &Vec3<T>, wheels: &Vec3<T>) -> Vec3<T> {
         let w = self.inverse * (h - wheels);
         let braked = if has_drag(U) { torque - drag.component_mul(&w) } else { *torque };
-        (w, braked - w.cross(h))
+        braked - w.cross(h)
+    }
+
+    /// A Runge-Kutta step of fourth order of momentum without g, which is zero at both ends of the block,
+    /// from a share x₀ of the way through it to x₂. Returns ḣ at its start, and h with g half-way.
+    #[inline(never)]
+    fn move_on(
+        &mut self,
+        crossing: &Crossing<T, U>,
+        point: &Point<T>,
+        (x0, x2): (T, T),
+        step_s: T,
+    ) -> (Vec3<T>, Vec3<T>) {
+        let half = T::lit(0.5);
+        let x1 = (x0 + x2) * half;
+        let (w1, g1) = (crossing.wheels(x1), crossing.beyond(x1));
+        let slope = |h: &Vec3<T>, w: &Vec3<T>| self.slope(&crossing.torque, &point.drag, h, w);
+        let h = self.momentum;
+        let k1 = slope(&(h + crossing.beyond(x0)), &crossing.wheels(x0));
+        let k2 = slope(&(h + k1 * (step_s * half) + g1), &w1);
+        let k3 = slope(&(h + k2 * (step_s * half) + g1), &w1);
+        let k4 = slope(&(h + k3 * step_s + crossing.beyond(x2)), &crossing.wheels(x2));
+        self.move_by((k1 + (k2 + k3) * T::lit(2.0) + k4) * (step_s * T::lit(1.0 / 6.0)));
+        (k1, (h + self.momentum) * half + (k1 - k4) * (step_s * T::lit(0.125)) + g1)
     }
 
     /// One step across a block.
-    ///
-    /// Momentum without g, which is zero at both ends, by Runge-Kutta of fourth order.
     #[inline(never)]
     pub fn step(&mut self, crossing: &mut Crossing<T, U>, point: &Point<T>) {
-        let (half, step_s) = (T::lit(0.5), crossing.step_s);
+        let half = T::lit(0.5);
         let at = |halves: u32| T::count(2 * crossing.done + halves) * (crossing.share * half);
         let (x0, x1, x2) = (at(0), at(1), at(2));
-        let beyond = |x: T| crossing.beyond_ramp * (x * (T::one() - x));
-        let (w1, g1) = (crossing.wheels(x1), beyond(x1));
-        let slope = |h: &Vec3<T>, w: &Vec3<T>| self.slope(&crossing.torque, &point.drag, h, w).1;
-        let h = self.momentum;
-        let k1 = slope(&(h + beyond(x0)), &crossing.wheels(x0));
-        let k2 = slope(&(h + k1 * (step_s * half) + g1), &w1);
-        let k3 = slope(&(h + k2 * (step_s * half) + g1), &w1);
-        let k4 = slope(&(h + k3 * step_s + beyond(x2)), &crossing.wheels(x2));
-        self.move_by((k1 + (k2 + k3) * T::lit(2.0) + k4) * (step_s * T::lit(1.0 / 6.0)));
-        let middle = (h + self.momentum) * half + (k1 - k4) * (step_s * T::lit(0.125)) + g1;
-        let rate = self.inverse * (middle - w1);
+        let (slope, middle) = if crossing.is_halved {
+            let half_s = crossing.step_s * half;
+            let (slope, _) = self.move_on(crossing, point, (x0, x1), half_s);
+            let middle = self.momentum + crossing.beyond(x1);
+            self.move_on(crossing, point, (x1, x2), half_s);
+            (slope, middle)
+        } else {
+            self.move_on(crossing, point, (x0, x2), crossing.step_s)
+        };
+        let rate = self.inverse * (middle - crossing.wheels(x1));
         let is_first = crossing.done == 0;
         if is_first {
-            crossing.slope = k1;
+            crossing.slope = slope;
             crossing.rate = Vec3::zeros();
         }
         crossing.done += 1;
         crossing.rate += rate;
-        let sum = &mut crossing.sensitivity;
+        let (step_s, sum) = (crossing.step_s, &mut crossing.sensitivity);
         self.differentiate(&middle, &rate, step_s, &point.drag, sum, is_first);
     }
 
@@ -226,7 +250,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     pub fn mean_rate_rad_s(&self, crossing: &Crossing<T, U>, point: &Point<T>) -> Vec3<T> {
         let (half, end) = (T::lit(0.5), self.momentum);
         let wheels = crossing.wheels(T::one());
-        let bend = crossing.slope - self.slope(&crossing.torque, &point.drag, &end, &wheels).1;
+        let bend = crossing.slope - self.slope(&crossing.torque, &point.drag, &end, &wheels);
         let n = T::count(crossing.samples);
         let share = T::lit(1.0 / 12.0) * (T::one() + half / (n * n));
         let mean = (crossing.momentum + end) * half + bend * (crossing.duration_s * share);

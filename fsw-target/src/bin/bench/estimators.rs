@@ -55,26 +55,30 @@ pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigE
 
     let config = joint_ekf::Config::new(noise);
     let new = |config| move || JointEkfUd::<f32, WHEELS>::new(config, wheels);
-    bench.fly("joint-ekf", &mut None, new(config))?;
+    bench.fly_new("joint-ekf", new(config))?;
     let config = joint_ekf::Config { prior: Some(VAGUE), ..config };
-    bench.fly("joint-ekf-vague", &mut None, new(config))?;
+    bench.fly_new("joint-ekf-vague", new(config))?;
     let config = joint_ekf::Config { prior: Some(PRIOR), ..config };
-    bench.fly("joint-ekf-prior", &mut None, new(config))?;
+    bench.fly_new("joint-ekf-prior", new(config))?;
     let walk = [INERTIA_WALK_KG_M2_SQRT_S; 6];
     let config = joint_ekf::Config { inertia_walk_kg_m2_sqrt_s: walk, ..config };
-    bench.fly("joint-ekf-walk", &mut None, new(config))?;
+    bench.fly_new("joint-ekf-walk", new(config))?;
 
     let config = chain::Config::kim_2013(noise, PRIOR);
-    bench.fly("ekf-sgf-rls", &mut None, || Chain::<f32, WHEELS>::new(config, wheels))?;
+    bench.fly_new("ekf-sgf-rls", || Chain::<f32, WHEELS>::new(config, wheels))?;
 
     let config = window::Config::new(noise);
-    bench.fly("window-9", window_9, || Window::new(config, wheels))?;
+    bench.fly("window-9", window_9, |place| {
+        place.get_or_insert_with(|| Window::of_unknown_noise(wheels)).reset(config)
+    })?;
     let config = window::Config {
         disturbance_torque_n_m: Some(DISTURBANCE_TORQUE_N_M),
         gyro_bias_rad_s: Some(GYRO_BIAS_RAD_S),
         ..config
     };
-    bench.fly("window-15", window_15, || Window::new(config, wheels))
+    bench.fly("window-15", window_15, |place| {
+        place.get_or_insert_with(|| Window::of_unknown_noise(wheels)).reset(config)
+    })
 }
 
 struct Bench<'a> {
@@ -83,19 +87,37 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// A new estimator for each flight, in `place`.
+    /// An estimator that begins afresh with each flight, in `place`.
     fn fly<E: Estimator<f32, WHEELS>>(
         &mut self,
         name: &'static str,
         place: &mut Option<E>,
-        new: impl Fn() -> Result<E, ConfigError>,
+        begin: impl Fn(&mut Option<E>) -> Result<(), ConfigError>,
     ) -> Result<(), ConfigError> {
-        self.count(name, "recorded", flights::recorded(), place.insert(new()?));
+        begin(place)?;
+        if let Some(estimator) = place {
+            self.count(name, "recorded", flights::recorded(), estimator);
+        }
         for plan in [&flights::MISSION, &flights::TUMBLE] {
             let flight = Flight::new(plan, CRAFT.wheels()?);
-            self.count(name, plan.name, flight, place.insert(new()?));
+            begin(place)?;
+            if let Some(estimator) = place {
+                self.count(name, plan.name, flight, estimator);
+            }
         }
         Ok(())
+    }
+
+    /// The same of one that is small enough for the stack.
+    fn fly_new<E: Estimator<f32, WHEELS>>(
+        &mut self,
+        name: &'static str,
+        new: impl Fn() -> Result<E, ConfigError>,
+    ) -> Result<(), ConfigError> {
+        self.fly(name, &mut None, |place| {
+            *place = Some(new()?);
+            Ok(())
+        })
     }
 
     fn count<E: Estimator<f32, WHEELS>>(
