@@ -302,10 +302,11 @@ mod tests {
 
     #[test]
     fn the_driver_finds_the_momentum_better_than_the_gyro_does() {
-        // The gyro's noise times the mean moment: 2e-4 and 9e-6 N m s a sample.
+        // The gyro's noise times the mean moment is 2e-4 and 9e-6 N m s a sample. What swings with the
+        // motion must be far below that: it doesn't average out.
         let (rms, largest) = momentum_errors("microsat-slew");
-        assert!(rms < 2e-5 && largest < 2e-4, "{rms} {largest}");
+        assert!(rms < 4e-6 && largest < 2e-4, "{rms} {largest}");
         let (rms, largest) = momentum_errors("cubesat-pyramid");
-        assert!(rms < 2e-6 && largest < 9e-6, "{rms} {largest}");
+        assert!(rms < 6e-7 && largest < 9e-6, "{rms} {largest}");
     }
 }

@@ -20,8 +20,8 @@
 //! With `P` edges a turn (both flanks of one channel), a timer of `f` ticks a second and `T` between
 //! samples:
 //!
-//! * Fast: three edges, each stamped to a whole tick, leave at most `2 Ω / (f T)`, and `0.74 Ω / (f T)`
-//!   RMS. With 1 MHz and 10 Hz, 628 rad/s (6000 rpm) is seen to 0.013 rad/s, and 0.005 rad/s RMS. Uneven
+//! * Fast: four edges, each stamped to a whole tick, leave at most `3.4 Ω / (f T)`, and `1.1 Ω / (f T)`
+//!   RMS. With 1 MHz and 10 Hz, 628 rad/s (6000 rpm) is seen to 0.021 rad/s, and 0.007 rad/s RMS. Uneven
 //!   edges are worse: one that is off by ε of the angle between edges counts as `2 π ε / (P T)`.
 //! * Slow: below one edge a sample, `2 π / (P T)`, the speed is the last that edges told, and is
 //!   corrected once an edge that should have come doesn't. What is slower than an edge in

