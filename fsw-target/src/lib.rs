@@ -20,6 +20,7 @@
 //!    and the test that compares host and target bit for bit both call it.
 //! 5. [`link`]: what goes to the ground and what comes from there, as packets over a serial line.
 //! 6. [`store`]: checkpoints in flash, from which the estimator goes on after a reset, bit for bit.
+//! 7. [`tunnel`]: all of a board at the other end of a serial line, for the processor in the loop.
 //!
 //! Below that are the parts that only the chip has (`target_os = "none"`): `board`, the bring-up
 //! of the one board that exists, `log`, where a defmt frame goes, `exit`, how an image ends, and
@@ -45,6 +46,7 @@ pub mod sensors;
 pub mod stamps;
 pub mod store;
 pub mod supervisor;
+pub mod tunnel;
 
 #[cfg(target_os = "none")]
 pub mod exit;

@@ -13,6 +13,7 @@
 use super::clocks::wait;
 use super::rates::{Clocks, baud_divider};
 use super::shared::Shared;
+use crate::tunnel;
 use core::convert::Infallible;
 use core::ops::Deref;
 use embedded_hal_nb::nb;
@@ -157,6 +158,20 @@ impl<U: Registers> Write for SerialPort<U> {
     fn flush(&mut self) -> nb::Result<(), Infallible> {
         let sent = self.shared.with(|port| port.usart.sr().read().tc().bit_is_set());
         if sent == Some(false) { Err(nb::Error::WouldBlock) } else { Ok(()) }
+    }
+}
+
+/// The processor sleeps while nothing happens: an emulator then has time for the other end.
+impl<U: Registers> tunnel::Port for SerialPort<U> {
+    fn listen(&mut self) -> nb::Result<u8, Infallible> {
+        // An interrupt that comes after the look ends the sleep, and is served once they are let in.
+        critical_section::with(|_| {
+            let read = self.read();
+            if read.is_err() {
+                cortex_m::asm::wfi();
+            }
+            read
+        })
     }
 }
 
