@@ -394,6 +394,14 @@ fn configure_gate<T: Real>(gate: &mut gate::Config<T>, setup: &Setup<'_>) {
     gate.max_gap_us = gate.max_gap_us.max(bridged_us);
 }
 
+/// An estimator that has been set up elsewhere. `gyro_noise_rad_s` is what it was told, if anything.
+pub fn on_board<T: Real, E: Estimator<T, W> + 'static, const W: usize>(
+    estimator: E,
+    gyro_noise_rad_s: Option<f64>,
+) -> Box<dyn OnBoard> {
+    Box::new(Adapter::<T, E, W>::of(estimator, gyro_noise_rad_s))
+}
+
 /// An estimator of the core, its precision and its number of wheels hidden.
 struct Adapter<T, E, const W: usize> {
     estimator: E,
@@ -404,7 +412,11 @@ struct Adapter<T, E, const W: usize> {
 
 impl<T: Real, E: Estimator<T, W>, const W: usize> Adapter<T, E, W> {
     fn new(estimator: E, setup: &Setup<'_>) -> Self {
-        let gyro_variance_rad2_s2 = setup.gyro_noise_rad_s.map(|sigma| sigma * sigma);
+        Self::of(estimator, setup.gyro_noise_rad_s)
+    }
+
+    fn of(estimator: E, gyro_noise_rad_s: Option<f64>) -> Self {
+        let gyro_variance_rad2_s2 = gyro_noise_rad_s.map(|sigma| sigma * sigma);
         Self { estimator, gyro_variance_rad2_s2, acceleration: |_| None, precision: PhantomData }
     }
 }

@@ -12,6 +12,7 @@
 //!
 //! `ground` is the other end of the flight computer's serial line: telemetry from bytes, and what is
 //! missing of it.
+//! `pil` flies the firmware itself, in QEMU, with the sensors of `sensor` at its wires.
 //!
 //! `cli` has a file for each verb, which strings these together.
 
@@ -21,6 +22,8 @@ pub mod estimation;
 pub mod ground;
 pub mod input;
 pub mod papers;
+#[cfg(unix)]
+pub mod pil;
 pub mod recording;
 pub mod report;
 pub mod sensor;

@@ -668,3 +668,23 @@ fn misuse_is_told_in_two_lines() {
         assert!(output.status.success() && output.stderr.is_empty() && !output.stdout.is_empty());
     }
 }
+
+#[test]
+#[cfg(unix)]
+fn pil_refuses_what_the_image_cannot_fly_before_it_starts_one() {
+    for (arguments, says) in [
+        (&["pil", "nowhere"][..], "neither a file nor a built-in scenario"),
+        (&["pil", "--estimator", "momentum-batch"], "invalid value 'momentum-batch'"),
+        (&["pil", "microsat-slew", "--estimator", "ekf-sgf-rls"], "needs a nominal inertia"),
+        (&["pil", "microsat-slew", "--restart-at", "1501"], "give one from 1 to 1500"),
+    ] {
+        let output = host_sim(arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(says) && error.trim_end().lines().count() <= 2, "{error}");
+    }
+    let output = host_sim(&["pil", "--image", "no/such.elf"]);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert_eq!(error.trim_end(), "error: no/such.elf: there is no such image");
+}

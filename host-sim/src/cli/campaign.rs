@@ -25,13 +25,14 @@ pub(super) fn stop_on_ctrl_c() -> Arc<AtomicBool> {
     stop
 }
 
-/// A bar on stderr, if a person is looking.
-pub(super) fn progress_bar(runs: u64) -> ProgressBar {
+/// A bar on stderr over so many runs or samples, if a person is looking.
+pub(super) fn progress_bar(count: u64, what: &str) -> ProgressBar {
     if !io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} runs, {eta} left");
-    let bar = ProgressBar::new(runs);
+    let template = format!("{{wide_bar}} {{pos}} of {{len}} {what}, {{eta}} left");
+    let style = ProgressStyle::with_template(&template);
+    let bar = ProgressBar::new(count);
     match style {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,

@@ -3,7 +3,7 @@
 use fsw_core::Status as CoreStatus;
 
 use super::{Failure, Options};
-use crate::estimation::{EstimatorName, Flown, SetUpError, Setup, fly, set_up};
+use crate::estimation::{EstimatorName, Flown, Precision, SetUpError, Setup, fly, set_up};
 use crate::input::log::LogRow;
 use crate::input::{Craft, Scenario};
 use crate::recording::history_row;
@@ -48,7 +48,10 @@ pub fn estimate(
             history.push(history_row(row, outcome, on_board));
         }
     });
-    Ok(Estimated { report: report(options, rows.len(), &flown), history })
+    Ok(Estimated {
+        report: report(estimator, options.method.precision, rows.len(), &flown),
+        history,
+    })
 }
 
 /// Says so where the estimator leaves out unknowns that it is asked for.
@@ -112,14 +115,20 @@ fn median_period_s(rows: &[LogRow]) -> f64 {
     periods.get(periods.len() / 2).map_or(0.0, |us| *us as f64 * 1e-6)
 }
 
-fn report(options: &Options, samples: usize, flown: &Flown) -> ReplayReport {
+/// What an estimator has found over so many samples.
+pub(super) fn report(
+    estimator: EstimatorName,
+    precision: Precision,
+    samples: usize,
+    flown: &Flown,
+) -> ReplayReport {
     let Flown { counts, estimate } = flown;
     let elements = estimate.inertia.elements_kg_m2();
     let (over_trace, over_trace_sigma) = estimate.over_trace();
     let rejected = counts.rejected().into_iter().filter(|(_, count)| *count > 0);
     ReplayReport {
-        estimator: options.method.estimator.to_string(),
-        precision: options.method.precision.to_string(),
+        estimator: estimator.to_string(),
+        precision: precision.to_string(),
         samples: samples as u64,
         accepted: u64::from(counts.accepted),
         rejected: rejected.map(|(reason, count)| (reason.to_owned(), u64::from(count))).collect(),

@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = out.as_deref().map(RunsFile::create).transpose()?;
 
     let begun = Instant::now();
-    let bar = progress_bar(*asked);
+    let bar = progress_bar(*asked, "runs");
     let runs = campaign.fly(&stop, || bar.inc(1));
     bar.finish_and_clear();
     let (runs, wall) = (runs?, begun.elapsed());

@@ -8,6 +8,8 @@ mod command;
 mod crlb;
 mod estimate;
 mod mc;
+#[cfg(unix)]
+mod pil;
 mod replay;
 mod run;
 mod tables;
@@ -82,6 +84,16 @@ enum Verb {
     /// As in: host-sim command reset > /dev/ttyUSB0, with the port set to raw first: stty -F
     /// /dev/ttyUSB0 115200 raw -echo.
     Command(command::Arguments),
+    /// Fly the firmware itself, in QEMU, with simulated sensors, and compare with the host bit by bit.
+    ///
+    /// The firmware asks for its gyro and wheels on a serial port, and a model of the chip answers, register
+    /// by register: driver, conversion and estimator are those of the flight image, on its processor. The
+    /// same software flies on the host at the same time. What both know is compared after each sample, to
+    /// the last bit; the first difference ends the flight, with its sample and element.
+    ///
+    /// Needs QEMU and a compiler for the Cortex-M, and says what to install where they are missing.
+    #[cfg(unix)]
+    Pil(pil::Arguments),
 }
 
 /// How to estimate: the same for every verb that does.
@@ -135,6 +147,9 @@ enum Failure {
     Interrupted,
     #[error(transparent)]
     Papers(#[from] PapersFailed),
+    #[cfg(unix)]
+    #[error(transparent)]
+    Pil(#[from] crate::pil::PilFailed),
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error("the result can't be printed: {0}")]
@@ -153,6 +168,10 @@ impl Failure {
             | Self::NoTelemetry { .. }
             | Self::RefusedCommand(_)
             | Self::NoPrior { .. } => MISUSE,
+            #[cfg(unix)]
+            Self::Pil(crate::pil::PilFailed::NotFlown(_)) => MISUSE,
+            #[cfg(unix)]
+            Self::Pil(_) => 1,
             Self::Integration(_)
             | Self::Run(RunFailed::Integration(_))
             | Self::Interrupted
@@ -185,6 +204,8 @@ pub fn main() -> ExitCode {
         Verb::Crlb(arguments) => crlb::run(&arguments),
         Verb::Telemetry(arguments) => telemetry::run(&arguments),
         Verb::Command(arguments) => command::run(&arguments),
+        #[cfg(unix)]
+        Verb::Pil(arguments) => pil::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -30,7 +30,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { runs, seed, out, json } = arguments;
     let stop = stop_on_ctrl_c();
     let papers = Papers::new()?;
-    let bar = progress_bar(*runs);
+    let bar = progress_bar(*runs, "runs");
     let flown = papers.fly(*seed, *runs, &stop, || bar.inc(1));
     bar.finish_and_clear();
     let flown = flown?;

@@ -86,6 +86,25 @@ pub struct RunReport {
     pub bound_kg_m2: [Option<f64>; 6],
 }
 
+/// What the firmware estimated in QEMU, and whether the host came to the same.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PilReport {
+    /// What `run` would say of it.
+    #[serde(flatten)]
+    pub run: RunReport,
+    /// The comparison.
+    pub target: TargetReport,
+}
+
+/// How firmware and host compare. There is none if they differ: that is an error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TargetReport {
+    /// Samples after which both knew the same to the last bit: all.
+    pub identical_samples: u64,
+    /// How long the flight took, s.
+    pub wall_s: f64,
+}
+
 /// What many simulated flights come to that differ in gyro noise.
 ///
 /// A run counts as diverged if its status says so, or if the error of any element isn't finite or is

@@ -1,7 +1,9 @@
 //! The tables that people read on the terminal.
 
 use super::columns::Table;
-use super::json::{CrlbReport, McReport, ReplayReport, RunReport, elements};
+use super::json::{
+    CrlbReport, McReport, PilReport, ReplayReport, RunReport, TargetReport, elements,
+};
 use super::number::{fixed, power, significant};
 use crate::input::ELEMENT_NAMES;
 
@@ -42,6 +44,14 @@ pub fn run(report: &RunReport) -> String {
     }
     let scenario = format!("{}, seed {}", report.scenario, report.seed);
     [heading("scenario", &scenario), summary(estimate), "\n".to_owned(), table.finish()].concat()
+}
+
+/// The table of a flight of the firmware: that of the run, and how it compares with the host's.
+pub fn pil(report: &PilReport) -> String {
+    let TargetReport { identical_samples, wall_s } = report.target;
+    let compared =
+        format!("{identical_samples} samples, each bit by bit as on the host; {wall_s:.1} s");
+    heading("target", &compared) + &run(&report.run)
 }
 
 /// The table of a recorded log: the estimate and what it is worth.

@@ -1,0 +1,116 @@
+//! What the flight computer is told of a scenario's spacecraft, and how its gyro is mounted.
+
+use fsw_target::craft::WHEELS;
+use fsw_target::drivers::gyro::bmi088::Range;
+use fsw_target::onboard::EstimatorId;
+use fsw_target::tunnel::Setup;
+use fsw_target::tunnel::setup::Unfit;
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
+use thiserror::Error;
+
+use super::Mission;
+use crate::input::scenario::SimulatedGyro;
+use crate::sensor::encoder::EncoderData;
+use crate::sensor::gyro::variance_rad2_s2;
+
+/// A wheel without an edge for so long stands still, s: with 24 edges a turn it is slower than
+/// 0.52 rad/s then.
+const ZERO_AFTER_S: f32 = 0.5;
+
+/// The range leaves room for so many sigma of the gyro's noise beyond the fastest rate.
+const NOISE_SIGMAS: f64 = 8.0;
+
+/// A scenario that the flight computer can't fly.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum NotFlown {
+    /// More wheels than the flight image has room for.
+    #[error("{found} wheels: the flight image has room for {WHEELS}")]
+    TooManyWheels {
+        /// How many the scenario has.
+        found: usize,
+    },
+    /// `ekf-sgf-rls` without a nominal inertia.
+    #[error(
+        "ekf-sgf-rls needs a nominal inertia: add a [prior] with inertia_kg_m2 and sigma_kg_m2 to \
+         the scenario"
+    )]
+    NoNominalInertia,
+    /// What the flight software itself says.
+    #[error("the flight software refuses this spacecraft: {0:?}")]
+    Unfit(Unfit),
+    /// No sample there.
+    #[error("--restart-at {at}: the flight has {samples} samples; give one from 1 to {}", samples - 1)]
+    NoSuchSample {
+        /// What was asked for.
+        at: usize,
+        /// How many there are.
+        samples: usize,
+    },
+}
+
+/// How the gyro is mounted: neither along the body's axes nor in any plane of them, so that every axis
+/// of the one is part of every axis of the other.
+pub fn body_from_sensor() -> Matrix3<f64> {
+    let axis = Unit::new_normalize(Vector3::new(1.0, -2.0, 3.0));
+    *Rotation3::from_axis_angle(&axis, 40f64.to_radians()).matrix()
+}
+
+/// What the flight computer is told.
+///
+/// # Errors
+/// See [`NotFlown`].
+pub fn of(mission: &Mission<'_>) -> Result<Setup, NotFlown> {
+    let craft = mission.scenario.craft();
+    if craft.wheels.len() > WHEELS {
+        return Err(NotFlown::TooManyWheels { found: craft.wheels.len() });
+    }
+    if mission.estimator == EstimatorId::EkfSgfRls && craft.prior.is_none() {
+        return Err(NotFlown::NoNominalInertia);
+    }
+    let samples = mission.flight.instants.len();
+    if let Some(at) = mission.restart_at.filter(|at| !(1..samples).contains(at)) {
+        return Err(NotFlown::NoSuchSample { at, samples });
+    }
+    let range = range(mission);
+    let encoder = EncoderData::default();
+    let wheel = |i: usize| craft.wheels.get(i);
+    let mounting = body_from_sensor();
+    Ok(Setup {
+        now_us: 0,
+        wheel_axes: std::array::from_fn(|i| {
+            wheel(i).map_or([1.0, 0.0, 0.0], |wheel| narrow(&wheel.axis))
+        }),
+        spin_inertia_kg_m2: std::array::from_fn(|i| {
+            wheel(i).map_or(0.0, |wheel| wheel.spin_inertia_kg_m2 as f32)
+        }),
+        gyro_noise_rad_s: noise_rad_s(&mission.scenario.gyro, range) as f32,
+        prior_kg_m2: craft.prior.as_ref().map(|prior| {
+            [prior.inertia_kg_m2, prior.sigma_kg_m2].map(|row| row.map(|element| element as f32))
+        }),
+        range: range as u8,
+        body_from_sensor: std::array::from_fn(|column| narrow(&mounting.column(column).into())),
+        edges_per_turn: std::array::from_fn(|i| wheel(i).map_or(0, |_| encoder.edges_per_turn)),
+        zero_after_s: ZERO_AFTER_S,
+        ticks_per_s: encoder.ticks_per_s,
+    })
+}
+
+fn narrow(vector: &Vector3<f64>) -> [f32; 3] {
+    [vector.x, vector.y, vector.z].map(|element| element as f32)
+}
+
+/// The scenario's noise, and the rounding to the chip's counts.
+fn noise_rad_s(gyro: &SimulatedGyro, range: Range) -> f64 {
+    let quantum_rad_s = Some(f64::from(range.quantum_rad_s()));
+    variance_rad2_s2(&SimulatedGyro { quantum_rad_s, ..gyro.clone() }).sqrt()
+}
+
+/// The finest range in which no reading saturates, if there is one.
+fn range(mission: &Mission<'_>) -> Range {
+    let gyro = &mission.scenario.gyro;
+    let fastest = mission.flight.instants.iter().map(|instant| instant.rate_rad_s.norm());
+    let margin = gyro.bias_rad_s.norm() + NOISE_SIGMAS * gyro.noise_rad_s;
+    let most_rad_s = fastest.fold(0.0, f64::max) + margin;
+    let fits = |range: &Range| most_rad_s < f64::from(range.full_scale_rad_s());
+    Range::ALL.into_iter().find(fits).unwrap_or(Range::DegS2000)
+}
