@@ -1,0 +1,102 @@
+//! The processor in the loop: the flight computer in QEMU does to the last bit what it does on the host.
+
+use anyhow::{Result, bail};
+use fsw_core::{Estimator, Status};
+use fsw_target::onboard::EstimatorId;
+use host_sim::input::Scenario;
+use host_sim::pil::compare::After;
+use host_sim::pil::firmware::Image;
+use host_sim::pil::{BrokenBit, Flown, Mission, PilFailed, fly};
+use host_sim::truth::Flight;
+
+/// Flies a scenario, or the first so many seconds of it.
+struct Plan {
+    scenario: &'static str,
+    duration_s: Option<f64>,
+    estimator: EstimatorId,
+    restart_at: Option<usize>,
+    broken: Option<BrokenBit>,
+}
+
+/// The spin-up of STSAT-3 by `window`, whole.
+const SPIN_UP: Plan = Plan {
+    scenario: "stsat3-spin-up",
+    duration_s: None,
+    estimator: EstimatorId::Window,
+    restart_at: None,
+    broken: None,
+};
+
+/// Flies the firmware and the host.
+fn fly_plan(plan: &Plan) -> Result<Result<Flown, PilFailed>> {
+    let mut scenario = Scenario::load(plan.scenario)?;
+    scenario.duration_s = plan.duration_s.unwrap_or(scenario.duration_s);
+    let flight = Flight::simulate(&scenario)?;
+    let mission = Mission {
+        scenario: &scenario,
+        flight: &flight,
+        seed: 0,
+        estimator: plan.estimator,
+        restart_at: plan.restart_at,
+    };
+    let image = Image::find(None)?;
+    Ok(fly(&mission, || image.start(), plan.broken, |_, _| ()))
+}
+
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn the_stsat3_spin_up_is_the_same_bit_by_bit() -> Result<()> {
+    let flown = fly_plan(&SPIN_UP)??;
+    assert_eq!((flown.compared, flown.outcomes.accepted), (6001, 6001));
+    assert_eq!(flown.onboard.estimate().status, Status::Converged);
+    Ok(())
+}
+
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn a_wheel_slew_is_the_same_bit_by_bit() -> Result<()> {
+    let flown = fly_plan(&Plan { scenario: "microsat-slew", ..SPIN_UP })??;
+    // The tachometers have no speeds until they have seen three readings.
+    assert_eq!((flown.compared, flown.outcomes.accepted, flown.wheel_failures), (1501, 1498, 3));
+    assert_eq!(flown.onboard.estimate().status, Status::Converged);
+    Ok(())
+}
+
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn the_other_estimators_are_the_same_bit_by_bit() -> Result<()> {
+    for estimator in [EstimatorId::JointEkf, EstimatorId::EkfSgfRls] {
+        let flown = fly_plan(&Plan { duration_s: Some(60.0), estimator, ..SPIN_UP })??;
+        assert_eq!((flown.compared, flown.onboard.selected()), (601, estimator));
+    }
+    Ok(())
+}
+
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn after_a_power_cut_the_flight_goes_on_bit_by_bit() -> Result<()> {
+    let whole = Plan { duration_s: Some(60.0), ..SPIN_UP };
+    let cut = Plan { restart_at: Some(251), ..whole };
+    let [whole, cut] = [fly_plan(&whole)??, fly_plan(&cut)??];
+    let (kept, expected) = (cut.onboard.estimate(), whole.onboard.estimate());
+    assert_eq!(kept.inertia, expected.inertia);
+    assert_eq!(kept.covariance_kg2_m4, expected.covariance_kg2_m4);
+    assert_eq!(cut.outcomes, whole.outcomes);
+    Ok(())
+}
+
+/// One bit of one byte of one reading, and only on the target.
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn a_bit_that_is_wrong_on_the_target_is_found_and_named() -> Result<()> {
+    let broken = Some(BrokenBit { sample: 200, byte: 4, bit: 0 });
+    let plan = Plan { duration_s: Some(60.0), broken, ..SPIN_UP };
+    match fly_plan(&plan)? {
+        Err(PilFailed::Differs(difference)) => {
+            assert_eq!(difference.when, After::Sample(200));
+            assert!(difference.element.starts_with("estimate "), "{difference}");
+            Ok(())
+        }
+        other => bail!("the broken bit was not found: {other:?}"),
+    }
+}
