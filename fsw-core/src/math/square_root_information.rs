@@ -195,8 +195,9 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         })
     }
 
-    /// Equation `index`, one on the diagonal, and its weight.
+    /// Equation `index`, one on the diagonal, and its weight. Beyond the last one it is the last.
     pub fn equation(&self, index: usize) -> ([T; N], T, T) {
+        let index = index.min(N.saturating_sub(1));
         let mut row = self.factor[index];
         row[index] = T::one();
         (row, self.right_hand_side[index], self.factor[index][index])

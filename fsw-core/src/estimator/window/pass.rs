@@ -271,6 +271,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
     }
 
     fn take_row(&mut self, axis: usize, most: T) -> Taken<T> {
+        let axis = axis.min(2); // it always is, which the compiler can't see
         let row = self.trajectory.mean_sensitivity(&self.crossing, axis);
         let weight = T::count(self.crossing.samples());
         let y = self.residual[axis];

@@ -262,6 +262,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     /// `S̄ = J⁻¹ (D̄ − G(ω̄) E_j)`, with the mean of D before and after each step, and of ω half-way.
     #[inline(never)]
     pub fn mean_sensitivity(&self, crossing: &Crossing<T, U>, axis: usize) -> [T; U] {
+        let axis = axis.min(2); // it always is, which the compiler can't see
         let b = Vec3::from_fn(|k, _| self.inverse[(axis, k)] * crossing.share);
         let a = b * T::lit(0.5);
         let w = &crossing.rate;
