@@ -14,7 +14,7 @@
 
 use super::Prior;
 use crate::dynamics::interval::{Drive, Interval};
-use crate::math::least_squares::{Inverse, LeastSquares};
+use crate::math::square_root_information::SquareRootInformation;
 use crate::math::ud::Ud;
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::tensor::{Inertia, gyroscopic_regressor, regressor};
@@ -30,7 +30,7 @@ const LARGEST_CORRECTION: f64 = 0.2;
 /// Accumulates the equation, three rows a sample, into a triangular factor for `j`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MomentumIntegral<T: Real> {
-    information: LeastSquares<T, 6>,
+    information: SquareRootInformation<T, 6>,
     samples: u32,
     /// `M̄`, `ȳ` over the samples so far.
     mean_regressor: Mat<T, 3, 6>,
@@ -77,7 +77,8 @@ impl<T: Real> MomentumIntegral<T> {
     ) -> Self {
         let last = Last::at(rate_rad_s, drive);
         Self {
-            information: prior.map_or_else(LeastSquares::default, |p| believed(p, noise_rad_s)),
+            information: prior
+                .map_or_else(SquareRootInformation::default, |p| believed(p, noise_rad_s)),
             samples: 1,
             mean_regressor: regressor(rate_rad_s),
             mean_impulse_n_m_s: -last.wheel_momentum_n_m_s,
@@ -109,7 +110,8 @@ impl<T: Real> MomentumIntegral<T> {
         self.mean_regressor += off * share;
         self.mean_impulse_n_m_s += y * share;
         for r in 0..3 {
-            self.information.add(core::array::from_fn(|c| off[(r, c)]), y[r], weight);
+            let row = core::array::from_fn(|c| off[(r, c)]);
+            self.information.add_weighted(&row, y[r], weight);
         }
     }
 
@@ -126,19 +128,19 @@ impl<T: Real> MomentumIntegral<T> {
     /// Rate and inertia, or `None` while the motion, with the prior where there is one, doesn't
     /// determine all of the inertia above the gyro's noise.
     pub fn solve(&self, noise_rad_s: T) -> Option<Solution<T>> {
-        let inverse = self.information.inverse()?;
+        let covariance = self.information.covariance_ud()?;
         let noise_information = noise_rad_s * noise_rad_s * T::count(self.samples);
         let share = |i: usize| noise_information * T::lit(if i < 3 { 1.0 } else { 2.0 });
-        if !(0..6).all(|i| share(i) * inverse.variance(i) < T::lit(LARGEST_CORRECTION)) {
+        if !(0..6).all(|i| share(i) * covariance.variance(i) < T::lit(LARGEST_CORRECTION)) {
             return None;
         }
-        let biased = self.information.solve();
+        let biased = self.information.solve()?;
         let mut j = biased;
         for _ in 0..CORRECTION_PASSES {
-            let correction = inverse.solve_normal(&core::array::from_fn(|i| share(i) * j[i]));
+            let correction = covariance.times(&core::array::from_fn(|i| share(i) * j[i]));
             j = core::array::from_fn(|i| biased[i] + correction[i]);
         }
-        self.at_last_sample(&Inertia::new(j), &inverse, noise_rad_s)
+        self.at_last_sample(&Inertia::new(j), &covariance, noise_rad_s)
     }
 
     /// Turns `(H₀, j)` into rate and inertia at the last sample: `J ω = H₀ + y − I j`, I the integral
@@ -147,7 +149,7 @@ impl<T: Real> MomentumIntegral<T> {
     fn at_last_sample(
         &self,
         inertia: &Inertia<T>,
-        inverse: &Inverse<T, 6>,
+        of_inertia: &Ud<T, 6>,
         noise_rad_s: T,
     ) -> Option<Solution<T>> {
         let j = Mat::<T, 6, 1>::from(inertia.elements_kg_m2());
@@ -161,11 +163,11 @@ impl<T: Real> MomentumIntegral<T> {
         let of_mean = row_variance / T::count(self.samples);
         let mut covariance = Ud::diagonal(core::array::from_fn(|i| match i.checked_sub(3) {
             None => of_mean,
-            Some(k) => inverse.variances[k] * row_variance,
+            Some(k) => of_inertia.d(k) * row_variance,
         }));
         for k in 1..6 {
             for i in 0..k {
-                covariance.set_u(3 + i, 3 + k, inverse.factor[(i, k)]);
+                covariance.set_u(3 + i, 3 + k, of_inertia.u(i, k));
             }
         }
         covariance.transform_first(&by_momentum, &by_inertia);
@@ -185,10 +187,10 @@ impl<T: Real> Last<T> {
 }
 
 /// A row for each element of the prior, in units of a motion row's noise.
-fn believed<T: Real>(prior: &Prior<T>, noise_rad_s: T) -> LeastSquares<T, 6> {
+fn believed<T: Real>(prior: &Prior<T>, noise_rad_s: T) -> SquareRootInformation<T, 6> {
     let row_variance = row_variance(&Inertia::new(prior.inertia_kg_m2), noise_rad_s);
     let weights = prior.sigma_kg_m2.map(|sigma| row_variance / (sigma * sigma));
-    LeastSquares::of_each(prior.inertia_kg_m2, weights)
+    SquareRootInformation::of_each(prior.inertia_kg_m2, weights)
 }
 
 /// The variance of a row: that of `J v`, on average over the axes `σ² tr(J²) / 3`, (N m s)².

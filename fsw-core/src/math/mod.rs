@@ -1,7 +1,6 @@
 //! Algebra without flight knowledge: the scalar, factorised covariances, small eigenproblems.
 
 pub mod eigen;
-pub mod least_squares;
 pub mod scalar;
 pub mod square_root_information;
 pub mod ud;

@@ -8,7 +8,7 @@
 //! unknown and no square root (Gentleman, J. Inst. Maths Applics 12, 1973; his Algorithm AS 75), and an
 //! element two products.
 
-use super::{Mat, scalar::Real};
+use super::{Mat, scalar::Real, ud::Ud};
 
 /// `R x = d` for N unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +65,15 @@ macro_rules! for_each_unknown {
 }
 
 impl<T: Real, const N: usize> SquareRootInformation<T, N> {
+    /// One equation of its own for each unknown, `xᵢ = valueᵢ`, of variance `1 / weightᵢ`.
+    pub fn of_each(values: [T; N], weights: [T; N]) -> Self {
+        let mut this = Self { right_hand_side: values, ..Self::default() };
+        for i in 0..N {
+            this.factor[i][i] = weights[i];
+        }
+        this
+    }
+
     /// Takes in one equation `row · x = y`, of unit variance. Returns what no solution can
     /// explain of it: the sum of its squares is the sum of the squared residuals.
     pub fn add(&mut self, row: [T; N], y: T) -> T {
@@ -287,6 +296,19 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         inverse.iter().all(|x| x.is_finite()).then_some(inverse)
     }
 
+    /// Covariance of the solution, if a row of weight 1 has unit variance, by its UD factors, which
+    /// are `U⁻¹` and `D⁻¹`; `None` while a diagonal element of the factor is zero.
+    pub fn covariance_ud(&self) -> Option<Ud<T, N>> {
+        let inverse = self.inverse();
+        let mut covariance = Ud::diagonal(core::array::from_fn(|i| T::one() / self.factor[i][i]));
+        for k in 1..N {
+            for i in 0..k {
+                covariance.set_u(i, k, inverse[(i, k)]);
+            }
+        }
+        covariance.is_valid().then_some(covariance)
+    }
+
     /// Covariance of the solution if a row of weight 1 has unit variance.
     #[inline(never)]
     pub fn covariance(&self) -> Option<Mat<T, N, N>> {
@@ -380,6 +402,8 @@ mod tests {
             prop_assert!((unexplained - residuals).abs() < 1e-9 * scale);
             let factor = s.covariance_factor().unwrap();
             prop_assert!((factor * factor.transpose() - inverse).abs().max() < 1e-9 * scale);
+            let ud = s.covariance_ud().unwrap().covariance();
+            prop_assert!((ud - inverse).abs().max() < 1e-9 * scale);
         }
     }
 
@@ -404,10 +428,19 @@ mod tests {
     }
 
     #[test]
+    fn an_equation_for_each_is_as_if_added() {
+        let mut added = SquareRootInformation::<f64, 2>::default();
+        added.add_weighted(&[1.0, 0.0], 3.0, 2.0);
+        added.add_weighted(&[0.0, 1.0], 5.0, 7.0);
+        assert_eq!(SquareRootInformation::of_each([3.0, 5.0], [2.0, 7.0]), added);
+    }
+
+    #[test]
     fn an_unseen_direction_has_no_solution() {
         let mut s = SquareRootInformation::<f32, 2>::default();
         s.add([1.0, 0.0], 2.0);
         assert_eq!(s.solve(), None);
         assert_eq!(s.covariance_factor(), None);
+        assert_eq!(s.covariance_ud(), None);
     }
 }

@@ -82,6 +82,24 @@ impl<T: Real, const N: usize> Ud<T, N> {
         sum
     }
 
+    /// `P b`.
+    pub fn times(&self, b: &[T; N]) -> [T; N] {
+        // D Uᵀ b from the last on, each before an element of b that it takes is overwritten; then U.
+        let mut x = *b;
+        for k in (0..N).rev() {
+            for i in 0..k {
+                x[k] += self.u(i, k) * x[i];
+            }
+            x[k] *= self.d(k);
+        }
+        for k in 1..N {
+            for i in 0..k {
+                x[i] += self.u(i, k) * x[k];
+            }
+        }
+        x
+    }
+
     /// Multiplies the covariance by `share` (not negative).
     pub fn scale(&mut self, share: T) {
         for i in 0..N {
@@ -246,6 +264,9 @@ mod tests {
             let (ud, p) = random::<5>(&x);
             prop_assert!((ud.covariance() - p).abs().max() < 1e-12);
             prop_assert!((0..5).all(|i| (ud.variance(i) - p[(i, i)]).abs() < 1e-12));
+            let b = [x[5], x[6], x[7], x[8], x[9]];
+            let expected = p * Mat::<f64, 5, 1>::from(b);
+            prop_assert!((Mat::from(ud.times(&b)) - expected).abs().max() < 1e-12);
         }
 
         #[test]
