@@ -56,21 +56,28 @@ impl<T: Real> Gyrostat<T> {
     }
 
     /// Derivatives of the acceleration at a rate, an acceleration (the whole of ω̇, wheels'
-    /// reaction included) and a wheel momentum:
-    ///
-    /// `∂ω̇/∂ω = J⁻¹ ([J ω + h_w]^× − ω^× J)`, `∂ω̇/∂j = −J⁻¹ (G(ω̇) + ω^× G(ω))`.
+    /// reaction included) and a wheel momentum.
     pub fn jacobians(
         &self,
         rate_rad_s: &Vec3<T>,
         acceleration_rad_s2: &Vec3<T>,
         wheel_momentum_n_m_s: &Vec3<T>,
     ) -> Jacobians<T> {
-        let momentum = self.inertia_kg_m2 * rate_rad_s + wheel_momentum_n_m_s;
         Jacobians {
-            rate: self.inverse * (skew(&momentum) - skew(rate_rad_s) * self.inertia_kg_m2),
+            rate: self.rate_jacobian(rate_rad_s, wheel_momentum_n_m_s),
             inertia: -(self.inverse
                 * (regressor(acceleration_rad_s2) + gyroscopic_regressor(rate_rad_s))),
         }
+    }
+
+    /// `∂ω̇/∂ω = J⁻¹ ([J ω + h_w]^× − ω^× J)`; beside it `∂ω̇/∂j = −J⁻¹ (G(ω̇) + ω^× G(ω))`.
+    pub fn rate_jacobian(
+        &self,
+        rate_rad_s: &Vec3<T>,
+        wheel_momentum_n_m_s: &Vec3<T>,
+    ) -> Mat<T, 3, 3> {
+        let momentum = self.inertia_kg_m2 * rate_rad_s + wheel_momentum_n_m_s;
+        self.inverse * (skew(&momentum) - skew(rate_rad_s) * self.inertia_kg_m2)
     }
 }
 

@@ -104,6 +104,19 @@ impl<T: Real> Transition<T> {
         let half_way = Mat::identity() + turn * half;
         Self { rate: Mat::identity() + turn * half_way, inertia: half_way * f_j * dt }
     }
+
+    /// A alone.
+    pub fn of_rate(
+        body: &Gyrostat<T>,
+        rate_start_rad_s: &Vec3<T>,
+        rate_end_rad_s: &Vec3<T>,
+        interval: &Interval<T>,
+    ) -> Mat<T, 3, 3> {
+        let rate = (rate_start_rad_s + rate_end_rad_s) * T::lit(0.5);
+        let f = body.rate_jacobian(&rate, &interval.middle.wheel_momentum_n_m_s);
+        let turn = f * interval.duration_s;
+        Mat::identity() + turn * (Mat::identity() + turn * T::lit(0.5))
+    }
 }
 
 #[cfg(test)]
@@ -165,7 +178,9 @@ mod tests {
                 runge_kutta_4(&Gyrostat::new(&Inertia::new(j)).unwrap(), w, &iv)
             };
             let body = Gyrostat::new(&Inertia::new(INERTIA)).unwrap();
-            let t = Transition::between(&body, &rate, &step(INERTIA, &rate), &iv);
+            let end = step(INERTIA, &rate);
+            let t = Transition::between(&body, &rate, &end, &iv);
+            assert_eq!(Transition::of_rate(&body, &rate, &end, &iv), t.rate);
             let h = 1e-5;
             let mut worst = 0.0f64;
             for i in 0..3 {

@@ -7,9 +7,10 @@
 //!
 //! Departures from Table 1, each named: wheels (the papers have none); the covariance goes
 //! through the interval by its transition, `Φ P Φᵀ + Q Δt`, instead of an integration of
-//! `F P + P Fᵀ + Q`; the correction is Joseph's, `(1 − K) P (1 − K)ᵀ + K R Kᵀ`, since
-//! `(1 − K H) P` loses positivity in single precision; and the process noise, whose values the
-//! papers leave open, has a part that grows with the acceleration (see [`Config`]).
+//! `F P + P Fᵀ + Q`; the corrected covariance is `K R`, which is the same as `(1 − K) P` where `H = 1`
+//! and R is alike on each axis, but without the difference that costs that one its positivity in
+//! single precision; and the process noise, whose values the papers leave open, has a part that grows
+//! with the acceleration (see [`Config`]).
 
 use super::Innovation;
 use crate::dynamics::gyrostat::Gyrostat;
@@ -97,9 +98,8 @@ impl<T: Real> RateEkf<T> {
     pub fn predict(&mut self, interval: &Interval<T>) {
         let start = self.rate_rad_s;
         self.rate_rad_s = runge_kutta_4(&self.nominal, &start, interval);
-        let transition =
-            Transition::between(&self.nominal, &start, &self.rate_rad_s, interval).rate;
-        self.covariance = transition * self.covariance * transition.transpose();
+        let transition = Transition::of_rate(&self.nominal, &start, &self.rate_rad_s, interval);
+        self.covariance = transformed(&transition, &self.covariance);
         let change = (self.rate_rad_s - start) * self.config.acceleration_doubt;
         let walk = self.config.rate_walk_rad_s_sqrt_s;
         let q = walk * walk * interval.duration_s + change.dot(&change);
@@ -120,14 +120,13 @@ impl<T: Real> RateEkf<T> {
     /// Corrects with a measured rate. Without effect where `P + R` has no inverse: see
     /// [`is_valid`](Self::is_valid).
     pub fn update(&mut self, measured_rad_s: &Vec3<T>) {
-        let (r, p) = (self.noise_variance(), self.covariance);
+        let r = self.noise_variance();
         // Divided by R first: rad²/s² of a quiet gyro, cubed, underflow in single precision.
-        let in_sigmas = p * (T::one() / r);
+        let in_sigmas = self.covariance * (T::one() / r);
         let Some(inverse) = inverse_symmetric(&(in_sigmas + Mat::identity())) else { return };
-        let gain = in_sigmas * inverse;
+        let gain = symmetric_product(&in_sigmas, &inverse);
         self.rate_rad_s += gain * (measured_rad_s - self.rate_rad_s);
-        let rest = Mat::<T, 3, 3>::identity() - gain;
-        self.covariance = rest * p * rest.transpose() + gain * gain.transpose() * r;
+        self.covariance = gain * r;
     }
 
     /// Filtered rate, rad/s.
@@ -150,7 +149,10 @@ impl<T: Real> RateEkf<T> {
 
     /// Whether every number is finite and no variance negative.
     pub fn is_valid(&self) -> bool {
-        self.rate_rad_s.iter().chain(self.covariance.iter()).all(|x| x.is_finite())
+        // One infinity or NaN spoils the sum.
+        let (rate, p) = (&self.rate_rad_s, &self.covariance);
+        let upper = p[(0, 1)] + p[(0, 2)] + p[(1, 2)];
+        (rate.x + rate.y + rate.z + p.trace() + upper).is_finite()
             && (0..3).all(|i| self.covariance[(i, i)] >= T::zero())
     }
 
@@ -158,6 +160,20 @@ impl<T: Real> RateEkf<T> {
     fn noise_variance(&self) -> T {
         self.config.gyro_noise_rad_s * self.config.gyro_noise_rad_s
     }
+}
+
+/// `A P Aᵀ`, of which only the upper triangle is computed.
+fn transformed<T: Real>(a: &Mat<T, 3, 3>, p: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
+    symmetric_product(&(a * p), &a.transpose())
+}
+
+/// The product of two matrices that is known to be symmetric: its upper triangle, and that again.
+fn symmetric_product<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
+    let element =
+        |i: usize, k: usize| a[(i, 0)] * b[(0, k)] + a[(i, 1)] * b[(1, k)] + a[(i, 2)] * b[(2, k)];
+    let (xx, xy, xz) = (element(0, 0), element(0, 1), element(0, 2));
+    let (yy, yz, zz) = (element(1, 1), element(1, 2), element(2, 2));
+    Mat::<T, 3, 3>::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
 #[cfg(test)]

@@ -20,8 +20,8 @@ use crate::tensor::{Inertia, gyroscopic_regressor, regressor};
 /// Rows, at least, before their residuals are believed to tell the noise.
 const RESIDUALS_COUNT: u32 = 60;
 
-/// A weighted row with a larger element is not of this world, and its square would overflow in
-/// single precision.
+/// Weighted rows with larger elements are not of this world, and their squares would overflow in
+/// single precision: the sum of their absolute values.
 const LARGEST_IN_SIGMAS: f64 = 1.0e15;
 
 /// Data over prior sigma above which a direction holds the prior. Regressor noise alone makes
@@ -106,7 +106,7 @@ impl<T: Real> Regression<T> {
 
     /// Weighs everything so far with `forgetting` (1 keeps all, \[Kim2013\]).
     pub fn forget(&mut self, forgetting: T) {
-        self.information.forget(forgetting.sqrt());
+        self.information.forget(forgetting);
         self.instants *= forgetting;
         self.residual_square *= forgetting;
         self.imbalance = self.imbalance.map(|x| x * forgetting);
@@ -121,13 +121,14 @@ impl<T: Real> Regression<T> {
             * weight;
         let y = instant.torque_n_m * weight;
         let imbalance = instant.imbalance_n_m * weight;
-        let is_sane = |x: &T| x.abs() < T::lit(LARGEST_IN_SIGMAS);
-        if !h.iter().chain(y.iter()).chain(imbalance.iter()).all(is_sane) {
+        let is_sane = size(&h) + size(&y) + size(&imbalance) < T::lit(LARGEST_IN_SIGMAS);
+        if !is_sane {
             return false;
         }
         for r in 0..3 {
-            let unexplained = self.information.add(core::array::from_fn(|c| h[(r, c)]), y[r]);
-            self.residual_square += unexplained * unexplained;
+            let row = core::array::from_fn(|c| h[(r, c)]);
+            let unexplained = self.information.add_weighted(&row, y[r], T::one());
+            self.residual_square += unexplained.square();
             for c in 0..6 {
                 self.imbalance[c] += h[(r, c)] * imbalance[r];
             }
@@ -262,6 +263,17 @@ impl<T: Real> Regression<T> {
         }
         (self.residual_square / (rows - T::count(unknowns as u32))).max(T::one())
     }
+}
+
+/// The sum of the absolute values; not a number where one of them isn't.
+fn size<T: Real, const R: usize, const C: usize>(m: &Mat<T, R, C>) -> T {
+    let mut sum = T::zero();
+    for r in 0..R {
+        for c in 0..C {
+            sum += m[(r, c)].abs();
+        }
+    }
+    sum
 }
 
 /// The prior of N elements.

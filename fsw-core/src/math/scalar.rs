@@ -83,12 +83,10 @@ macro_rules! real {
             }
             #[inline]
             fn seconds(microseconds: u64) -> Self {
-                // Up to 16 s a step is below 2^24 µs: exact in f32 before the division. Where it
-                // fits in 32 bits, the processor converts it in one instruction.
-                let whole = match u32::try_from(microseconds) {
-                    Ok(short) => short as $float,
-                    Err(_) => microseconds as $float,
-                };
+                // Up to 16 s a step is below 2^24 µs: exact in f32 before the division. The processor
+                // converts 32 bits in one instruction, and has none for 64.
+                let (high, low) = ((microseconds >> 32) as u32, microseconds as u32);
+                let whole = high as $float * 4_294_967_296.0 + low as $float;
                 whole / 1.0e6
             }
             #[inline]
@@ -131,5 +129,8 @@ mod tests {
         let (start, period_us) = (315_576_000_000_000_u64, 248_u64);
         let dt: f32 = Real::seconds((start + period_us) - start);
         assert_eq!(dt, 248.0e-6);
+        let (single, double): (f32, f64) = (Real::seconds(start), Real::seconds(start));
+        assert_eq!(double, 315_576_000.0);
+        assert!((f64::from(single) / double - 1.0).abs() < 2.0 * f64::from(f32::EPSILON));
     }
 }

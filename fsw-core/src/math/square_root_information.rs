@@ -187,10 +187,10 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         }
     }
 
-    /// Multiplies each equation so far, and so the square root of its weight, by `share`.
+    /// Multiplies the weight of each equation so far by `share`.
     pub fn forget(&mut self, share: T) {
         for i in 0..N {
-            self.factor[i][i] *= share * share;
+            self.factor[i][i] *= share;
         }
     }
 

@@ -75,6 +75,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         fit.validate(C)?;
         crate::error::within("order", fit.order, 1, fit.window - 1)?;
         not_negative("period_tolerance", period_tolerance)?;
+        let [smoothing, differentiation] = Kernel::value_and_slope(&fit);
         Ok(Self {
             fit,
             growth,
@@ -82,8 +83,8 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
             ring: [([T::zero(); N], 0); C],
             next: 0,
             filled: 0,
-            smoothing: Kernel::of_valid(&Fit { derivative: 0, ..fit }),
-            differentiation: Kernel::of_valid(&Fit { derivative: 1, ..fit }),
+            smoothing,
+            differentiation,
         })
     }
 
@@ -151,7 +152,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         let mut derivative_per_s = value;
         let weights = self.smoothing.weights().iter().zip(self.differentiation.weights());
         for (i, (smooth, differentiate)) in weights.enumerate() {
-            let channels = self.channels(window, i);
+            let Some((channels, _)) = self.ring.get(self.index(window, i)) else { continue };
             for c in 0..N {
                 value[c] += *smooth * channels[c];
                 derivative_per_s[c] += *differentiate * channels[c];
@@ -171,8 +172,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
             fit = Fit::centred(window, self.fit.order.min(window - 1), 0);
         }
         if self.smoothing.weights().len() != window {
-            self.smoothing = Kernel::of_valid(&Fit { derivative: 0, ..fit });
-            self.differentiation = Kernel::of_valid(&Fit { derivative: 1, ..fit });
+            [self.smoothing, self.differentiation] = Kernel::value_and_slope(&fit);
         }
         fit.at
     }
@@ -184,10 +184,6 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
 
     fn stamp(&self, window: usize, i: usize) -> u64 {
         self.ring.get(self.index(window, i)).map_or(0, |(_, time_us)| *time_us)
-    }
-
-    fn channels(&self, window: usize, i: usize) -> [T; N] {
-        self.ring.get(self.index(window, i)).map_or([T::zero(); N], |(channels, _)| *channels)
     }
 }
 
