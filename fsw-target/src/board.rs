@@ -4,7 +4,7 @@
 //!
 //! 1. `memory.x`: where the chip has flash and RAM. Keep the stack below the statics, and two
 //!    erase units at the end of the flash for checkpoints.
-//! 2. A folder beside [`stm32f405`] that offers what is in the table, re-exported here. The wiring
+//! 2. A folder beside `stm32f405` that offers what is in the table, re-exported here. The wiring
 //!    table of that folder's page, its list of rules and its division into files are worth copying.
 //! 3. A core other than the Cortex-M4F: the target in `.cargo/config.toml` and
 //!    `target-tools/src/toolchain.rs`. A probe: the `--chip` of the runner in the former.

@@ -4,9 +4,9 @@
 //! Each is logged where it is caught, here, and given to the image, which says once how it ends:
 //!
 //! * `fsw_target::ends_by!(fsw_target::exit::failed)`: with a status, for images that run under a
-//!   debugger or in QEMU ([`crate::exit`]);
+//!   debugger or in QEMU (`exit.rs`);
 //! * `fsw_target::ends_by!(fsw_target::restart::failed)`: with a reset that is told of after the
-//!   restart, for flight ([`crate::restart`]).
+//!   restart, for flight (`restart.rs`).
 
 #[cfg(target_os = "none")]
 mod handlers;

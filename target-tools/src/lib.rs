@@ -3,7 +3,7 @@
 //! The firmware's way from source to a result, in order: [`toolchain`] finds a compiler for the
 //! Cortex-M, [`firmware`] builds an image with it, [`image`] looks into the image, [`qemu`] runs it
 //! and decodes its log; [`machine`] runs one that doesn't end, and leaves its serial ports to us;
-//! [`bench`] has one count instructions, and holds them against the [`budgets`].
+//! [`mod@bench`] has one count instructions, and holds them against the [`budgets`].
 
 pub mod bench;
 pub mod budgets;

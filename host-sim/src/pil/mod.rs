@@ -8,7 +8,7 @@
 //! ```
 //!
 //! 1. [`setup`]: what the flight computer is told of the spacecraft.
-//! 2. [`bench`], [`flash`]: the hardware, from sample to sample.
+//! 2. [`mod@bench`], [`flash`]: the hardware, from sample to sample.
 //! 3. [`software`]: the flight computer on the host, directly on the chip's wires.
 //! 4. [`firmware`]: the image in QEMU, its questions and its telemetry.
 //! 5. [`compare`]: the first difference, by name.

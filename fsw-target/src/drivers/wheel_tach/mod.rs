@@ -49,8 +49,7 @@ pub struct Captured {
 
 /// A timer that time-stamps the edges of `W` wheels: what a board offers.
 ///
-/// Its ticks wrap at 2³². It must be read once in half of that, or a standstill is mistaken for
-/// another: with 1 MHz, once in half an hour.
+/// Its ticks wrap at 2³². It must be read at least once in half of that, with 1 MHz every half an hour.
 pub trait CaptureTimer<const W: usize> {
     /// What may go wrong in reading it.
     type Error;
