@@ -96,6 +96,9 @@ fi
 heading "Tests, the firmware in QEMU included"
 cargo test --workspace -- --include-ignored
 
+heading "Budgets: instructions on the target, counted in QEMU"
+cargo bench-target
+
 heading "Bare metal: fsw-core for $TARGET"
 cargo target build --package fsw-core --profile firmware
 cargo target build --package fsw-core --profile firmware --features defmt

@@ -111,7 +111,7 @@ impl Table {
 impl Judged {
     /// Whether it was measured and is within the limit.
     pub fn is_kept(&self) -> bool {
-        self.measured.is_some_and(|measured| measured <= self.budget.at_most)
+        self.measured.is_some_and(|measured| measured <= self.budget.held)
     }
 }
 
@@ -213,7 +213,12 @@ impl fmt::Display for Judged {
         };
         let measured = self.measured.map_or("none".into(), |value| format!("{value:.digits$}"));
         let at_most = self.budget.at_most;
-        let verdict = if self.is_kept() { "" } else { "  EXCEEDED" };
+        let is_reached = self.measured.is_some_and(|measured| measured <= self.budget.at_most);
+        let verdict = match (is_reached, self.is_kept()) {
+            (true, _) => "",
+            (false, true) => "  not reached, held",
+            (false, false) => "  EXCEEDED",
+        };
         let name = self.budget.name;
         write!(f, "{name:<24}{figure:<12}{measured:>10}{at_most:>10.digits$}{verdict}")
     }
