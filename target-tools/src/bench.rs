@@ -6,6 +6,10 @@ use anyhow::{Context, Result, bail};
 use std::fmt;
 use std::time::Duration;
 
+/// What the bench counts of our covariance, and of what others do of the same work.
+const OURS: [&str; 2] = ["covariance-ud", "covariance-ud-walk"];
+const PEERS: [&str; 4] = ["dense-nalgebra", "adskalman", "adskalman-joseph", "minikalman"];
+
 /// All flights take seconds in QEMU; a busy machine may take far longer.
 const LIMIT: Duration = Duration::from_secs(600);
 
@@ -65,7 +69,7 @@ pub struct Table {
 
 /// Builds the image, runs it in QEMU and reads its log.
 pub fn run() -> Result<Table> {
-    let elf = firmware::build("bench")?;
+    let elf = firmware::build_with("bench", &["--features", "peers"])?;
     let run = qemu::run_counting(&elf, qemu::MACHINE, LIMIT, |_| {})?;
     if !run.success {
         bail!("the bench reported a failure: {}", run.lines.join("\n"));
@@ -90,6 +94,18 @@ impl Table {
     /// The budgets that are exceeded, or whose figure is missing.
     pub fn exceeded(&self) -> Vec<&Judged> {
         self.judged.iter().filter(|judged| !judged.is_kept()).collect()
+    }
+
+    /// The median step of what is counted once.
+    fn median(&self, name: &str) -> Option<f64> {
+        self.counts.iter().find(|count| count.name == name).map(|count| f64::from(count.median))
+    }
+
+    /// How many times our instructions each of the others takes for the same work, over each of ours.
+    fn ratios(&self) -> Vec<(&'static str, Vec<f64>)> {
+        let ours: Vec<f64> = OURS.iter().filter_map(|name| self.median(name)).collect();
+        let over_ours = |median: f64| ours.iter().map(|own| median / own).collect();
+        PEERS.iter().filter_map(|name| Some((*name, over_ours(self.median(name)?)))).collect()
     }
 
     /// All steps of a name and an outcome together.
@@ -196,6 +212,11 @@ impl fmt::Display for Table {
         writeln!(f, "\n{:<24}{:<20}{:>8}{:>10}", "by outcome, all flights", "", "steps", "worst")?;
         for o in self.outcomes_of_all_flights() {
             writeln!(f, "{:<24}{:<20}{:>8}{:>10}", o.name, o.outcome, o.steps, o.worst)?;
+        }
+        writeln!(f, "\n{:<24}{:>20}{:>20}", "times our instructions", OURS[0], OURS[1])?;
+        for (name, ratios) in self.ratios() {
+            let ratios: String = ratios.iter().map(|ratio| format!("{ratio:>20.1}")).collect();
+            writeln!(f, "{name:<24}{ratios}")?;
         }
         writeln!(f, "\n{:<24}{:<12}{:>10}{:>10}", "budget", "", "measured", "at most")?;
         for judged in &self.judged {

@@ -35,7 +35,9 @@ const fn spread(name: &'static str, at_most: f64) -> Budget {
 }
 
 /// Of what is counted in QEMU.
-pub const INSTRUCTIONS: [Budget; 9] = [
+pub const INSTRUCTIONS: [Budget; 11] = [
+    worst_step("covariance-ud", 3_600.0),
+    worst_step("covariance-ud-walk", 4_600.0),
     worst_step("joint-ekf", 6_000.0),
     worst_step("joint-ekf-prior", 6_000.0),
     worst_step("joint-ekf-walk", 6_000.0),

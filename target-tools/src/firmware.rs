@@ -14,10 +14,16 @@ pub fn workspace_root() -> PathBuf {
 
 /// Builds the image `bin` of fsw-target as it is flashed, and returns its ELF file.
 pub fn build(bin: &str) -> Result<PathBuf> {
+    build_with(bin, &[])
+}
+
+/// The same with more arguments to cargo, as for features.
+pub fn build_with(bin: &str, arguments: &[&str]) -> Result<PathBuf> {
     let output = Toolchain::find()?
         .cargo("build")?
         .args(["--package", "fsw-target", "--bin", bin, "--profile", "firmware"])
         .args(["--message-format", "json-render-diagnostics"])
+        .args(arguments)
         .current_dir(workspace_root())
         .stderr(Stdio::inherit())
         .output()

@@ -28,6 +28,21 @@ pub struct StructuredUd<T: Real> {
 
 crate::persist!([T: Real] StructuredUd<T> { factors });
 
+impl<T: Real> StructuredUd<T> {
+    /// Propagates the covariance over an interval of this length, s: transition and process noise.
+    #[inline]
+    pub fn propagate(&mut self, transition: &Transition<T>, duration_s: T, config: &Config<T>) {
+        self.factors.transform_first(&transition.rate, &transition.inertia);
+        let walk = config.rate_walk_rad_s_sqrt_s;
+        for i in 0..3 {
+            self.factors.inflate(i, walk * walk * duration_s);
+        }
+        for (i, walk) in config.inertia_walk_kg_m2_sqrt_s.into_iter().enumerate() {
+            self.factors.inflate(3 + i, walk * walk * duration_s);
+        }
+    }
+}
+
 impl<T: Real> Form<T> for StructuredUd<T> {
     fn new(covariance: &Ud<T, 9>) -> Self {
         Self { factors: *covariance }
@@ -42,16 +57,8 @@ impl<T: Real> Form<T> for StructuredUd<T> {
         let body = Gyrostat::new(&state.inertia)?;
         let rate_start = state.rate_rad_s;
         state.rate_rad_s = runge_kutta_4(&body, &rate_start, interval);
-        let Transition { rate, inertia } =
-            Transition::between(&body, &rate_start, &state.rate_rad_s, interval);
-        self.factors.transform_first(&rate, &inertia);
-        let walk = config.rate_walk_rad_s_sqrt_s;
-        for i in 0..3 {
-            self.factors.inflate(i, walk * walk * interval.duration_s);
-        }
-        for (i, walk) in config.inertia_walk_kg_m2_sqrt_s.into_iter().enumerate() {
-            self.factors.inflate(3 + i, walk * walk * interval.duration_s);
-        }
+        let transition = Transition::between(&body, &rate_start, &state.rate_rad_s, interval);
+        self.propagate(&transition, interval.duration_s, config);
         Some(())
     }
 

@@ -34,7 +34,8 @@ const INERTIA_WALK_KG_M2_SQRT_S: f32 = 1e-3 / 60.0;
 
 /// What is too large for the stack.
 pub struct Places {
-    tally: Tally,
+    /// Of whatever is counted.
+    pub tally: Tally,
     window_9: Option<Window<f32, WHEELS, BLOCKS, 9>>,
     window_15: Option<Window<f32, WHEELS, BLOCKS, 15>>,
 }
@@ -131,7 +132,7 @@ impl Bench<'_> {
         for sample in samples {
             let mut outcome = Outcome::Coasting(Coasting::Aligning);
             let instructions = self.counter.count(|| outcome = step(estimator, &sample));
-            self.tally.add(instructions, &outcome);
+            self.tally.add_outcome(instructions, &outcome);
         }
         let status = match estimator.estimate().status {
             Status::Converged => "converged",

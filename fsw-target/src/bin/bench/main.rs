@@ -13,6 +13,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 mod counter;
+mod covariance;
 mod estimators;
 mod flights;
 mod noise;
@@ -23,6 +24,7 @@ use estimators::Places;
 
 /// Everything, in the order of the table.
 fn count_all(counter: &mut Counter, places: &mut Places) -> Result<(), &'static str> {
+    covariance::count_all(counter, &mut places.tally)?;
     estimators::fly_all(counter, places).map_err(|error| {
         fsw_target::log_line!("{:?}", error);
         "an estimator refused its configuration"

@@ -54,19 +54,24 @@ impl Tally {
         self.by_outcome = [Worst::NONE; OUTCOMES];
     }
 
-    /// Adds the instructions of the next step, and what it said of its sample.
-    pub fn add(&mut self, instructions: u32, outcome: &Outcome) {
+    /// Adds the instructions of the next step.
+    pub fn add(&mut self, instructions: u32) {
         if let Some(place) = self.counts.get_mut(self.steps) {
             *place = instructions;
         }
         self.worst.add(instructions, self.steps);
+        self.steps += 1;
+    }
+
+    /// The same, with what the step said of its sample.
+    pub fn add_outcome(&mut self, instructions: u32, outcome: &Outcome) {
         let name = outcome.name();
         let is_it = |worst: &&mut Worst| worst.steps == 0 || worst.outcome == name;
         if let Some(worst) = self.by_outcome.iter_mut().find(is_it) {
             worst.outcome = name;
             worst.add(instructions, self.steps);
         }
-        self.steps += 1;
+        self.add(instructions);
     }
 
     /// Lines of the log, as `target_tools::bench` reads them: one for the flight, then one for

@@ -1,0 +1,5 @@
+//! What others do of the same.
+
+pub mod adskalman;
+pub mod dense;
+pub mod minikalman;
