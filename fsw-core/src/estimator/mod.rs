@@ -292,18 +292,31 @@ impl<T: Real> Estimate<T> {
         range_kg_m2: &[T; 6],
         residual_rms_rad_s: T,
     ) -> Self {
-        let observed = observed(&covariance_kg2_m4, range_kg_m2);
+        let mut estimate =
+            Self { inertia, covariance_kg2_m4, residual_rms_rad_s, ..Self::of_nothing() };
+        estimate.judge(range_kg_m2);
+        estimate
+    }
+
+    /// All zero, to be filled in.
+    fn of_nothing() -> Self {
         Self {
-            inertia,
-            covariance_kg2_m4,
-            observed,
-            status: Status::of(&observed),
+            inertia: Inertia::new([T::zero(); 6]),
+            covariance_kg2_m4: Mat::zeros(),
+            observed: Observed::default(),
+            status: Status::Unobservable,
             disturbance_torque_n_m: None,
             gyro_bias_rad_s: None,
-            residual_rms_rad_s,
+            residual_rms_rad_s: T::zero(),
             residuals_white: None,
             projected: false,
         }
+    }
+
+    /// Judges what has been seen, and so the status, as [`of_inertia`](Self::of_inertia) does.
+    fn judge(&mut self, range_kg_m2: &[T; 6]) {
+        self.observed = observed(&self.covariance_kg2_m4, range_kg_m2);
+        self.status = Status::of(&self.observed);
     }
 
     /// One sigma of each element, kg m².

@@ -310,12 +310,20 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     }
 
     /// Covariance of the solution if a row of weight 1 has unit variance.
-    #[inline(never)]
     pub fn covariance(&self) -> Option<Mat<T, N, N>> {
-        let inverse = self.inverse();
-        let mut covariance = Mat::<T, N, N>::zeros();
-        for k in 0..N {
-            let variance = T::one() / self.factor[k][k];
+        let mut covariance = Mat::zeros();
+        self.covariance_of_last(&mut covariance).then_some(covariance)
+    }
+
+    /// The same of the last M unknowns by themselves, to where it is wanted; false where it isn't finite.
+    /// It doesn't depend on the unknowns before them.
+    #[inline(never)]
+    pub fn covariance_of_last<const M: usize>(&self, covariance: &mut Mat<T, M, M>) -> bool {
+        let first = N.saturating_sub(M);
+        let inverse = self.inverse_of_last::<M>();
+        covariance.fill(T::zero());
+        for k in 0..M {
+            let variance = T::one() / self.factor[first + k][first + k];
             for i in 0..=k {
                 let scaled = inverse[(i, k)] * variance;
                 for c in i..=k {
@@ -324,7 +332,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
                 }
             }
         }
-        covariance.iter().all(|x| x.is_finite()).then_some(covariance)
+        covariance.iter().all(|x| x.is_finite())
     }
 
     /// The diagonal of [`covariance`](Self::covariance).
@@ -343,11 +351,18 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
 
     /// `U⁻¹`.
     fn inverse(&self) -> Mat<T, N, N> {
-        let mut inverse = Mat::<T, N, N>::identity();
-        for column in 1..N {
+        self.inverse_of_last()
+    }
+
+    /// `U⁻¹` of the last M unknowns by themselves.
+    fn inverse_of_last<const M: usize>(&self) -> Mat<T, M, M> {
+        let first = N.saturating_sub(M);
+        let mut inverse = Mat::<T, M, M>::identity();
+        for column in 1..M {
             for i in (0..column).rev() {
+                let above = &self.factor[first + i];
                 let sum = (i + 1..=column)
-                    .fold(T::zero(), |sum, k| sum - self.factor[i][k] * inverse[(k, column)]);
+                    .fold(T::zero(), |sum, k| sum - above[first + k] * inverse[(k, column)]);
                 inverse[(i, column)] = sum;
             }
         }

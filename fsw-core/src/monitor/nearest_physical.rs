@@ -10,7 +10,7 @@
 //! round them (Hildreth, Naval Res. Logist. Q. 4, 1957):
 //! `j = ĵ + P Σᵢ λᵢ aᵢ`, each `λᵢ ≥ 0` in turn such that `aᵢᵀ j = 0` or `λᵢ = 0`.
 
-use crate::math::{Mat, eigen::symmetric_eigen, scalar::Real};
+use crate::math::{Mat, Vec3, eigen::symmetric_eigen, scalar::Real};
 use crate::tensor::Inertia;
 
 /// Cuts at most. A tensor on the boundary needs one to three directions; the others are refinements
@@ -24,6 +24,7 @@ const INSIDE: f64 = 1e-5;
 
 /// The nearest physical tensor in the metric of `covariance` (kg² m⁴, positive definite), or `None`
 /// where the tensor is physical already, or nothing near it is.
+#[inline(never)]
 pub fn nearest_physical<T: Real>(
     inertia: &Inertia<T>,
     covariance: &Mat<T, 6, 6>,
@@ -37,16 +38,16 @@ pub fn nearest_physical<T: Real>(
     // Scaled one after the other: the square of a small inertia may underflow in f32.
     let p = covariance * per * per;
     let mut j = estimate;
-    let mut planes: [Option<Plane<T>>; CUTS] = [None; CUTS];
+    let mut planes = [Plane::none(); CUTS];
     for cut in 0..CUTS {
         let trace = j[0] + j[1] + j[2];
-        let plane = Plane::deepest(&j, &p)?;
-        if cut > 0 && plane.lowest > T::lit(0.5 * INSIDE) * trace {
+        let (plane, lowest) = Plane::deepest(&j, &p)?;
+        if cut > 0 && lowest > T::lit(0.5 * INSIDE) * trace {
             break;
         }
-        planes[cut] = Some(plane);
+        planes[cut] = plane;
         for _ in 0..ROUNDS {
-            for plane in planes.iter_mut().flatten() {
+            for plane in planes.iter_mut().take(cut + 1) {
                 plane.push(&mut j);
             }
         }
@@ -66,51 +67,60 @@ fn largest_moment<T: Real>(j: &Mat<T, 6, 1>) -> T {
     largest
 }
 
-/// `aᵀ j ≥ INSIDE tr(J)`.
+/// `aᵀ j ≥ INSIDE tr(J)`. Of a, which half as many numbers make, only those are kept.
 #[derive(Clone, Copy)]
 struct Plane<T: Real> {
-    a: Mat<T, 6, 1>,
+    /// The direction, v.
+    direction: Vec3<T>,
     /// P a, and aᵀ P a.
     pa: Mat<T, 6, 1>,
     apa: T,
     /// λ.
     multiplier: T,
-    /// The eigenvalue that it was made from.
-    lowest: T,
 }
 
 impl<T: Real> Plane<T> {
-    /// Of the direction in which Σ is the most negative.
-    fn deepest(j: &Mat<T, 6, 1>, p: &Mat<T, 6, 6>) -> Option<Self> {
+    /// No plane.
+    fn none() -> Self {
+        let o = T::zero();
+        Self { direction: Vec3::zeros(), pa: Mat::zeros(), apa: o, multiplier: o }
+    }
+
+    /// Of the direction in which Σ is the most negative, with its eigenvalue there.
+    #[inline(never)]
+    fn deepest(j: &Mat<T, 6, 1>, p: &Mat<T, 6, 6>) -> Option<(Self, T)> {
         let inertia = Inertia::new((*j).into());
         let (moments, axes) = symmetric_eigen(&inertia.matrix_kg_m2());
-        let half = T::lit(0.5);
         let largest = (1..3).fold(0, |best, i| if moments[i] > moments[best] { i } else { best });
-        let v = axes.column(largest);
-        let inside = half - T::lit(INSIDE);
-        let two = T::lit(2.0);
-        let a = Mat::<T, 6, 1>::from([
-            inside - v[0] * v[0],
-            inside - v[1] * v[1],
-            inside - v[2] * v[2],
-            -two * v[0] * v[1],
-            -two * v[0] * v[2],
-            -two * v[1] * v[2],
-        ]);
+        let direction: Vec3<T> = axes.column(largest).into();
+        let a = normal(&direction);
         let pa = p * a;
         let apa = a.dot(&pa);
-        let lowest = half * inertia.trace_kg_m2() - moments[largest];
+        let lowest = T::lit(0.5) * inertia.trace_kg_m2() - moments[largest];
         let is_usable = apa > T::zero() && apa.is_finite() && lowest.is_finite();
-        is_usable.then_some(Self { a, pa, apa, multiplier: T::zero(), lowest })
+        is_usable.then_some((Self { direction, pa, apa, multiplier: T::zero() }, lowest))
     }
 
     /// Moves j onto the plane, or as far back as it was pushed by this plane before.
     fn push(&mut self, j: &mut Mat<T, 6, 1>) {
-        let wanted = self.multiplier - self.a.dot(j) / self.apa;
+        let wanted = self.multiplier - normal(&self.direction).dot(j) / self.apa;
         let multiplier = wanted.max(T::zero());
         *j += self.pa * (multiplier - self.multiplier);
         self.multiplier = multiplier;
     }
+}
+
+/// a, of the direction v.
+fn normal<T: Real>(v: &Vec3<T>) -> Mat<T, 6, 1> {
+    let (inside, two) = (T::lit(0.5) - T::lit(INSIDE), T::lit(2.0));
+    Mat::<T, 6, 1>::from([
+        inside - v[0] * v[0],
+        inside - v[1] * v[1],
+        inside - v[2] * v[2],
+        -two * v[0] * v[1],
+        -two * v[0] * v[2],
+        -two * v[1] * v[2],
+    ])
 }
 
 #[cfg(test)]

@@ -23,6 +23,7 @@ pub struct Observed {
 
 /// Compares a covariance of the six elements (kg² m⁴) with the prior sigma of each (kg m²,
 /// positive).
+#[inline(never)]
 pub fn observed<T: Real>(covariance: &Mat<T, 6, 6>, prior_sigma: &[T; 6]) -> Observed {
     let mut scaled = Mat::<T, 6, 6>::zeros();
     for i in 0..6 {

@@ -1,14 +1,12 @@
 //! What the window estimator says of itself: the estimate at any time.
 
 use super::Window;
-use super::pass::Residuals;
+use super::pass::{Pass, Residuals};
 use super::solution::{Solution, Solving, finish, solve_past};
-use super::unknowns::Point;
 use super::unknowns::{has_bias, has_torque};
 use super::work::Work;
 use crate::estimator::{Estimate, Prior, Status};
-use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::tensor::Inertia;
 
@@ -60,98 +58,123 @@ impl<T: Real> Ended<T> {
     }
 }
 
-/// What the front says, up to now.
-struct Outlook<T: Real, const U: usize> {
-    point: Point<T>,
-    information: SquareRootInformation<T, U>,
-    residuals: Residuals<T>,
-}
-
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// The estimate.
+    ///
+    /// Found stage by stage: each has a frame of its own, which is gone when the next one begins, so that
+    /// between them the stack holds the estimate alone.
     pub(super) fn report(&self) -> Estimate<T> {
-        self.outlook()
-            .and_then(|mut outlook| self.report_of(&mut outlook))
-            .or_else(|| self.report_of_past())
-            .unwrap_or_else(|| self.nothing_yet())
+        let mut estimate = Estimate::of_nothing();
+        self.report_into(&mut estimate);
+        estimate
     }
 
-    /// The front, carried on over what it hasn't come to yet: the newest blocks, and the one that is
-    /// still being filled.
     #[inline(never)]
-    fn outlook(&self) -> Option<Outlook<T, U>> {
+    fn report_into(&self, estimate: &mut Estimate<T>) {
+        if !self.report_front(estimate) && !self.report_past(estimate) {
+            self.report_nothing(estimate);
+        }
+    }
+
+    /// What the front says; false where there is none.
+    fn report_front(&self, estimate: &mut Estimate<T>) -> bool {
+        let Some(is_explained) = self.solve_front(estimate) else { return false };
+        if !self.judge_worth(estimate) {
+            return false;
+        }
+        // An inertia that isn't seen is free to imitate a torque.
+        if estimate.observed.directions < 6 {
+            estimate.disturbance_torque_n_m = None;
+        }
+        if !is_explained {
+            estimate.status = Status::Diverged;
+        }
+        true
+    }
+
+    /// Between windows; false where nothing was found before.
+    fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
+        self.solve_past(estimate).is_some() && self.judge_worth(estimate)
+    }
+
+    /// What is held while nothing has been found.
+    fn report_nothing(&self, estimate: &mut Estimate<T>) {
+        let prior = self.config.prior.unwrap_or(Prior::unknown());
+        *estimate = Estimate::of_nothing();
+        estimate.inertia = Inertia::new(prior.inertia_kg_m2);
+        for i in 0..6 {
+            estimate.covariance_kg2_m4[(i, i)] = prior.sigma_kg_m2[i] * prior.sigma_kg_m2[i];
+        }
+        estimate.judge(&prior.sigma_kg_m2);
+    }
+
+    /// Solves the front: inertia, covariance and residuals as the data by itself have them, torque and
+    /// bias where they are known. Says whether the model explains the data.
+    #[inline(never)]
+    fn solve_front(&self, estimate: &mut Estimate<T>) -> Option<bool> {
         let mut front = *self.passes.front()?;
+        self.carry_on(&mut front);
+        let (point, residuals) = (*front.point(), *front.residuals());
+        // A copy: its factor is the room in which it is solved.
+        let room = front.room();
+        let noise = self.scale_rad_s(&residuals);
+        let held = self.held(noise);
+        let mut solving = Solving::new();
+        solving.take_all_but_the_sphere(room, &point, &held);
+        let solution = finish(room, &point, &held, &mut estimate.covariance_kg2_m4)?;
+        let unit = noise * self.typical_kg_m2;
+        let unsettled = self.unsettled(solution.inertia_step_square / (noise * noise));
+        let inflation = self.inflation(&residuals);
+        for element in estimate.covariance_kg2_m4.iter_mut() {
+            *element = *element * (unit * unit) * inflation * unsettled;
+        }
+        estimate.inertia = Inertia::new(solution.point.inertia.map(|x| x * self.typical_kg_m2));
+        let (squares, degrees) = self.squares(&residuals);
+        estimate.residual_rms_rad_s = (squares / T::count(degrees.max(1))).sqrt();
+        estimate.residuals_white = self.is_white(&residuals, &solving);
+        estimate.disturbance_torque_n_m = self.torque_of(&solution, noise);
+        estimate.gyro_bias_rad_s = self.bias_of(&solution, noise);
+        // A torque that is held at zero against the data counts as unexplained.
+        let unexplained = (squares + solving.torque_square(), degrees.saturating_add(3));
+        Some(self.config.gyro_noise_rad_s.is_none_or(|n| explains(unexplained, n)))
+    }
+
+    /// Carries a copy of the front on over what it hasn't come to yet: the newest blocks, and the one that
+    /// is still being filled.
+    #[inline(never)]
+    fn carry_on(&self, front: &mut Pass<T, U>) {
         let (per, most) = (T::one() / self.typical_kg_m2, self.most_rad_s());
         let has_looked_at_all = front.has_looked_at_all(&self.blocks);
         let (mut last, is_next_to_it) = match (&self.work, &self.closing) {
             (Work::Ending(ending), _) => (ending.last, true),
             (_, Some(closing)) => (closing.last.filter(|_| has_looked_at_all), has_looked_at_all),
-            _ => (self.filling_after(&front), has_looked_at_all),
+            _ => (self.filling_after(front), has_looked_at_all),
         };
         while (is_next_to_it || front.is_busy())
             && front.work_to_the_end(&mut last, per, most).is_some()
         {}
-        Some(Outlook {
-            point: *front.point(),
-            information: *front.information(),
-            residuals: *front.residuals(),
-        })
     }
 
-    fn report_of(&self, outlook: &mut Outlook<T, U>) -> Option<Estimate<T>> {
-        let residuals = outlook.residuals;
-        let noise = self.scale_rad_s(&residuals);
-        let held = self.held(noise);
-        let mut solving = Solving::new();
-        solving.take_all_but_the_sphere(&mut outlook.information, &outlook.point, &held);
-        let solution = finish(&mut outlook.information, &outlook.point, &held)?;
-        let (squares, degrees) = self.squares(&residuals);
-        let inertia = Inertia::new(solution.point.inertia.map(|x| x * self.typical_kg_m2));
-        let unit = noise * self.typical_kg_m2;
-        let unsettled = self.unsettled(solution.inertia_step_square / (noise * noise));
-        let covariance =
-            solution.inertia_covariance * (unit * unit) * self.inflation(&residuals) * unsettled;
-        let residual = (squares / T::count(degrees.max(1))).sqrt();
-        let mut estimate = self.worth(inertia, covariance, residual)?;
-        estimate.residuals_white = self.is_white(&residuals, &solving);
-        // An inertia that isn't seen is free to imitate a torque.
-        if estimate.observed.directions == 6 {
-            estimate.disturbance_torque_n_m = self.torque_of(&solution, noise);
-        }
-        estimate.gyro_bias_rad_s = self.bias_of(&solution, noise);
-        // A torque that is held at zero against the data counts as unexplained.
-        let unexplained = (squares + solving.torque_square(), degrees.saturating_add(3));
-        let is_explained = self.config.gyro_noise_rad_s.is_none_or(|n| explains(unexplained, n));
-        Some(if is_explained {
-            estimate
-        } else {
-            Estimate { status: Status::Diverged, ..estimate }
-        })
-    }
-
-    /// Between windows.
-    fn report_of_past(&self) -> Option<Estimate<T>> {
+    /// Solves the past by itself.
+    #[inline(never)]
+    fn solve_past(&self, estimate: &mut Estimate<T>) -> Option<()> {
         let mut past = self.past?;
         past.walk(self.walk_kg_m2());
         // Before any window it has no other size than its own.
         let typical = Inertia::new(past.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
-        let (inertia, covariance) = solve_past(&past, typical)?;
-        let inertia = Inertia::new(inertia.map(|x| x * typical));
-        let covariance = covariance * (typical * typical);
-        let residual = (self.ended.squares / T::count(self.ended.degrees.max(1))).sqrt();
-        Some(Estimate {
-            residuals_white: self.ended.residuals_white,
-            ..self.worth(inertia, covariance, residual)?
-        })
+        *estimate = Estimate::of_nothing();
+        let inertia = solve_past(&past, typical, &mut estimate.covariance_kg2_m4)?;
+        estimate.covariance_kg2_m4 *= typical * typical;
+        estimate.inertia = Inertia::new(inertia.map(|x| x * typical));
+        estimate.residual_rms_rad_s =
+            (self.ended.squares / T::count(self.ended.degrees.max(1))).sqrt();
+        estimate.residuals_white = self.ended.residuals_white;
+        Some(())
     }
 
-    /// An inertia with what it is worth, brought to the nearest physical one.
-    fn worth(
-        &self,
-        inertia: Inertia<T>,
-        mut covariance: Mat<T, 6, 6>,
-        residual_rms_rad_s: T,
-    ) -> Option<Estimate<T>> {
+    /// What an inertia is worth, brought to the nearest physical one; false where it isn't finite.
+    fn judge_worth(&self, estimate: &mut Estimate<T>) -> bool {
+        let (inertia, covariance) = (estimate.inertia, &mut estimate.covariance_kg2_m4);
         // Neither an element nor a variance can be told more finely than it is rounded.
         for i in 0..6 {
             let rounded = inertia.elements_kg_m2()[i] * T::EPSILON;
@@ -161,26 +184,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_finite = inertia.elements_kg_m2().iter().all(|x| x.is_finite())
             && covariance.iter().all(|x| x.is_finite());
         if !is_finite {
-            return None;
+            return false;
         }
-        let nearest = nearest_physical(&inertia, &covariance);
-        let mean_moment = nearest.unwrap_or(inertia).trace_kg_m2().abs() * T::lit(1.0 / 3.0);
+        if let Some(nearest) = nearest_physical(&inertia, covariance) {
+            estimate.inertia = nearest;
+            estimate.projected = true;
+        }
+        let mean_moment = estimate.inertia.trace_kg_m2().abs() * T::lit(1.0 / 3.0);
         let range = self.config.prior.unwrap_or(Prior::of_size(mean_moment)).sigma_kg_m2;
-        let estimate = Estimate::of_inertia(
-            nearest.unwrap_or(inertia),
-            covariance,
-            &range,
-            residual_rms_rad_s,
-        );
-        Some(Estimate { projected: nearest.is_some(), ..estimate })
-    }
-
-    /// What is held while nothing has been found.
-    fn nothing_yet(&self) -> Estimate<T> {
-        let prior = self.config.prior.unwrap_or(Prior::unknown());
-        let covariance = Mat::from_diagonal(&prior.sigma_kg_m2.map(|s| s * s).into());
-        let inertia = Inertia::new(prior.inertia_kg_m2);
-        Estimate::of_inertia(inertia, covariance, &prior.sigma_kg_m2, T::zero())
+        estimate.judge(&range);
+        true
     }
 
     fn torque_of(&self, solution: &Solution<T>, noise_rad_s: T) -> Option<Vec3<T>> {

@@ -93,8 +93,6 @@ pub struct Solution<T: Real> {
     pub torque_variances: [T; 3],
     /// See `torque_variances`.
     pub bias_variances: [T; 3],
-    /// See `torque_variances`.
-    pub inertia_covariance: Mat<T, 6, 6>,
 }
 
 impl<T: Real> Solving<T> {
@@ -252,13 +250,14 @@ pub fn known<T: Real, const U: usize>(
     Past { inertia_kg_m2: point.inertia.map(|x| x * held.typical_kg_m2), information }
 }
 
-/// The solution once rows are in up to the past, and what it is worth. Where the inertia is vague the
-/// sphere steers it, but isn't counted as knowledge: its elements are then as uncertain as they can be.
-/// Uses up its room.
+/// The solution once rows are in up to the past, and what it is worth: the covariance of the six elements
+/// for unit noise goes where it is wanted. Where the inertia is vague the sphere steers it, but isn't counted
+/// as knowledge: its elements are then as uncertain as they can be. Uses up its room.
 pub fn finish<T: Real, const U: usize>(
     room: &mut SquareRootInformation<T, U>,
     point: &Point<T>,
     held: &Held<'_, T>,
+    covariance: &mut Mat<T, 6, 6>,
 ) -> Option<Solution<T>> {
     let is_vague = is_vague(room, held.noise_rad_s);
     let (step, inertia_step_square) = steered(room, point, held, is_vague)?;
@@ -266,12 +265,12 @@ pub fn finish<T: Real, const U: usize>(
         add_whole_sphere(room, &point.inertia, held.noise_rad_s);
     }
     let (torque_variances, bias_variances) = variances_of_torque_and_bias(room)?;
-    Some(Solution {
+    let point = point.plus(&step);
+    room.covariance_of_last(covariance).then_some(Solution {
         inertia_step_square,
-        point: point.plus(&step),
+        point,
         torque_variances,
         bias_variances,
-        inertia_covariance: room.last::<6>().covariance()?,
     })
 }
 
@@ -309,6 +308,7 @@ fn variances_of_torque_and_bias<T: Real, const U: usize>(
 
 /// Variances of the six elements for unit noise: of a factor's last six rows, which don't depend on
 /// the unknowns before them.
+#[inline(never)]
 pub fn inertia_variances<T: Real, const U: usize>(
     information: &SquareRootInformation<T, U>,
 ) -> Option<[T; 6]> {
@@ -352,7 +352,11 @@ fn add_whole_sphere<T: Real, const U: usize>(
 
 /// The past by itself: six elements and their covariance, in typical inertias, with the sphere where
 /// it is vague.
-pub fn solve_past<T: Real>(past: &Past<T>, typical_kg_m2: T) -> Option<([T; 6], Mat<T, 6, 6>)> {
+pub fn solve_past<T: Real>(
+    past: &Past<T>,
+    typical_kg_m2: T,
+    covariance: &mut Mat<T, 6, 6>,
+) -> Option<[T; 6]> {
     let per = T::one() / typical_kg_m2;
     let mut information = past.information;
     information.rescale(per, typical_kg_m2 * typical_kg_m2);
@@ -368,5 +372,5 @@ pub fn solve_past<T: Real>(past: &Past<T>, typical_kg_m2: T) -> Option<([T; 6], 
         information.solve()?
     };
     let inertia = core::array::from_fn(|i| point[i] + step[i]);
-    Some((inertia, information.covariance()?))
+    information.covariance_of_last(covariance).then_some(inertia)
 }
