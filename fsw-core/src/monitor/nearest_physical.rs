@@ -36,7 +36,9 @@ pub fn nearest_physical<T: Real>(
     let per = T::one() / size;
     let estimate = Mat::<T, 6, 1>::from(inertia.elements_kg_m2().map(|x| x * per));
     // Scaled one after the other: the square of a small inertia may underflow in f32.
-    let p = covariance * per * per;
+    let mut p = *covariance;
+    p *= per;
+    p *= per;
     let mut j = estimate;
     let mut planes = [Plane::none(); CUTS];
     for cut in 0..CUTS {
@@ -144,7 +146,7 @@ mod tests {
     fn physical(x: &[f64; 32]) -> Inertia<f64> {
         let mut j = Mat::<f64, 3, 3>::zeros();
         for k in 0..6 {
-            let r = crate::math::Vec3::new(x[3 * k], x[3 * k + 1], x[3 * k + 2]);
+            let r = Vec3::new(x[3 * k], x[3 * k + 1], x[3 * k + 2]);
             j += Mat::identity() * r.norm_squared() - r * r.transpose();
         }
         Inertia::new([j[(0, 0)], j[(1, 1)], j[(2, 2)], j[(0, 1)], j[(0, 2)], j[(1, 2)]])
