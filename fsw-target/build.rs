@@ -4,11 +4,14 @@
 //!    board's `memory.x` is. Host builds of the workspace need neither.
 //! 2. For both: the spacecraft that the flight image is built for, and each recorded flight, as
 //!    constants, so that host and target fly the same bits and the target needs no parser.
+//! 3. For both: a fingerprint of the sources, by which they see whether they are of the same.
 
 #[path = "build/craft.rs"]
 mod craft;
 #[path = "build/flight_table.rs"]
 mod flight_table;
+#[path = "build/sources.rs"]
+mod sources;
 
 use std::{env, error::Error, fs, path::Path};
 
@@ -35,6 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .to_source(WHEELS)
         .map_err(|e| format!("{}: {e}", flown.display()))?;
     fs::write(Path::new(&out_var).join("craft.rs"), source)?;
+    fs::write(Path::new(&out_var).join("sources.rs"), sources::fingerprint(package)?)?;
     for flight in FLIGHTS {
         let log = package.join(format!("flights/{flight}.csv"));
         let craft = package.join(format!("flights/{flight}.craft.toml"));

@@ -1,13 +1,16 @@
 //! The processor in the loop: the flight computer in QEMU does to the last bit what it does on the host.
 
 use anyhow::{Result, bail};
+use fsw_core::estimator::Prior;
 use fsw_core::{Estimator, Status};
+use fsw_target::link::command::Command;
 use fsw_target::onboard::EstimatorId;
 use host_sim::input::Scenario;
 use host_sim::pil::compare::After;
 use host_sim::pil::firmware::Image;
 use host_sim::pil::{BrokenBit, Flown, Mission, PilFailed, fly};
 use host_sim::truth::Flight;
+use target_tools::budgets;
 
 /// Flies a scenario, or the first so many seconds of it.
 struct Plan {
@@ -15,6 +18,7 @@ struct Plan {
     duration_s: Option<f64>,
     estimator: EstimatorId,
     restart_at: Option<usize>,
+    commands: &'static [(usize, Command)],
     broken: Option<BrokenBit>,
 }
 
@@ -24,10 +28,11 @@ const SPIN_UP: Plan = Plan {
     duration_s: None,
     estimator: EstimatorId::Window,
     restart_at: None,
+    commands: &[],
     broken: None,
 };
 
-/// Flies the firmware and the host.
+/// Flies the firmware and the host, and sees that the firmware's stack is enough.
 fn fly_plan(plan: &Plan) -> Result<Result<Flown, PilFailed>> {
     let mut scenario = Scenario::load(plan.scenario)?;
     scenario.duration_s = plan.duration_s.unwrap_or(scenario.duration_s);
@@ -38,9 +43,17 @@ fn fly_plan(plan: &Plan) -> Result<Result<Flown, PilFailed>> {
         seed: 0,
         estimator: plan.estimator,
         restart_at: plan.restart_at,
+        commands: plan.commands,
     };
     let image = Image::find(None)?;
-    Ok(fly(&mission, || image.start(), plan.broken, |_, _| ()))
+    let flown = fly(&mission, || image.start(), plan.broken, |_, _| ());
+    if let Ok(flown) = &flown {
+        let stack = flown.stack_high_water_bytes;
+        println!("{}, {}: {stack} bytes of stack", plan.scenario, plan.estimator.name());
+        let most = budgets::FLIGHT_STACK - budgets::INTERRUPTS_STACK;
+        assert!(stack > 0 && stack <= most, "{stack} bytes of stack, of {most}");
+    }
+    Ok(flown)
 }
 
 #[test]
@@ -82,6 +95,36 @@ fn after_a_power_cut_the_flight_goes_on_bit_by_bit() -> Result<()> {
     assert_eq!(kept.inertia, expected.inertia);
     assert_eq!(kept.covariance_kg2_m4, expected.covariance_kg2_m4);
     assert_eq!(cut.outcomes, whole.outcomes);
+    Ok(())
+}
+
+/// Each command once, most of them in the midst of the slew's fastest turning: checkpoints are saved and
+/// sent, the estimators take turns.
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn commands_in_flight_do_the_same_bit_by_bit() -> Result<()> {
+    const PRIOR: Prior<f32> = Prior {
+        inertia_kg_m2: [2.0, 2.0, 2.0, 0.0, 0.0, 0.0],
+        sigma_kg_m2: [1.0, 1.0, 1.0, 0.5, 0.5, 0.5],
+    };
+    const COMMANDS: [(usize, Command); 13] = [
+        (400, Command::SaveCheckpoint),
+        (410, Command::DumpCheckpoint),
+        (500, Command::CloseWindow),
+        (501, Command::OpenWindow),
+        (650, Command::SaveCheckpoint),
+        (700, Command::SetPrior(PRIOR)),
+        (720, Command::SetTorque([1e-3, 0.0, 0.0])),
+        (750, Command::Select(EstimatorId::JointEkf)),
+        (800, Command::SaveCheckpoint),
+        (850, Command::Select(EstimatorId::EkfSgfRls)),
+        (900, Command::SaveCheckpoint),
+        (950, Command::Select(EstimatorId::Window)),
+        (951, Command::Ping),
+    ];
+    let plan = Plan { scenario: "microsat-slew", commands: &COMMANDS, ..SPIN_UP };
+    let flown = fly_plan(&plan)??;
+    assert_eq!((flown.compared, flown.onboard.selected()), (1501, EstimatorId::Window));
     Ok(())
 }
 

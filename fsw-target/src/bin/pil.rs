@@ -16,27 +16,34 @@
 #[cfg(target_os = "none")]
 mod on_target {
     use fsw_target::board::{self, Board};
+    use fsw_target::computer::Computer;
     use fsw_target::onboard::Onboard;
-    use fsw_target::restart;
-    use fsw_target::tunnel::{Setup, Tunnel, TunnelError, parts};
+    use fsw_target::tunnel::parts::{self, Tunnelled};
+    use fsw_target::tunnel::{Setup, Tunnel, TunnelError};
+    use fsw_target::{restart, stack};
     use static_cell::StaticCell;
 
     // The simulator sees that it starts again, and says so.
     fsw_target::ends_by!(restart::failed);
 
-    /// Built where they stay: there is no room for them on the stack.
+    type Line = Tunnel<board::Tunnel>;
+    type PilComputer = Computer<'static, Tunnelled<'static, board::Tunnel, board::Link>>;
+
+    // As in the flight image: in static memory, so that the stack is what it is in flight, and built where
+    // they stay.
+    static LINE: StaticCell<Line> = StaticCell::new();
     static ONBOARD: StaticCell<Option<Onboard>> = StaticCell::new();
+    static COMPUTER: StaticCell<Option<PilComputer>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        if let Some(board) = Board::take() {
-            let tunnel = Tunnel::new(board.tunnel);
-            match fly(&tunnel, board.link) {
+        if let Some((line, link)) = lines() {
+            match fly(line, link) {
                 Ok(()) => defmt::info!("the flight is over"),
                 Err(why) => {
                     defmt::error!("{=str}", why);
                     // If that isn't heard either, the log has it.
-                    let _ = tunnel.give_up(why);
+                    let _ = line.give_up(why);
                 }
             }
         }
@@ -45,21 +52,39 @@ mod on_target {
         }
     }
 
+    #[inline(never)]
+    fn lines() -> Option<(&'static Line, board::Link)> {
+        let board = Board::take()?;
+        Some((LINE.init_with(|| Tunnel::new(board.tunnel)), board.link))
+    }
+
     /// Flies until there are no further samples; the error says what was wrong.
-    fn fly(tunnel: &Tunnel<board::Tunnel>, link: board::Link) -> Result<(), &'static str> {
-        let setup = tunnel.hello().map_err(|_| "no setup from the simulator")?;
-        let onboard = estimators(&setup).ok_or("the estimators refuse the craft")?;
-        let mut computer = parts::computer(tunnel, &setup, onboard, link)
-            .map_err(|_| "the sensors can't be as they are set up")?;
+    fn fly(line: &'static Line, link: board::Link) -> Result<(), &'static str> {
+        let computer = bring_up(line, link)?;
         computer.start();
-        while tunnel.end().is_none() {
+        while line.end().is_none() {
             computer.poll();
-            tunnel.hold(computer.waiting_bytes() > 0);
+            line.hold(computer.waiting_bytes() > 0);
         }
-        match tunnel.end() {
+        match line.end() {
             Some(TunnelError::No) => Ok(()),
             _ => Err("the simulator doesn't answer"),
         }
+    }
+
+    /// The computer at the end of its line. A function of its own: what it takes of the stack is free again
+    /// for the loop.
+    #[inline(never)]
+    fn bring_up(
+        line: &'static Line,
+        link: board::Link,
+    ) -> Result<&'static mut PilComputer, &'static str> {
+        let setup = line.hello().map_err(|_| "no setup from the simulator")?;
+        let onboard = estimators(&setup).ok_or("the estimators refuse the craft")?;
+        let place = COMPUTER.try_init(None).ok_or("the computer is there already")?;
+        let computer = parts::computer(line, &setup, onboard, link, stack::high_water_bytes)
+            .map_err(|_| "the sensors can't be as they are set up")?;
+        Ok(place.insert(computer))
     }
 
     /// A function of its own: what it takes of the stack is free again for the loop.

@@ -1,6 +1,6 @@
 //! Asking: a request goes out, and what comes back is its reply, or the tunnel has ended.
 
-use super::{FAILED, HELLO, IDLE, Message, NEXT, NEXT_WITH_TORQUE, NO, Setup, VERSION};
+use super::{FAILED, HELLO, IDLE, Message, NEXT, NEXT_WITH_TORQUE, NO, SOURCES, Setup, VERSION};
 use crate::link::frame::{FrameReceiver, MAX_FRAME, MAX_PACKET};
 use crate::link::wire::{Reader, Unreadable, Wire, Writer};
 use core::cell::{Cell, RefCell};
@@ -85,7 +85,11 @@ impl<P: Port> Tunnel<P> {
     /// # Errors
     /// Why there is no answer.
     pub fn hello(&self) -> Result<Setup, TunnelError> {
-        let setup = self.ask(HELLO, |fields| fields.put(&[VERSION]), Setup::take)?;
+        let introduction = |fields: &mut Writer<'_>| {
+            fields.put(&[VERSION]);
+            SOURCES.put(fields);
+        };
+        let setup = self.ask(HELLO, introduction, Setup::take)?;
         self.now_us.set(setup.now_us);
         Ok(setup)
     }
@@ -96,7 +100,7 @@ impl<P: Port> Tunnel<P> {
     /// [`TunnelError::Silent`].
     pub fn give_up(&self, why: &str) -> Result<(), TunnelError> {
         let mut line = self.line.try_borrow_mut().map_err(|_| TunnelError::NotTunnelled)?;
-        line.send(&Message::new(FAILED, |fields| fields.put(why.as_bytes())))
+        line.send(FAILED, &|fields| fields.put(why.as_bytes()))
     }
 
     /// No sample is asked for while this is so.
@@ -146,7 +150,7 @@ impl<P: Port> Tunnel<P> {
     pub(super) fn ask<R>(
         &self,
         kind: u8,
-        fields: impl FnOnce(&mut Writer<'_>),
+        fields: impl Fn(&mut Writer<'_>),
         take: impl FnOnce(&mut Reader<'_>) -> Result<R, Unreadable>,
     ) -> Result<R, TunnelError> {
         self.exchange(kind, fields, |answered, fields| match answered {
@@ -158,11 +162,11 @@ impl<P: Port> Tunnel<P> {
     fn exchange<R>(
         &self,
         kind: u8,
-        fields: impl FnOnce(&mut Writer<'_>),
+        fields: impl Fn(&mut Writer<'_>),
         take: impl FnOnce(u8, &mut Reader<'_>) -> Result<R, TunnelError>,
     ) -> Result<R, TunnelError> {
         let mut line = self.line.try_borrow_mut().map_err(|_| TunnelError::NotTunnelled)?;
-        line.send(&Message::new(kind, fields))?;
+        line.send(kind, &fields)?;
         line.receive(|packet| {
             let (answered, mut fields) = Message::open(packet).ok_or(TunnelError::Garbled)?;
             if answered == NO {
@@ -191,8 +195,11 @@ fn announced(kind: u8, fields: &mut Reader<'_>) -> Result<Announced, TunnelError
 }
 
 impl<P: Port> Line<P> {
-    fn send(&mut self, message: &Message) -> Result<(), TunnelError> {
-        let frame = message.frame().ok_or(TunnelError::NotTunnelled)?;
+    // Not inlined: message and frame take half a kilobyte of the stack, which is free again while the reply
+    // is waited for and taken.
+    #[inline(never)]
+    fn send(&mut self, kind: u8, fields: &dyn Fn(&mut Writer<'_>)) -> Result<(), TunnelError> {
+        let frame = Message::new(kind, fields).frame().ok_or(TunnelError::NotTunnelled)?;
         for byte in frame.bytes() {
             patiently(|| self.port.write(*byte))?;
         }

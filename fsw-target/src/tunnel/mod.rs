@@ -13,7 +13,7 @@
 //!
 //! | request | fields | reply |
 //! |---|---|---|
-//! | [`HELLO`] | version of this protocol | [`Setup`] |
+//! | [`HELLO`] | version of this protocol; [`SOURCES`], u64 | [`Setup`] |
 //! | [`NEXT`] | – | µs since the last sample, u32; [`NEXT_WITH_TORQUE`]: and N m, 3 × f32; [`IDLE`]: not yet; NO: the flight is over |
 //! | [`TRANSFER`] | bytes to read, bytes to write | the bytes read; NO: the bus failed |
 //! | [`WAIT`] | µs, u32 | – |
@@ -46,7 +46,9 @@ use crate::link::wire::{Reader, Writer, record};
 use crc::{CRC_16_IBM_3740, Crc};
 
 /// Changes with the meaning of any message.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
+
+include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
 /// Who are we? The first request.
 pub const HELLO: u8 = 1;

@@ -24,7 +24,7 @@ use embedded_hal_nb::serial::{Read, Write};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use fsw_core::Vec3;
 
-/// How a board is that isn't there: the same on the processor and on the host.
+/// How a board is that isn't there: the same on the processor and on the host, but for the stack.
 pub const HEALTH: Health = Health {
     reset_cause: ResetCause::Unknown,
     clock: ClockSource::Internal,
@@ -53,15 +53,19 @@ where
     type Board = NoBoard<'a, P>;
 }
 
-/// The flight computer at this end of a tunnel. It is still to be started.
+/// The flight computer at this end of a tunnel. It is still to be started. Inline, as [`Computer::new`] is.
+///
+/// `stack_high_water_bytes` says how much of the stack has been used.
 ///
 /// # Errors
 /// See [`Unfit`].
+#[inline(always)]
 pub fn computer<'a, P, L>(
     tunnel: &'a Tunnel<P>,
     setup: &Setup,
     onboard: &'a mut Onboard,
     link: L,
+    stack_high_water_bytes: fn() -> u32,
 ) -> Result<Computer<'a, Tunnelled<'a, P, L>>, Unfit>
 where
     P: Port,
@@ -74,7 +78,7 @@ where
         wheels: setup.tachometers(timer)?,
         torque: Samples { tunnel },
     };
-    let board = NoBoard { clock: Bus { tunnel } };
+    let board = NoBoard { clock: Bus { tunnel }, stack_high_water_bytes };
     Ok(Computer::new(onboard, sensors, link, Flash { tunnel }, board, Reporting::EachSample))
 }
 
@@ -236,10 +240,11 @@ impl<P: Port> NorFlash for Flash<'_, P> {
     }
 }
 
-/// The rest of a board: the samples' clock, and no watchdog.
+/// The rest of a board: the samples' clock, the stack, and no watchdog.
 #[derive(Debug)]
 pub struct NoBoard<'a, P> {
     clock: Bus<'a, P>,
+    stack_high_water_bytes: fn() -> u32,
 }
 
 impl<'a, P: Port> Housekeeping for NoBoard<'a, P> {
@@ -259,6 +264,6 @@ impl<'a, P: Port> Housekeeping for NoBoard<'a, P> {
     fn feed(&mut self, _: FeedPermit) {}
 
     fn health(&mut self) -> Health {
-        HEALTH
+        Health { stack_high_water_bytes: (self.stack_high_water_bytes)(), ..HEALTH }
     }
 }

@@ -82,6 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         seed: *seed,
         estimator,
         restart_at: *restart_at,
+        commands: &[],
     };
     // Before an image is built in vain.
     setup::of(&mission).map_err(PilFailed::from)?;
@@ -198,6 +199,7 @@ fn of_flight(
         run: RunReport::new(&scenario.name, mission.seed, estimate, truth, bound),
         target: TargetReport {
             identical_samples: flown.compared as u64,
+            stack_high_water_bytes: flown.stack_high_water_bytes,
             wall_s: wall.as_secs_f64(),
         },
     }

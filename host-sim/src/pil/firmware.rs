@@ -3,7 +3,7 @@
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use fsw_target::craft::WHEELS;
 use fsw_target::drivers::wheel_tach::Captured;
@@ -23,6 +23,9 @@ use crate::sensor::bmi088::BusFault;
 /// The firmware answers within milliseconds; a busy machine may take far longer.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
+/// While it asks for nothing it may be held up by a link that nobody empties: looked at so often.
+const LISTEN: Duration = Duration::from_millis(5);
+
 /// Why the line to the firmware is of no use any more.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum LineFailed {
@@ -38,6 +41,9 @@ pub enum LineFailed {
     /// It speaks of another protocol.
     #[error("the firmware speaks version {0} of the sensor tunnel, this program {ours}", ours = tunnel::VERSION)]
     OtherVersion(u8),
+    /// It is of another build.
+    #[error("the image was built from other sources than this program: build both anew")]
+    OtherSources,
     /// Telemetry that doesn't come.
     #[error("the firmware owes telemetry, and {} s were not enough for it", .0.as_secs())]
     NoTelemetry(Duration),
@@ -138,6 +144,8 @@ pub struct Firmware {
     /// Bytes from the sensors' line that have arrived, last first.
     arrived: Vec<u8>,
     receiver: Receiver,
+    /// What it has told the ground, and nobody has asked for yet.
+    heard: Vec<Received>,
     /// What it has been told last.
     told: Announced,
     /// Ends QEMU; none where somebody else does.
@@ -155,7 +163,7 @@ impl Firmware {
         patience: Duration,
         machine: Option<Machine>,
     ) -> anyhow::Result<Self> {
-        sensors.set_read_timeout(Some(patience))?;
+        sensors.set_read_timeout(Some(LISTEN.min(patience)))?;
         link.set_nonblocking(true)?;
         Ok(Self {
             sensors,
@@ -164,6 +172,7 @@ impl Firmware {
             frames: FrameReceiver::new(),
             arrived: Vec::new(),
             receiver: Receiver::default(),
+            heard: Vec::new(),
             told: Announced { time_us: 0, torque_n_m: [0.0; 3] },
             _machine: machine,
         })
@@ -179,7 +188,12 @@ impl Firmware {
     /// # Errors
     /// A link that ended, or what isn't telemetry.
     pub fn telemetry(&mut self) -> Result<Vec<Received>, LineFailed> {
-        let mut all = Vec::new();
+        self.listen()?;
+        Ok(std::mem::take(&mut self.heard))
+    }
+
+    /// Takes what has come on the link.
+    fn listen(&mut self) -> Result<(), LineFailed> {
         let mut buffer = [0; 4096];
         loop {
             match self.link.read(&mut buffer) {
@@ -187,11 +201,12 @@ impl Firmware {
                 Ok(count) => {
                     for found in buffer[..count].iter().filter_map(|byte| self.receiver.push(*byte))
                     {
-                        all.push(found.map_err(|why| LineFailed::NotTelemetry(why.to_string()))?);
+                        let found = found.map_err(|why| LineFailed::NotTelemetry(why.to_string()));
+                        self.heard.push(found?);
                     }
                 }
                 Err(error) => match failure(&error) {
-                    None => return Ok(all),
+                    None => return Ok(()),
                     Some(failed) => return Err(failed),
                 },
             }
@@ -225,6 +240,7 @@ impl Firmware {
     }
 
     fn byte(&mut self) -> Result<u8, LineFailed> {
+        let begun = Instant::now();
         loop {
             if let Some(byte) = self.arrived.pop() {
                 return Ok(byte);
@@ -233,10 +249,13 @@ impl Firmware {
             match self.sensors.read(&mut buffer) {
                 Ok(0) => return Err(LineFailed::Ended),
                 Ok(count) => self.arrived.extend(buffer[..count].iter().rev()),
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-                Err(error) => {
-                    return Err(failure(&error).unwrap_or(LineFailed::Silent(self.patience)));
-                }
+                Err(error) => match failure(&error) {
+                    Some(failed) => return Err(failed),
+                    None if begun.elapsed() > self.patience => {
+                        return Err(LineFailed::Silent(self.patience));
+                    }
+                    None => self.listen()?,
+                },
             }
         }
     }
@@ -366,7 +385,10 @@ fn understand(packet: &[u8]) -> Result<Request, LineFailed> {
     let unreadable = |_: Unreadable| LineFailed::Garbled("a message that can't be read");
     match kind {
         tunnel::HELLO => match fields.take().map_err(unreadable)? {
-            [tunnel::VERSION] => Ok(Request::Hello),
+            [tunnel::VERSION] => match Wire::take(&mut fields).map_err(unreadable)? {
+                tunnel::SOURCES => Ok(Request::Hello),
+                _ => Err(LineFailed::OtherSources),
+            },
             [other] => Err(LineFailed::OtherVersion(other)),
         },
         tunnel::NEXT => Ok(Request::Next),

@@ -62,6 +62,8 @@ pub struct Mission<'a> {
     pub estimator: EstimatorId,
     /// After so many samples both computers save a checkpoint, lose their power and start again.
     pub restart_at: Option<usize>,
+    /// What the ground commands: each after so many samples.
+    pub commands: &'a [(usize, Command)],
 }
 
 /// A bit of a gyro reading that the processor gets wrong: to see that it is found.
@@ -92,6 +94,9 @@ pub enum PilFailed {
         /// How far it had come.
         progress: Progress,
     },
+    /// Not the same code: no sample is flown.
+    #[error("{0}")]
+    NotTheSame(LineFailed),
     /// The same code, other bits.
     #[error(transparent)]
     Differs(#[from] Box<Difference>),
@@ -130,6 +135,8 @@ pub struct Flown {
     pub wheel_failures: u32,
     /// Samples that were compared: all.
     pub compared: usize,
+    /// The most stack that the firmware has used, bytes, as its telemetry tells.
+    pub stack_high_water_bytes: u32,
 }
 
 /// Flies a mission on the firmware and on the host, in lock-step, and compares what both tell the ground
@@ -156,6 +163,7 @@ pub fn fly(
         commands: 0,
         progress: Progress::default(),
         when: After::Start,
+        stack_high_water_bytes: 0,
     };
     let (mut outcomes, mut gyro_failures, mut wheel_failures) = (OutcomeCounts::default(), 0, 0);
 
@@ -172,6 +180,11 @@ pub fn fly(
             duel.command(&mut software, Command::Select(mission.estimator))?;
         }
         while duel.progress.compared < until {
+            for (after, command) in mission.commands {
+                if *after == duel.progress.compared {
+                    duel.command(&mut software, *command)?;
+                }
+            }
             let told = software.fly_sample();
             duel.fly_sample(&told)?;
             for received in &told {
@@ -192,8 +205,8 @@ pub fn fly(
     }
     // Whether it still hears that doesn't matter.
     let _ = duel.firmware.end();
-    let compared = duel.progress.compared;
-    Ok(Flown { onboard, outcomes, gyro_failures, wheel_failures, compared })
+    let (compared, stack_high_water_bytes) = (duel.progress.compared, duel.stack_high_water_bytes);
+    Ok(Flown { onboard, outcomes, gyro_failures, wheel_failures, compared, stack_high_water_bytes })
 }
 
 /// The firmware's side of a flight, and what it is to tell the ground.
@@ -208,6 +221,7 @@ struct Duel<'a> {
     commands: u16,
     progress: Progress,
     when: After,
+    stack_high_water_bytes: u32,
 }
 
 impl Duel<'_> {
@@ -276,6 +290,10 @@ impl Duel<'_> {
     /// What has arrived on the ground, beside what the host has told.
     fn compare(&mut self) -> Result<(), PilFailed> {
         for received in self.firmware.telemetry().map_err(|why| self.failed(why))? {
+            if let Telemetry::Status(status) = &received.telemetry {
+                self.stack_high_water_bytes =
+                    self.stack_high_water_bytes.max(status.stack_high_water_bytes);
+            }
             match self.expected.pop_front() {
                 Some(expected) => compare::same(self.when, &expected, &received)?,
                 None => return Err(Box::new(Difference::unexpected(self.when, &received)).into()),
@@ -341,7 +359,10 @@ impl Duel<'_> {
     }
 
     fn failed(&self, why: LineFailed) -> PilFailed {
-        PilFailed::Line { why, progress: self.progress }
+        match why {
+            LineFailed::OtherVersion(_) | LineFailed::OtherSources => PilFailed::NotTheSame(why),
+            _ => PilFailed::Line { why, progress: self.progress },
+        }
     }
 }
 

@@ -83,13 +83,18 @@ impl<'o, 'a> Software<'o, 'a> {
         self.told()
     }
 
-    /// Takes a command; what the ground is told of it.
+    /// Takes a command; what the ground is told of it, which may be many packets.
     pub fn obey(&mut self, frame: &[u8]) -> Vec<Received> {
         self.lines.world.to_computer.borrow_mut().extend(frame);
-        while !self.lines.world.to_computer.borrow().is_empty() {
+        let mut all = Vec::new();
+        loop {
             self.computer.poll();
+            let told = self.told();
+            if told.is_empty() && self.lines.world.to_computer.borrow().is_empty() {
+                return all;
+            }
+            all.extend(told);
         }
-        self.told()
     }
 
     fn told(&mut self) -> Vec<Received> {

@@ -88,7 +88,8 @@ impl OnThread {
         let setup = tunnel.hello().ok()?;
         let mut onboard = Box::new(setup.onboard().unwrap());
         let link = Socket::new(self.link);
-        let mut computer = parts::computer(&tunnel, &setup, &mut onboard, link).ok()?;
+        let mut computer =
+            parts::computer(&tunnel, &setup, &mut onboard, link, NOT_MEASURED).ok()?;
         computer.start();
         while tunnel.end().is_none() {
             computer.poll();
@@ -99,6 +100,9 @@ impl OnThread {
 }
 
 const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A thread's stack isn't painted.
+const NOT_MEASURED: fn() -> u32 = || 0;
 
 /// Starts a firmware that does `what`.
 fn firmware<R: Send + 'static>(
@@ -111,7 +115,7 @@ fn firmware<R: Send + 'static>(
 }
 
 fn mission<'a>(scenario: &'a Scenario, flight: &'a Flight, estimator: EstimatorId) -> Mission<'a> {
-    Mission { scenario, flight, seed: 3, estimator, restart_at: None }
+    Mission { scenario, flight, seed: 3, estimator, restart_at: None, commands: &[] }
 }
 
 fn fly_on_threads(mission: &Mission<'_>, broken: Option<BrokenBit>) -> Result<Flown, PilFailed> {
@@ -208,7 +212,8 @@ fn a_firmware_that_stops_in_flight_says_where() {
         let setup = tunnel.hello().unwrap();
         let mut onboard = Box::new(setup.onboard().unwrap());
         let mut computer =
-            parts::computer(&tunnel, &setup, &mut onboard, Socket::new(lines.link)).unwrap();
+            parts::computer(&tunnel, &setup, &mut onboard, Socket::new(lines.link), NOT_MEASURED)
+                .unwrap();
         computer.start();
         while computer.onboard().selected() != EstimatorId::JointEkf || tunnel.now_us() < 2_000_000
         {
@@ -249,7 +254,42 @@ fn a_firmware_of_another_version_is_told_apart() {
         lines.sensors.write_all(hello.frame().unwrap().bytes()).unwrap();
         lines
     });
-    assert!(error.contains("speaks version 2 of the sensor tunnel, this program 1"), "{error}");
+    let expected = "the firmware speaks version 3 of the sensor tunnel, this program 2";
+    assert_eq!(error, expected);
+}
+
+#[test]
+fn a_firmware_of_other_sources_is_refused_before_it_flies() {
+    let error = fly_with(PATIENCE, |mut lines| {
+        let hello = Message::new(tunnel::HELLO, |fields| {
+            fields.put(&[tunnel::VERSION]);
+            fields.put(&(tunnel::SOURCES ^ 1).to_be_bytes());
+        });
+        lines.sensors.write_all(hello.frame().unwrap().bytes()).unwrap();
+        lines
+    });
+    let expected = "the image was built from other sources than this program: build both anew";
+    assert_eq!(error, expected);
+}
+
+/// What the ground may ask for in the midst of a flight, a checkpoint sent to it among it.
+#[test]
+fn commands_in_flight_do_the_same_at_both_ends() {
+    let scenario = scenario();
+    let flight = Flight::simulate(&scenario).unwrap();
+    let commands = [
+        (20, Command::SaveCheckpoint),
+        (30, Command::DumpCheckpoint),
+        (40, Command::CloseWindow),
+        (50, Command::OpenWindow),
+        (60, Command::Select(EstimatorId::JointEkf)),
+        (70, Command::SaveCheckpoint),
+        (80, Command::Reset),
+    ];
+    let mission =
+        Mission { commands: &commands, ..mission(&scenario, &flight, EstimatorId::Window) };
+    let flown = fly_on_threads(&mission, None).unwrap();
+    assert_eq!((flown.compared, flown.onboard.selected()), (121, EstimatorId::JointEkf));
 }
 
 #[test]
@@ -261,7 +301,8 @@ fn telemetry_that_never_comes_is_not_waited_for_without_end() {
         let mut onboard = Box::new(setup.onboard().unwrap());
         let (mute, _other_end) = UnixStream::pair().unwrap();
         let mut computer =
-            parts::computer(&tunnel, &setup, &mut onboard, Socket::new(mute)).unwrap();
+            parts::computer(&tunnel, &setup, &mut onboard, Socket::new(mute), NOT_MEASURED)
+                .unwrap();
         computer.start();
         while tunnel.end().is_none() {
             computer.poll();

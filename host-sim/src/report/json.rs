@@ -101,6 +101,8 @@ pub struct PilReport {
 pub struct TargetReport {
     /// Samples after which both knew the same to the last bit: all.
     pub identical_samples: u64,
+    /// The most of its stack that the processor has used, bytes.
+    pub stack_high_water_bytes: u32,
     /// How long the flight took, s.
     pub wall_s: f64,
 }

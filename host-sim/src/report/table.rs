@@ -48,10 +48,12 @@ pub fn run(report: &RunReport) -> String {
 
 /// The table of a flight of the firmware: that of the run, and how it compares with the host's.
 pub fn pil(report: &PilReport) -> String {
-    let TargetReport { identical_samples, wall_s } = report.target;
+    let TargetReport { identical_samples, stack_high_water_bytes, wall_s } = report.target;
     let compared =
         format!("{identical_samples} samples, each bit by bit as on the host; {wall_s:.1} s");
-    heading("target", &compared) + &run(&report.run)
+    heading("target", &compared)
+        + &heading("stack", &format!("{stack_high_water_bytes} bytes at most"))
+        + &run(&report.run)
 }
 
 /// The table of a recorded log: the estimate and what it is worth.
