@@ -199,6 +199,11 @@ impl Onboard {
         self.of_windows().map(Window::close_window)
     }
 
+    /// Whether samples that fail to come now cost nothing. Only `window` knows when nothing moves.
+    pub fn is_at_rest(&self) -> bool {
+        self.filter.is_none() && self.window.is_at_rest()
+    }
+
     fn of_windows(&mut self) -> Result<&mut FlownWindow, Refused> {
         match self.filter {
             None => Ok(&mut self.window),

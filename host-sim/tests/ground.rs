@@ -193,6 +193,7 @@ const STATUS: StatusReport = StatusReport {
     stack_high_water_bytes: 2100,
     gyro: GyroState::WrongIdentity,
     gyro_identity: Some(0),
+    gyro_self_tests_failed: 0,
     gyro_failures: 0,
     wheel_failures: 0,
     data_ready_overruns: 3,

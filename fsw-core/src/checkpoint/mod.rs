@@ -113,6 +113,12 @@ pub trait Blank {
 const MEANING: u32 = 1;
 
 /// Tells checkpoints of one layout of the state `P`, and of one version of this crate, from others.
+///
+/// Not those of one build from another's. A new image goes on from what the one before it has found,
+/// which may have taken days, and must not lose it for a comment that was changed. The layout has the name
+/// and type of every field in its order; configuration is compared, and values are checked, as they come
+/// back. What none of these can see is a number that means something else than before under the same name:
+/// whoever makes it so changes `MEANING`, or the version.
 pub fn fingerprint<P: Persist>() -> u32 {
     const VERSION: u32 = mix(name(env!("CARGO_PKG_VERSION")), MEANING);
     mix(VERSION, P::layout())

@@ -2,7 +2,7 @@
 
 use super::Housekeeping;
 use crate::link::telemetry::{CheckpointPart, CheckpointState, PART_BYTES};
-use crate::onboard::Onboard;
+use crate::onboard::{FlownWindow, Onboard};
 use crate::store::{self, Store};
 use embedded_storage::nor_flash::NorFlash;
 use fsw_core::checkpoint::{self, Archive, Persist};
@@ -14,6 +14,11 @@ const PERIOD_US: u64 = 600_000_000;
 /// Nobody knows for how long a computer was off: more than any gate takes for a pause between two
 /// samples, µs.
 const OFF_US: u64 = 60_000_000;
+
+/// Words that a checkpoint takes at most: as many as the largest estimator in memory, and one more for each of
+/// what is smaller there than a word.
+const MOST_WORDS: u32 = (size_of::<FlownWindow>() / size_of::<u32>() + SMALL_ONES) as u32;
+const SMALL_ONES: usize = 128;
 
 /// Checkpoints, and what became of them.
 pub struct Checkpoints<F> {
@@ -28,6 +33,8 @@ pub struct Checkpoints<F> {
     /// Not saved, since the flash failed.
     pub failed: u32,
     next_us: u64,
+    /// Whether the next one needs no erasure, as far as can be seen to.
+    has_room: bool,
     /// The part that is sent next, while one is.
     dumping: Option<u16>,
 }
@@ -59,6 +66,7 @@ impl<F: NorFlash> Checkpoints<F> {
             saved: 0,
             failed: 0,
             next_us: 0,
+            has_room: false,
             dumping: None,
         }
     }
@@ -85,7 +93,22 @@ impl<F: NorFlash> Checkpoints<F> {
         let counter = if saved { &mut self.saved } else { &mut self.failed };
         *counter = counter.saturating_add(1);
         self.next_us = board.now_us().saturating_add(PERIOD_US);
+        self.has_room = false;
         saved
+    }
+
+    /// Whether the next one may need an erasure.
+    pub fn needs_room(&self) -> bool {
+        !self.has_room
+    }
+
+    /// Erases now what the next one would have to erase. If that fails, the next one tries again, and tells.
+    #[inline(never)]
+    pub fn make_room(&mut self) {
+        if let Some(store) = &mut self.store {
+            let _ = store.make_room(MOST_WORDS);
+        }
+        self.has_room = true;
     }
 
     /// Begins to send the newest checkpoint; false if there is none.
@@ -137,5 +160,60 @@ fn bring_back<F: NorFlash>(
                 _ => CheckpointState::Failed,
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::onboard::EstimatorId;
+    use crate::recording::cubesat_pyramid::{CRAFT, ROWS};
+    use fsw_core::checkpoint::ToWords;
+    use fsw_core::estimator::Prior;
+    use fsw_core::{Estimator, Sample, Vec3};
+    use std::boxed::Box;
+    use std::vec;
+
+    /// Words of a checkpoint.
+    fn words(onboard: &mut Onboard) -> u32 {
+        let mut words = vec![0; 2 * MOST_WORDS as usize];
+        let mut noted = ToWords::new(&mut words);
+        checkpoint::pass(&mut Kept { time_us: 0, onboard }, &mut noted).unwrap();
+        noted.noted() as u32
+    }
+
+    fn sample(k: u64, rate_rad_s: [f32; 3], wheel_speed_rad_s: [f32; 4]) -> Sample<f32, 4> {
+        Sample {
+            time_us: k * 100_000,
+            rate_rad_s: Vec3::from(rate_rad_s),
+            wheel_speed_rad_s,
+            torque_n_m: Vec3::zeros(),
+            attitude: None,
+        }
+    }
+
+    #[test]
+    fn no_checkpoint_takes_more_than_there_is_made_room_for() {
+        let prior = Prior::of_size(0.1);
+        for id in EstimatorId::ALL {
+            let mut onboard = Box::new(Onboard::new(CRAFT).unwrap());
+            onboard.set_prior(prior).unwrap();
+            onboard.select(id).unwrap();
+            for (k, row) in (0..).zip(&ROWS) {
+                onboard.step(&sample(k, row.rate_rad_s, row.wheel_speed_rad_s));
+                assert!(words(&mut onboard) <= MOST_WORDS, "{id:?}, sample {k}");
+            }
+        }
+        // All blocks that there is storage for.
+        let (mut onboard, mut most) = (Box::new(Onboard::new(CRAFT).unwrap()), 0);
+        for k in 0..5_000 {
+            let noise = [(k % 7) as f32, (k % 5) as f32, (k % 3) as f32].map(|x| 1e-5 * x);
+            onboard.step(&sample(k, noise, [0.0; 4]));
+            if k % 10 == 0 {
+                most = most.max(words(&mut onboard));
+            }
+        }
+        assert!(most > 3_500 && most <= MOST_WORDS, "{most} of {MOST_WORDS} words");
     }
 }

@@ -11,8 +11,13 @@
 //!
 //! Input: the [`Parts`] that a board brings, or the simulator in its place. Output: telemetry, and
 //! leave to feed the watchdog once every task has done its work. [`Computer::poll`] never waits but
-//! for the gyro's start (0.1 s, and only while there is no gyro to lose samples of) and for the flash
+//! for the gyro's start (0.2 s, and only while there is no gyro to lose samples of) and for the flash
 //! (see [`crate::store`]), and never ends the loop: whatever fails is counted and told.
+//!
+//! An erasure of the flash costs a second or two of samples. Room for the next checkpoint is made at the
+//! start, and whenever `window` sees that nothing moves and has concluded what did. Only where neither comes
+//! between two checkpoints, as with the other estimators, which don't know of rest, one may come with an
+//! erasure: that of `window` each eighth time.
 //!
 //! What is done now and then is not inlined into the loop: there its locals would lie under the step of
 //! an estimator, whose own need of the stack is the largest.
@@ -47,7 +52,8 @@ const QUEUE: usize = 768;
 const BYTES_PER_POLL: usize = 64;
 const _: () = assert!(BYTES_PER_POLL >= MAX_COMMAND);
 
-/// Without a sample for so long, the gyro is started anew; so soon again if that fails, µs.
+/// Without a sample for so long, the gyro is started anew; so soon again if that fails, µs. While the flash is
+/// worked on no sample can come, and that time doesn't count: an erasure takes longer.
 const GYRO_SILENCE_US: u64 = 1_000_000;
 
 type FlightLoopOf<'a, P> = FlightLoop<
@@ -80,11 +86,14 @@ pub struct Computer<'a, P: Parts> {
     torque_n_m: [f32; 3],
 }
 
-/// How the gyro was at its last start, and when it was last tried.
+/// How the gyro was at its last start, and since when it is waited for.
 struct Gyro {
     state: GyroState,
     identity: Option<u8>,
-    tried_us: u64,
+    /// Self-tests that weren't passed, since the computer's start.
+    self_tests_failed: u32,
+    /// Its last sample or start, or the end of what kept the computer from listening.
+    silent_since_us: u64,
 }
 
 impl<'a, P: Parts> Computer<'a, P> {
@@ -110,7 +119,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             supervisor: Supervisor::new(),
             reporting,
             next_report_us: 0,
-            gyro: Gyro { state: GyroState::NotStarted, identity: None, tried_us: 0 },
+            gyro: Gyro::not_started(),
             last: None,
             last_done: None,
             must_answer: false,
@@ -127,6 +136,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.flash.restore(self.flight.estimator_mut(), &mut self.board);
         self.started_us = self.board.now_us();
         self.next_report_us = self.started_us;
+        self.flash.make_room();
         self.start_gyro();
     }
 
@@ -179,7 +189,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             Command::OpenWindow => onboard.open_window(),
             Command::CloseWindow => onboard.close_window(),
             Command::Select(id) => onboard.select(id),
-            Command::SaveCheckpoint => return self.flash.save(onboard, &mut self.board),
+            Command::SaveCheckpoint => return self.save_checkpoint(),
             Command::DumpCheckpoint => return self.flash.begin_dump(),
             Command::SetTelemetryPeriod { ms } => {
                 self.reporting = Reporting::Every(ms);
@@ -199,30 +209,49 @@ impl<'a, P: Parts> Computer<'a, P> {
         let tick = self.flight.tick();
         if let Tick::Stepped { time_us, outcome } = tick {
             self.last = Some((time_us, outcome));
+            self.gyro.silent_since_us = self.board.now_us();
             if self.reporting == Reporting::EachSample {
                 self.report_estimate();
             }
         }
-        let now_us = self.board.now_us();
-        let heard_us = self.last.map_or(0, |(time_us, _)| time_us).max(self.gyro.tried_us);
-        if now_us.saturating_sub(heard_us) > GYRO_SILENCE_US {
+        let silence_us = self.board.now_us().saturating_sub(self.gyro.silent_since_us);
+        if silence_us > GYRO_SILENCE_US {
             self.start_gyro();
         }
         self.supervisor.report(Task::Sampling);
     }
 
+    /// Starts the gyro and has it test itself. One that fails its test is reported, and flies all the same:
+    /// wrong samples show in what the estimator says of its residuals, and the ground has seen both.
     #[inline(never)]
     fn start_gyro(&mut self) {
-        let started = self.flight.sensors_mut().gyro.restart(self.board.delay());
-        self.gyro = Gyro::of::<P::Gyro>(started, self.board.now_us());
+        let (gyro, delay) = (&mut self.flight.sensors_mut().gyro, self.board.delay());
+        let (mut started, mut has_passed) = (gyro.restart(delay), true);
+        if started.is_ok() {
+            has_passed = gyro.self_test(delay).is_ok();
+            // What the test has made it feel goes with a reset.
+            started = gyro.restart(delay);
+        }
+        self.gyro.note_start::<P::Gyro>(started, has_passed);
+        self.gyro.silent_since_us = self.board.now_us();
     }
 
-    /// Saves a checkpoint when it is time, between two samples.
-    #[inline(never)]
+    /// Between two samples, saves a checkpoint when it is time, and makes room for the next one when nothing
+    /// moves.
     fn keep_checkpoint(&mut self) {
         if self.last.is_some() && self.flash.is_due(self.board.now_us()) {
-            self.flash.save(self.flight.estimator_mut(), &mut self.board);
+            self.save_checkpoint();
+        } else if self.flash.needs_room() && self.flight.estimator().is_at_rest() {
+            self.flash.make_room();
+            self.gyro.silent_since_us = self.board.now_us();
         }
+    }
+
+    #[inline(never)]
+    fn save_checkpoint(&mut self) -> bool {
+        let saved = self.flash.save(self.flight.estimator_mut(), &mut self.board);
+        self.gyro.silent_since_us = self.board.now_us();
+        saved
     }
 
     fn send_reports(&mut self) {
@@ -275,6 +304,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             stack_high_water_bytes: health.stack_high_water_bytes,
             gyro: self.gyro.state,
             gyro_identity: self.gyro.identity,
+            gyro_self_tests_failed: self.gyro.self_tests_failed,
             gyro_failures: counters.gyro_failed,
             wheel_failures: counters.wheels_failed,
             data_ready_overruns: overruns.saturating_add(counters.overtaken),
@@ -310,17 +340,30 @@ impl<'a, P: Parts> Computer<'a, P> {
 }
 
 impl Gyro {
-    fn of<G: RateGyro<StartError: Into<StartFault>>>(
+    fn not_started() -> Self {
+        Self {
+            state: GyroState::NotStarted,
+            identity: None,
+            self_tests_failed: 0,
+            silent_since_us: 0,
+        }
+    }
+
+    fn note_start<G: RateGyro<StartError: Into<StartFault>>>(
+        &mut self,
         started: Result<(), G::StartError>,
-        tried_us: u64,
-    ) -> Self {
-        let (state, identity) = match started.map_err(Into::into) {
+        has_passed: bool,
+    ) {
+        if !has_passed {
+            self.self_tests_failed = self.self_tests_failed.saturating_add(1);
+        }
+        (self.state, self.identity) = match started.map_err(Into::into) {
+            Ok(()) if !has_passed => (GyroState::SelfTestFailed, Some(G::IDENTITY)),
             Ok(()) => (GyroState::Ready, Some(G::IDENTITY)),
             Err(StartFault::Bus) => (GyroState::BusError, None),
             Err(StartFault::WrongIdentity { found }) => (GyroState::WrongIdentity, Some(found)),
             Err(StartFault::NotAsSet) => (GyroState::NotAsSet, Some(G::IDENTITY)),
             Err(StartFault::WrongSettings) => (GyroState::WrongSettings, None),
         };
-        Self { state, identity, tried_us }
     }
 }

@@ -32,9 +32,13 @@ struct World {
     gyro_is_absent: Cell<bool>,
     gyro_starts: Cell<u32>,
     gyro_is_set_up: Cell<bool>,
+    gyro_fails_its_test: Cell<bool>,
     now_us: Cell<u64>,
     feeds: Cell<u32>,
     flash: RefCell<Vec<u8>>,
+    erasures: Cell<u32>,
+    /// How long one takes.
+    erasure_us: Cell<u64>,
 }
 
 /// Each part is a handle to the world.
@@ -83,7 +87,7 @@ impl RateGyro for RecordedGyro {
     }
 
     fn self_test(&mut self, _: &mut impl DelayNs) -> Result<(), ()> {
-        Ok(())
+        if self.1.0.gyro_fails_its_test.get() { Err(()) } else { Ok(()) }
     }
 
     fn range_rad_s(&self) -> f32 {
@@ -151,6 +155,8 @@ impl NorFlash for Part {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Beyond> {
         let mut flash = self.0.flash.borrow_mut();
         flash.get_mut(from as usize..to as usize).ok_or(Beyond)?.fill(0xff);
+        self.0.erasures.set(self.0.erasures.get() + 1);
+        self.0.now_us.set(self.0.now_us.get() + self.0.erasure_us.get());
         Ok(())
     }
 
@@ -393,7 +399,77 @@ fn a_gyro_that_is_missing_is_told_tried_again_and_taken_when_it_comes() {
     let sent = ground.poll(30);
     let told = statuses(&sent).last().copied().unwrap();
     assert_eq!((told.gyro, told.gyro_identity), (GyroState::Ready, Some(0x42)));
+    assert_eq!(told.gyro_self_tests_failed, 0);
     assert!(told.outcomes.accepted > 10);
+}
+
+#[test]
+fn a_gyro_that_fails_its_test_is_told_and_flies_all_the_same() {
+    let mut ground = Ground::with_gyro(&ROWS, erased(), Reporting::Every(1_000), false);
+    ground.world.0.gyro_is_absent.set(false);
+    ground.world.0.gyro_fails_its_test.set(true);
+    let sent = ground.poll(45);
+    let told = statuses(&sent).last().copied().unwrap();
+    assert_eq!((told.gyro, told.gyro_identity), (GyroState::SelfTestFailed, Some(0x42)));
+    assert_eq!(told.gyro_self_tests_failed, 1);
+    assert!(told.outcomes.accepted > 20);
+}
+
+/// Halves that hold one or two checkpoints.
+fn small_flash() -> Vec<u8> {
+    vec![0xff; 40 * 1024]
+}
+
+/// As long as an STM32F405 may take for a sector: twice the silence that a gyro is allowed.
+const ERASURE_US: u64 = 2_000_000;
+
+#[test]
+fn while_the_flash_is_erased_the_gyro_is_not_to_blame() {
+    let mut ground = Ground::new(&ROWS, small_flash(), Reporting::EachSample);
+    ground.world.0.erasure_us.set(ERASURE_US);
+    let (starts, erasures) = (ground.world.0.gyro_starts.get(), ground.world.0.erasures.get());
+    for _ in 0..10 {
+        ground.ask(Command::SaveCheckpoint);
+        ground.poll(5);
+    }
+    assert!(ground.world.0.erasures.get() > erasures);
+    assert_eq!(ground.world.0.gyro_starts.get(), starts);
+}
+
+/// Three times a manoeuvre, in which a checkpoint is saved, and then a minute of steady rotation.
+#[test]
+fn a_save_in_mid_manoeuvre_finds_its_room_erased_in_the_quiet_before() {
+    const MANOEUVRE: usize = 200;
+    const QUIET: usize = 600;
+    let mut rows = Vec::new();
+    for _ in 0..3 {
+        rows.extend_from_slice(&ROWS[..MANOEUVRE]);
+        for k in 0..QUIET {
+            let mut row = ROWS[MANOEUVRE];
+            // Not stuck: as if the gyro had a little noise.
+            row.rate_rad_s[k % 3] += 1e-5 * (k % 7) as f32;
+            rows.push(row);
+        }
+    }
+    for (k, row) in (0..).zip(&mut rows) {
+        row.time_us = 100_000 * k;
+    }
+    let mut ground = Ground::new(Vec::leak(rows), small_flash(), Reporting::EachSample);
+    let erasures = |ground: &Ground| ground.world.0.erasures.get();
+    assert_eq!(erasures(&ground), 1, "the flash was new");
+    for manoeuvre in 1..=3 {
+        ground.poll(MANOEUVRE as u32 - 50);
+        assert!(!ground.computer.onboard().is_at_rest());
+        assert_eq!(ground.ask(Command::SaveCheckpoint).last_command_done, Some(true));
+        assert_eq!(erasures(&ground), manoeuvre, "none in it");
+        ground.poll(QUIET as u32 + 49);
+        assert!(ground.computer.onboard().is_at_rest());
+        assert_eq!(
+            erasures(&ground),
+            manoeuvre + 1,
+            "the half that is left is too small for another"
+        );
+    }
 }
 
 #[test]

@@ -155,14 +155,13 @@ impl<F: NorFlash> Store<F> {
         Ok(Checkpoint { sequence, words, passed_over: 0 })
     }
 
-    /// Erases now what the next [`save`](Self::save) of a state of this size would have to erase, and
-    /// says whether it did.
+    /// Erases now what the next [`save`](Self::save) of a state of at most so many words would have to
+    /// erase, and says whether it did.
     ///
     /// # Errors
     /// As for `save`.
-    pub fn make_room<P: Persist>(&mut self, state: &mut P) -> Result<bool, Error<F::Error>> {
+    pub fn make_room(&mut self, words: u32) -> Result<bool, Error<F::Error>> {
         let erasures = self.erasures;
-        let words = Stream::count(&mut self.flash, state)?;
         self.room_for(words)?;
         Ok(self.erasures != erasures)
     }

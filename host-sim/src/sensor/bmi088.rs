@@ -152,11 +152,21 @@ impl Chip {
         if is_off || self.faults.is_stuck {
             return;
         }
+        if self.is_testing_itself() {
+            // What it measures is the test.
+            self.counts = [FULL_SCALE / 2; 3];
+            self.sampled_us = Some(self.now_us);
+            return;
+        }
         let quantum_rad_s = f64::from(self.range().quantum_rad_s());
         let most = f64::from(FULL_SCALE);
         self.counts = [rate_rad_s.x, rate_rad_s.y, rate_rad_s.z]
             .map(|rate| (rate / quantum_rad_s).round().clamp(-most, most) as i16);
         self.sampled_us = Some(self.now_us);
+    }
+
+    fn is_testing_itself(&self) -> bool {
+        self.self_test_us.is_some_and(|since| self.now_us - since < SELF_TEST_US)
     }
 
     /// The range in force.
@@ -258,7 +268,7 @@ impl Chip {
     }
 
     fn self_test_result(&self) -> u8 {
-        let is_over = self.self_test_us.is_some_and(|since| self.now_us - since >= SELF_TEST_US);
+        let is_over = self.self_test_us.is_some() && !self.is_testing_itself();
         match (self.faults.self_test, is_over) {
             (SelfTest::Passes, true) => SELF_TEST_DONE | SELF_TEST_RATE_OK,
             (SelfTest::Fails, true) => SELF_TEST_DONE | SELF_TEST_FAILED | SELF_TEST_RATE_OK,
@@ -506,6 +516,19 @@ mod tests {
             wire.chip().faults.self_test = self_test;
             assert_eq!(driver.self_test(&mut wire.clone()), expected);
         }
+    }
+
+    #[test]
+    fn nothing_of_the_self_test_is_left_after_a_restart() {
+        let (wire, mut driver) = started();
+        driver.self_test(&mut wire.clone()).unwrap();
+        wire.chip().spi(&[register::SELF_TEST, SELF_TEST_START], &mut []).unwrap();
+        wire.chip().sample(&rate());
+        assert!((driver.rate_rad_s().unwrap().map(f64::from) - rate()).norm() > 0.5);
+        driver.restart(&mut wire.clone()).unwrap();
+        assert_eq!(driver.rate_rad_s(), Ok(Vec3::zeros()));
+        wire.chip().sample(&rate());
+        assert!((driver.rate_rad_s().unwrap().map(f64::from) - rate()).norm() < 1e-4);
     }
 
     #[test]

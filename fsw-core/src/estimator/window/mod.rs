@@ -305,6 +305,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.averager.is_some() && !self.is_quiet
     }
 
+    /// Whether nothing moves, and all that was found before is concluded: samples that fail to come now cost
+    /// nothing.
+    pub fn is_at_rest(&self) -> bool {
+        self.is_quiet && self.closing.is_none() && matches!(self.work, Work::Idle)
+    }
+
     fn reading(&self, sample: &Sample<T, W>) -> Reading<T> {
         Reading {
             rate_rad_s: sample.rate_rad_s,

@@ -1,11 +1,11 @@
-//! The independent watchdog: resets the chip if it isn't fed for 2.5 to 7 s.
+//! The independent watchdog: resets the chip if it isn't fed for 3 to 8 s.
 //!
 //! Fed only against a [`FeedPermit`], which the loop earns. It runs from an oscillator of its own
 //! (LSI, 17 to 47 kHz, DS8626), and can't be stopped but by a reset.
 //!
 //! The period has to be longer than the longest stall that is no fault: the erasure of a flash
 //! sector, at most 2 s (see `flash.rs`), in which the core can't execute. With the fastest LSI
-//! 2.5 s remain, with the slowest it is 7 s.
+//! 3 s remain, with the slowest it is 8 s.
 //!
 //! Registers: RM0090, chapter 21 (IWDG). QEMU 7.2 has no such watchdog and never resets.
 
@@ -19,8 +19,9 @@ const PRESCALER: u32 = 64;
 /// The fastest LSI, Hz.
 const LSI_MAX_HZ: u32 = 47_000;
 
-/// The shortest period that is wanted, milliseconds: an erasure, and half a second for the rest.
-const SHORTEST_MS: u32 = 2_500;
+/// The shortest period that is wanted, milliseconds: an erasure, and a second for the rest. At a start that
+/// is all of the flash read, and the gyro started and tested.
+const SHORTEST_MS: u32 = 3_000;
 
 /// Counts to a reset.
 const RELOAD: u32 = (SHORTEST_MS * (LSI_MAX_HZ / PRESCALER)).div_ceil(1_000);

@@ -48,6 +48,7 @@ pub fn status() -> StatusReport {
         stack_high_water_bytes: 2100,
         gyro: GyroState::Ready,
         gyro_identity: Some(0x0f),
+        gyro_self_tests_failed: 11,
         gyro_failures: 1,
         wheel_failures: 2,
         data_ready_overruns: 3,
@@ -116,7 +117,7 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
     );
     let optional = (any::<Option<u8>>(), any::<Option<bool>>(), any::<bool>(), any::<u16>());
     let torque = proptest::array::uniform3(-100.0_f32..100.0);
-    (words, optional, torque, any::<[u32; 13]>(), any::<[[u8; 4]; 20]>()).prop_map(
+    (words, optional, torque, any::<[u32; 14]>(), any::<[[u8; 4]; 20]>()).prop_map(
         |(words, optional, torque_n_m, n, counters)| {
             let bytes = counters.as_flattened();
             let mut reader = Reader::new(bytes);
@@ -132,6 +133,7 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
                 stack_high_water_bytes: n[1],
                 gyro: words.2,
                 gyro_identity: optional.0,
+                gyro_self_tests_failed: n[13],
                 gyro_failures: n[2],
                 wheel_failures: n[3],
                 data_ready_overruns: n[4],

@@ -32,6 +32,8 @@ record! {
         gyro: GyroState, "–";
         /// What the gyro's identity register read; missing where it couldn't be read.
         gyro_identity: Option<u8>, "–";
+        /// Self-tests that the gyro didn't pass; it does one at each of its starts.
+        gyro_self_tests_failed: u32, "–";
         /// Samples skipped because the gyro could not be read.
         gyro_failures: u32, "–";
         /// Samples skipped because a wheel tachometer could not be read.
@@ -127,7 +129,7 @@ pub enum ClockSource {
 pub enum GyroState {
     /// Not tried.
     NotStarted,
-    /// Its identity is right, and its settings read back as set.
+    /// Its identity is right, it has passed its own test, and its settings read back as set.
     Ready,
     /// The bus reported an error.
     BusError,
@@ -135,7 +137,7 @@ pub enum GyroState {
     WrongIdentity,
     /// A setting reads back otherwise.
     NotAsSet,
-    /// The part's own test failed.
+    /// Ready but for its own test, which it failed or didn't end. Its samples are used all the same.
     SelfTestFailed,
     /// The program's settings for it make no sense.
     WrongSettings,
@@ -150,7 +152,7 @@ pub enum CheckpointState {
     Restored,
     /// The newest one was torn: the estimator went on from the one before.
     RestoredOlder,
-    /// Only torn ones, or such of another build: the estimators started afresh.
+    /// Only torn ones, or such of another state or configuration: the estimators started afresh.
     Unusable,
     /// The flash could not be read.
     Failed,
