@@ -11,6 +11,10 @@ use fsw_core::checkpoint::{self, Archive, Persist};
 /// `window` to an erasure of one half of the flash, 10,000 erasures of each last 2.6 years.
 const PERIOD_US: u64 = 600_000_000;
 
+/// What the ground has set is kept after so long, so that a reset doesn't undo it, µs: ten seconds, in which all
+/// of a few commands in a row have come.
+const SOON_US: u64 = 10_000_000;
+
 /// Nobody knows for how long a computer was off: more than any gate takes for a pause between two
 /// samples, µs.
 const OFF_US: u64 = 60_000_000;
@@ -84,6 +88,11 @@ impl<F: NorFlash> Checkpoints<F> {
     /// Whether it is time to save one.
     pub fn is_due(&self, now_us: u64) -> bool {
         now_us >= self.next_us
+    }
+
+    /// Has one saved before its time.
+    pub fn save_soon(&mut self, now_us: u64) {
+        self.next_us = self.next_us.min(now_us.saturating_add(SOON_US));
     }
 
     /// Saves one; false if that failed. The next one is due a period after.

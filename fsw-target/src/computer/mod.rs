@@ -52,7 +52,7 @@ const QUEUE: usize = 768;
 const BYTES_PER_POLL: usize = 64;
 const _: () = assert!(BYTES_PER_POLL >= MAX_COMMAND);
 
-/// Without a sample for so long, the gyro is started anew; so soon again if that fails, µs. While the flash is
+/// Without a reading for so long, the gyro is started anew; so soon again if that fails, µs. While the flash is
 /// worked on no sample can come, and that time doesn't count: an erasure takes longer.
 const GYRO_SILENCE_US: u64 = 1_000_000;
 
@@ -92,7 +92,7 @@ struct Gyro {
     identity: Option<u8>,
     /// Self-tests that weren't passed, since the computer's start.
     self_tests_failed: u32,
-    /// Its last sample or start, or the end of what kept the computer from listening.
+    /// Its last reading or start, or the end of what kept the computer from listening.
     silent_since_us: u64,
 }
 
@@ -168,6 +168,8 @@ impl<'a, P: Parts> Computer<'a, P> {
                     if let Some(command) = self.uplink.push(byte) {
                         self.last_done = Some(self.obey(command));
                         self.must_answer = true;
+                        // The next one waits until this one is answered.
+                        break;
                     }
                 }
                 Err(nb::Error::WouldBlock) => break,
@@ -202,14 +204,20 @@ impl<'a, P: Parts> Computer<'a, P> {
                 Ok(())
             }
         };
+        let is_kept = matches!(command, Command::Reset | Command::SetPrior(_) | Command::Select(_));
+        if is_kept && done.is_ok() {
+            self.flash.save_soon(self.board.now_us());
+        }
         done.is_ok()
     }
 
     fn take_sample(&mut self) {
         let tick = self.flight.tick();
+        if !matches!(tick, Tick::Idle | Tick::GyroFailed(_)) {
+            self.gyro.silent_since_us = self.board.now_us();
+        }
         if let Tick::Stepped { time_us, outcome } = tick {
             self.last = Some((time_us, outcome));
-            self.gyro.silent_since_us = self.board.now_us();
             if self.reporting == Reporting::EachSample {
                 self.report_estimate();
             }

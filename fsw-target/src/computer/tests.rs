@@ -33,6 +33,7 @@ struct World {
     gyro_starts: Cell<u32>,
     gyro_is_set_up: Cell<bool>,
     gyro_fails_its_test: Cell<bool>,
+    wheels_fail: Cell<bool>,
     now_us: Cell<u64>,
     feeds: Cell<u32>,
     flash: RefCell<Vec<u8>>,
@@ -48,12 +49,15 @@ struct Part(Rc<World>);
 /// The recording, with a gyro that can be missing.
 struct RecordedGyro(&'static Recording<'static, WHEELS>, Part);
 
+/// The recording, with wheels that can fail.
+struct RecordedWheels(&'static Recording<'static, WHEELS>, Part);
+
 struct Bench;
 
 impl Parts for Bench {
     type DataReady = &'static Recording<'static, WHEELS>;
     type Gyro = RecordedGyro;
-    type Wheels = &'static Recording<'static, WHEELS>;
+    type Wheels = RecordedWheels;
     type Torque = &'static Recording<'static, WHEELS>;
     type Link = Part;
     type Flash = Part;
@@ -68,6 +72,17 @@ impl crate::sensors::Gyro for RecordedGyro {
             return Err(());
         }
         self.0.rate_rad_s().map_err(|_| ())
+    }
+}
+
+impl crate::sensors::WheelTachometers<WHEELS> for RecordedWheels {
+    type Error = ();
+
+    fn speed_rad_s(&mut self) -> Result<[f32; WHEELS], ()> {
+        if self.1.0.wheels_fail.get() {
+            return Err(());
+        }
+        self.0.speed_rad_s().map_err(|_| ())
     }
 }
 
@@ -229,7 +244,7 @@ impl Ground {
         let sensors = crate::app::Sensors {
             data_ready: recording,
             gyro: RecordedGyro(recording, world.clone()),
-            wheels: recording,
+            wheels: RecordedWheels(recording, world.clone()),
             torque: recording,
         };
         let onboard = Box::leak(Box::new(Onboard::new(CRAFT).unwrap()));
@@ -351,7 +366,8 @@ fn a_computer_that_starts_again_goes_on_from_its_checkpoint() {
         // Commands are obeyed before the next sample is looked at.
         let before = ground.computer.onboard().estimate();
         let saved = ground.ask(Command::SaveCheckpoint);
-        assert_eq!((saved.last_command_done, saved.checkpoints_saved), (Some(true), 1));
+        // One for what was set, ten seconds after, and this one.
+        assert_eq!((saved.last_command_done, saved.checkpoints_saved), (Some(true), 2));
         let flash = ground.world.0.flash.borrow().clone();
 
         let mut again = Ground::new(&ROWS[303..], flash, Reporting::EachSample);
@@ -413,6 +429,48 @@ fn a_gyro_that_fails_its_test_is_told_and_flies_all_the_same() {
     assert_eq!((told.gyro, told.gyro_identity), (GyroState::SelfTestFailed, Some(0x42)));
     assert_eq!(told.gyro_self_tests_failed, 1);
     assert!(told.outcomes.accepted > 20);
+}
+
+#[test]
+fn wheels_that_fail_are_not_taken_for_a_silent_gyro() {
+    let mut ground = Ground::new(&ROWS, erased(), Reporting::Every(1_000));
+    let starts = ground.world.0.gyro_starts.get();
+    ground.world.0.wheels_fail.set(true);
+    let sent = ground.poll(100);
+    let told = statuses(&sent).last().copied().unwrap();
+    assert!(told.wheel_failures > 80 && told.outcomes.accepted == 0);
+    assert_eq!(ground.world.0.gyro_starts.get(), starts);
+}
+
+#[test]
+fn commands_in_a_row_are_answered_one_by_one() {
+    let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
+    let refused = Command::Select(EstimatorId::EkfSgfRls); // without a prior
+    for (count, command) in [(1, refused), (2, Command::Ping), (3, Command::Ping)] {
+        let packet = command.packet(SequenceCount::new(count)).unwrap();
+        let frame = Frame::of(packet.bytes()).unwrap();
+        ground.world.0.to_computer.borrow_mut().extend(frame.bytes());
+    }
+    let sent = ground.poll(3);
+    let answers: Vec<_> = statuses(&sent)
+        .iter()
+        .map(|status| (status.last_sequence_count, status.last_command_done))
+        .collect();
+    assert_eq!(answers, [(1, Some(false)), (2, Some(true)), (3, Some(true))]);
+}
+
+#[test]
+fn what_the_ground_has_set_is_kept_before_long() {
+    let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
+    ground.poll(10);
+    ground.ask(Command::SetPrior(PRIOR));
+    ground.ask(Command::Select(EstimatorId::EkfSgfRls));
+    ground.poll(101);
+    assert_eq!(ground.ask(Command::Ping).checkpoints_saved, 1, "both together");
+    let flash = ground.world.0.flash.borrow().clone();
+    let again = Ground::new(&ROWS[303..], flash, Reporting::EachSample);
+    let onboard = again.computer.onboard();
+    assert_eq!((onboard.selected(), onboard.prior()), (EstimatorId::EkfSgfRls, Some(PRIOR)));
 }
 
 /// Halves that hold one or two checkpoints.
