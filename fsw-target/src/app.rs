@@ -200,6 +200,10 @@ mod tests {
             self.has_newer
         }
 
+        fn forget(&mut self) {
+            unimplemented!("the loop never forgets")
+        }
+
         fn overruns(&self) -> u32 {
             0
         }

@@ -58,6 +58,9 @@ impl<const W: usize> DataReady for &Recording<'_, W> {
         false
     }
 
+    /// A row that hasn't been taken isn't announced yet.
+    fn forget(&mut self) {}
+
     fn overruns(&self) -> u32 {
         0
     }

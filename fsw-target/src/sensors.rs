@@ -19,6 +19,10 @@ pub trait DataReady {
     /// in between may then be the newer one's.
     fn has_newer(&mut self) -> bool;
 
+    /// Throws away what was announced and hasn't been taken: the gyro has been set up anew, and holds nothing
+    /// of it.
+    fn forget(&mut self);
+
     /// Samples that were announced and lost since the start, because the loop came too late.
     fn overruns(&self) -> u32;
 }

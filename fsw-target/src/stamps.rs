@@ -47,6 +47,11 @@ impl Stamps {
         Some(newest)
     }
 
+    /// Throws away what waits, and counts none of it: those were no samples of a gyro that is set up.
+    pub fn forget(&mut self) {
+        while self.queue.dequeue().is_some() {}
+    }
+
     /// Throws away what waits: its samples are no longer in the gyro.
     pub fn drop_all(&mut self) {
         while self.queue.dequeue().is_some() {
@@ -94,6 +99,9 @@ mod tests {
         assert_eq!((stamps.take_newest(), stamps.overruns()), (None, 2));
         stamps.push(3);
         assert_eq!(stamps.take_newest(), Some(3));
+        stamps.push(4);
+        stamps.forget();
+        assert_eq!((stamps.take_newest(), stamps.overruns()), (None, 2));
     }
 
     #[test]

@@ -240,6 +240,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             // What the test has made it feel goes with a reset.
             started = gyro.restart(delay);
         }
+        self.flight.sensors_mut().data_ready.forget();
         self.gyro.note_start::<P::Gyro>(started, has_passed);
         self.gyro.silent_since_us = self.board.now_us();
     }

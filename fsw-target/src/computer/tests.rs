@@ -33,6 +33,8 @@ struct World {
     gyro_starts: Cell<u32>,
     gyro_is_set_up: Cell<bool>,
     gyro_fails_its_test: Cell<bool>,
+    /// A sample of the gyro's test is announced.
+    test_is_announced: Cell<bool>,
     wheels_fail: Cell<bool>,
     now_us: Cell<u64>,
     feeds: Cell<u32>,
@@ -49,13 +51,16 @@ struct Part(Rc<World>);
 /// The recording, with a gyro that can be missing.
 struct RecordedGyro(&'static Recording<'static, WHEELS>, Part);
 
+/// The recording, and samples that are none of it.
+struct RecordedDataReady(&'static Recording<'static, WHEELS>, Part);
+
 /// The recording, with wheels that can fail.
 struct RecordedWheels(&'static Recording<'static, WHEELS>, Part);
 
 struct Bench;
 
 impl Parts for Bench {
-    type DataReady = &'static Recording<'static, WHEELS>;
+    type DataReady = RecordedDataReady;
     type Gyro = RecordedGyro;
     type Wheels = RecordedWheels;
     type Torque = &'static Recording<'static, WHEELS>;
@@ -72,6 +77,25 @@ impl crate::sensors::Gyro for RecordedGyro {
             return Err(());
         }
         self.0.rate_rad_s().map_err(|_| ())
+    }
+}
+
+impl DataReady for RecordedDataReady {
+    fn take_us(&mut self) -> Option<u64> {
+        assert!(!self.1.0.test_is_announced.get(), "a sample of the gyro's test is taken for one");
+        self.0.take_us()
+    }
+
+    fn has_newer(&mut self) -> bool {
+        self.0.has_newer()
+    }
+
+    fn forget(&mut self) {
+        self.1.0.test_is_announced.set(false);
+    }
+
+    fn overruns(&self) -> u32 {
+        self.0.overruns()
     }
 }
 
@@ -102,6 +126,7 @@ impl RateGyro for RecordedGyro {
     }
 
     fn self_test(&mut self, _: &mut impl DelayNs) -> Result<(), ()> {
+        self.1.0.test_is_announced.set(true);
         if self.1.0.gyro_fails_its_test.get() { Err(()) } else { Ok(()) }
     }
 
@@ -242,7 +267,7 @@ impl Ground {
         world.0.gyro_is_absent.set(!is_there);
         let recording: &'static _ = Box::leak(Box::new(Recording::new(rows)));
         let sensors = crate::app::Sensors {
-            data_ready: recording,
+            data_ready: RecordedDataReady(recording, world.clone()),
             gyro: RecordedGyro(recording, world.clone()),
             wheels: RecordedWheels(recording, world.clone()),
             torque: recording,

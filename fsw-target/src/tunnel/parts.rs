@@ -98,6 +98,9 @@ impl<P: Port> DataReady for Samples<'_, P> {
         false
     }
 
+    /// None is announced but when it is asked for.
+    fn forget(&mut self) {}
+
     fn overruns(&self) -> u32 {
         0
     }

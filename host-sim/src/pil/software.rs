@@ -182,6 +182,9 @@ impl DataReady for Lines<'_> {
         false
     }
 
+    /// None is announced but when it is asked for.
+    fn forget(&mut self) {}
+
     fn overruns(&self) -> u32 {
         0
     }

@@ -46,9 +46,13 @@ fn EXTI4() {
 /// After interrupts were masked for long: forgets the stamps from before, whose samples newer ones
 /// have replaced, and the edge that waits to be served, since nobody knows when it came.
 pub(super) fn drop_pending() {
+    drop_with(Stamps::drop_all);
+}
+
+fn drop_with(drop_stamps: fn(&mut Stamps)) {
     LINE.with(|line| {
         line.exti.pr().write(|w| w.pr4().clear());
-        line.stamps.drop_all();
+        drop_stamps(&mut line.stamps);
     });
     NVIC::unpend(Interrupt::EXTI4);
 }
@@ -92,6 +96,10 @@ impl DataReady for GyroDataReady {
 
     fn has_newer(&mut self) -> bool {
         LINE.with(|line| !line.stamps.is_empty()).unwrap_or_default()
+    }
+
+    fn forget(&mut self) {
+        drop_with(Stamps::forget);
     }
 
     fn overruns(&self) -> u32 {
