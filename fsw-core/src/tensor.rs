@@ -4,7 +4,7 @@
 //! (MOI), the last three the products of inertia (POI). An off-diagonal element is the tensor
 //! entry itself, `Jxy = −∫ x y dm`, as in all four papers; some simulators use the other sign.
 
-use crate::math::{Mat, Vec3, eigen::symmetric_eigen, inverse_symmetric, scalar::Real};
+use crate::math::{Mat, Vec3, column, eigen::symmetric_eigen, inverse_symmetric, scalar::Real};
 use core::fmt;
 
 /// Inertia tensor about the centre of mass in body axes, kg m², wheels included and locked.
@@ -122,16 +122,13 @@ impl<T: Real> Inertia<T> {
     /// axes in body axes: unit, right-handed.
     pub fn principal(&self) -> ([T; 3], Mat<T, 3, 3>) {
         let (moments, axes) = symmetric_eigen(&self.matrix_kg_m2());
-        let mut order = [0, 1, 2];
-        for (i, j) in [(0, 1), (1, 2), (0, 1)] {
-            if moments[order[j]] < moments[order[i]] {
-                order.swap(i, j);
-            }
-        }
-        let first: Vec3<T> = axes.column(order[0]).into();
-        let second: Vec3<T> = axes.column(order[1]).into();
-        let third = first.cross(&second);
-        (order.map(|i| moments[i]), Mat::<T, 3, 3>::from_columns(&[first, second, third]))
+        let of = |i: usize| (moments[i], column(&axes, i));
+        let in_order = |a: (T, Vec3<T>), b: (T, Vec3<T>)| if b.0 < a.0 { (b, a) } else { (a, b) };
+        let (a, b) = in_order(of(0), of(1));
+        let (b, c) = in_order(b, of(2));
+        let (a, b) = in_order(a, b);
+        let third = a.1.cross(&b.1);
+        ([a.0, b.0, c.0], Mat::<T, 3, 3>::from_columns(&[a.1, b.1, third]))
     }
 }
 

@@ -319,6 +319,13 @@ impl<T: Real> Estimate<T> {
         self.status = Status::of(&self.observed);
     }
 
+    /// While there is no estimator.
+    pub fn nothing() -> Self {
+        let Prior { inertia_kg_m2, sigma_kg_m2 } = Prior::unknown();
+        let covariance = Mat::from_diagonal(&sigma_kg_m2.map(|s| s * s).into());
+        Self::of_inertia(Inertia::new(inertia_kg_m2), covariance, &sigma_kg_m2, T::zero())
+    }
+
     /// One sigma of each element, kg m².
     pub fn sigma_kg_m2(&self) -> [T; 6] {
         core::array::from_fn(|i| self.covariance_kg2_m4[(i, i)].max(T::zero()).sqrt())

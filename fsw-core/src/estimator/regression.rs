@@ -106,6 +106,9 @@ impl<T: Real> Regression<T> {
 
     /// Weighs everything so far with `forgetting` (1 keeps all, \[Kim2013\]).
     pub fn forget(&mut self, forgetting: T) {
+        if forgetting == T::one() {
+            return;
+        }
         self.information.forget(forgetting);
         self.instants *= forgetting;
         self.residual_square *= forgetting;
@@ -176,6 +179,7 @@ impl<T: Real> Regression<T> {
     /// The first three rows of the factor with the products `p` at their nominal values:
     /// `R₁₁ m = d₁ − R₁₂ p`. An error `δp` moves the moments by `−R₁₁⁻¹ R₁₂ δp`. The correlation
     /// of moments and products that follows is left out of the covariance.
+    #[inline(never)]
     fn solve_moments(
         &self,
         information: &SquareRootInformation<T, 6>,
@@ -216,6 +220,7 @@ impl<T: Real> Regression<T> {
         Solution { inertia, covariance_kg2_m4: full }
     }
 
+    #[inline(never)]
     fn read_out<const N: usize>(
         &self,
         information: &SquareRootInformation<T, N>,
@@ -233,6 +238,7 @@ impl<T: Real> Regression<T> {
     }
 
     /// `A (S² + j₀ j₀ᵀ) Aᵀ`, `A = (HᵀH)⁻¹ N`, and the square of what the imbalance does.
+    #[inline(never)]
     fn bias<const N: usize>(
         &self,
         information: &SquareRootInformation<T, N>,
@@ -293,6 +299,7 @@ impl<T: Real, const N: usize> Believed<T, N> {
 
     /// `x` with its covariance, but the prior in each direction that isn't shown.
     /// Directions are the eigenvectors of the covariance in units of the prior's sigmas.
+    #[inline(never)]
     fn hold_unseen(&self, x: &[T; N], covariance: &Mat<T, N, N>) -> ([T; N], Mat<T, N, N>) {
         let mut scaled = Mat::<T, N, N>::zeros();
         for i in 0..N {

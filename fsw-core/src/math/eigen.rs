@@ -16,7 +16,13 @@ const SWEEPS: usize = 8;
 pub fn symmetric_eigen<T: Real, const N: usize>(
     symmetric: &Mat<T, N, N>,
 ) -> ([T; N], Mat<T, N, N>) {
-    let mut a = *symmetric;
+    let mut a = Mat::<T, N, N>::zeros();
+    for k in 0..N {
+        for i in 0..k + 1 {
+            a[(i, k)] = symmetric[(i, k)];
+            a[(k, i)] = symmetric[(i, k)];
+        }
+    }
     let mut v = Mat::<T, N, N>::identity();
     for _ in 0..SWEEPS {
         for p in 0..N {
@@ -47,22 +53,19 @@ fn rotate<T: Real, const N: usize>(a: &mut Mat<T, N, N>, v: &mut Mat<T, N, N>, p
     a[(p, p)] -= t * apq;
     a[(q, q)] += t * apq;
     a[(p, q)] = T::zero();
+    a[(q, p)] = T::zero();
     for k in 0..N {
         if k != p && k != q {
-            let (kp, kq) = (upper(k, p), upper(k, q));
-            let (akp, akq) = (a[kp], a[kq]);
-            a[kp] = c * akp - s * akq;
-            a[kq] = s * akp + c * akq;
+            let (akp, akq) = (a[(k, p)], a[(k, q)]);
+            a[(k, p)] = c * akp - s * akq;
+            a[(k, q)] = s * akp + c * akq;
+            a[(p, k)] = a[(k, p)];
+            a[(q, k)] = a[(k, q)];
         }
         let (vkp, vkq) = (v[(k, p)], v[(k, q)]);
         v[(k, p)] = c * vkp - s * vkq;
         v[(k, q)] = s * vkp + c * vkq;
     }
-}
-
-/// Where the upper triangle keeps element (i, j).
-fn upper(i: usize, j: usize) -> (usize, usize) {
-    if i < j { (i, j) } else { (j, i) }
 }
 
 #[cfg(test)]

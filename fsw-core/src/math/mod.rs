@@ -12,6 +12,31 @@ pub type Mat<T, const R: usize, const C: usize> = nalgebra::SMatrix<T, R, C>;
 
 use scalar::Real;
 
+/// Unrolls a loop over up to 18 unknowns: with an index that the compiler knows, a row stays in
+/// registers, which halves the instructions.
+macro_rules! unroll {
+    ($n:ident, $i:ident => $body:block) => {
+        unroll!(@ $n, $i, $body, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17)
+    };
+    (@ $n:ident, $i:ident, $body:block, $($index:literal)+) => {
+        const { assert!($n <= 18, "more unknowns than are unrolled") };
+        $(if $index < $n {
+            const $i: usize = $index;
+            $body
+        })+
+    };
+}
+use unroll;
+
+/// Column `index` of a matrix; zeros beyond the last one.
+pub fn column<T: Real, const R: usize, const C: usize>(
+    matrix: &Mat<T, R, C>,
+    index: usize,
+) -> nalgebra::SVector<T, R> {
+    let column = matrix.data.0.get(index).copied().unwrap_or([T::zero(); R]);
+    nalgebra::SVector::from(column)
+}
+
 /// Euclidean length.
 pub fn norm<T: Real>(v: &Vec3<T>) -> T {
     v.dot(v).sqrt()

@@ -8,7 +8,7 @@
 //! unknown and no square root (Gentleman, J. Inst. Maths Applics 12, 1973; his Algorithm AS 75), and an
 //! element two products.
 
-use super::{Mat, scalar::Real, ud::Ud};
+use super::{Mat, scalar::Real, ud::Ud, unroll};
 
 /// `R x = d` for N unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,21 +49,6 @@ impl<T: Real, const N: usize> Default for SquareRootInformation<T, N> {
     }
 }
 
-/// Unrolls a loop over up to 18 unknowns: with an index that the compiler knows, the row stays in
-/// registers, which halves the instructions.
-macro_rules! for_each_unknown {
-    ($n:ident, $i:ident => $body:block) => {
-        for_each_unknown!(@ $n, $i, $body, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17)
-    };
-    (@ $n:ident, $i:ident, $body:block, $($index:literal)+) => {
-        const { assert!($n <= 18, "more unknowns than are unrolled") };
-        $(if $index < $n {
-            const $i: usize = $index;
-            $body
-        })+
-    };
-}
-
 impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// One equation of its own for each unknown, `xᵢ = valueᵢ`, of variance `1 / weightᵢ`.
     pub fn of_each(values: [T; N], weights: [T; N]) -> Self {
@@ -84,7 +69,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     #[inline(never)]
     pub fn add_weighted(&mut self, row: &[T; N], mut y: T, mut weight: T) -> Left<T> {
         let mut rest = *row;
-        for_each_unknown!(N, I => {
+        unroll!(N, I => {
             let x = rest[I];
             let above = &mut self.factor[I];
             let weighted = weight * x;
@@ -109,7 +94,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     #[inline(never)]
     pub fn would_leave(&self, row: &[T; N], mut y: T, mut weight: T) -> Left<T> {
         let mut rest = *row;
-        for_each_unknown!(N, I => {
+        unroll!(N, I => {
             let x = rest[I];
             let above = &self.factor[I];
             let pivot = above[I] + weight * x * x;
@@ -169,7 +154,8 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     pub fn walk(&mut self, index: usize, variance: T) {
         let mut weight = T::one() / variance;
         let (mut of_change, mut y) = ([T::zero(); N], T::zero());
-        for i in (0..=index).rev() {
+        let index = index.min(N.saturating_sub(1));
+        for i in (0..index + 1).rev() {
             let above = &mut self.factor[i];
             let x = if i == index { -T::one() } else { -above[index] };
             let d = above[i];
@@ -226,11 +212,16 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// Square of the length of a column of the factor: what is known of that unknown were all others
     /// known.
     pub fn column_square(&self, column: usize) -> T {
-        let diagonal = self.factor[column][column];
-        (0..column).fold(diagonal, |sum, i| {
-            let u = self.factor[i][column];
-            sum + self.factor[i][i] * u * u
-        })
+        let mut sum = T::zero();
+        if let Some(diagonal) = self.factor.get(column).and_then(|row| row.get(column)) {
+            sum = *diagonal;
+        }
+        for i in 0..N {
+            if let (true, Some(u)) = (i < column, self.factor[i].get(column)) {
+                sum += self.factor[i][i] * *u * *u;
+            }
+        }
+        sum
     }
 
     /// How far the solution is from zero, squared, in units of what is known of it: `|d|²`.
@@ -260,7 +251,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
                 x[i] -= step;
             }
         }
-        let is_known = (0..first).all(|i| self.factor[i][i] > T::zero());
+        let is_known = (0..N).all(|i| i >= first || self.factor[i][i] > T::zero());
         (is_known && x.iter().all(|x| x.is_finite())).then_some(x)
     }
 
@@ -289,7 +280,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
             if !sigma.is_finite() {
                 return None;
             }
-            for i in 0..=k {
+            for i in 0..k + 1 {
                 inverse[(i, k)] *= sigma;
             }
         }
@@ -324,9 +315,9 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         covariance.fill(T::zero());
         for k in 0..M {
             let variance = T::one() / self.factor[first + k][first + k];
-            for i in 0..=k {
+            for i in 0..k + 1 {
                 let scaled = inverse[(i, k)] * variance;
-                for c in i..=k {
+                for c in i..k + 1 {
                     covariance[(i, c)] += scaled * inverse[(c, k)];
                     covariance[(c, i)] = covariance[(i, c)];
                 }
@@ -342,7 +333,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         let mut variances = [T::zero(); N];
         for k in 0..N {
             let variance = T::one() / self.factor[k][k];
-            for i in 0..=k {
+            for i in 0..k + 1 {
                 variances[i] += inverse[(i, k)] * inverse[(i, k)] * variance;
             }
         }
@@ -361,8 +352,10 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         for column in 1..M {
             for i in (0..column).rev() {
                 let above = &self.factor[first + i];
-                let sum = (i + 1..=column)
-                    .fold(T::zero(), |sum, k| sum - above[first + k] * inverse[(k, column)]);
+                let mut sum = T::zero();
+                for k in i + 1..column + 1 {
+                    sum -= above[first + k] * inverse[(k, column)];
+                }
                 inverse[(i, column)] = sum;
             }
         }

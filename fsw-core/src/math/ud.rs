@@ -3,7 +3,7 @@
 //! A covariance kept so can't lose symmetry, nor its positive diagonal to rounding, which is
 //! why it flies in single precision. No square root is needed. \[Bierman1977\]
 
-use super::{Mat, Vec3, scalar::Real};
+use super::{Mat, Vec3, scalar::Real, unroll};
 
 /// The factors in one matrix: D on the diagonal, U above it, nothing below.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,7 +112,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
         // One infinity or NaN spoils the sum, which costs less than to ask each of them.
         let mut sum = T::zero();
         for column in 0..N {
-            for row in 0..=column {
+            for row in 0..column + 1 {
                 sum += self.packed[(row, column)];
             }
         }
@@ -125,25 +125,29 @@ impl<T: Real, const N: usize> Ud<T, N> {
     ///
     /// \[Bierman1977\] section V.3, with the zeros of such a measurement left out: elements of
     /// `f = Uᵀ h` before `component` vanish.
-    #[inline]
+    // One copy for every component: the columns are unrolled, and those before it passed over.
+    #[inline(never)]
+    #[allow(clippy::absurd_extreme_comparisons, clippy::reversed_empty_ranges, reason = "unrolled")]
     pub fn observe(&mut self, component: usize, noise_variance: T) -> [T; N] {
         let mut gain = [T::zero(); N];
         let mut alpha = noise_variance;
-        for j in component..N {
-            let f = if j == component { T::one() } else { self.u(component, j) };
-            let v = self.d(j) * f;
-            let alpha_before = alpha;
-            alpha += f * v;
-            let shrink = alpha_before / alpha;
-            let lambda = -f / alpha_before;
-            self.set_d(j, self.d(j) * shrink);
-            gain[j] = v;
-            for i in 0..j {
-                let u = self.u(i, j);
-                self.set_u(i, j, u + gain[i] * lambda);
-                gain[i] += u * v;
+        unroll!(N, J => {
+            if J >= component {
+                let f = if J == component { T::one() } else { self.u(component, J) };
+                let v = self.d(J) * f;
+                let alpha_before = alpha;
+                alpha += f * v;
+                let shrink = alpha_before / alpha;
+                let lambda = -f / alpha_before;
+                self.set_d(J, self.d(J) * shrink);
+                gain[J] = v;
+                for i in 0..J {
+                    let u = self.u(i, J);
+                    self.set_u(i, J, u + gain[i] * lambda);
+                    gain[i] += u * v;
+                }
             }
-        }
+        });
         let scale = T::one() / alpha;
         gain.map(|k| k * scale)
     }
@@ -151,6 +155,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// Adds `variance` (not negative) to one component: a random walk.
     ///
     /// The rank-one update of Agee and Turner, \[Bierman1977\] section III.5.
+    #[inline(never)]
     pub fn inflate(&mut self, component: usize, variance: T) {
         if variance <= T::zero() {
             return;
@@ -158,9 +163,9 @@ impl<T: Real, const N: usize> Ud<T, N> {
         let mut a: [T; N] =
             core::array::from_fn(|i| if i == component { T::one() } else { T::zero() });
         let mut c = variance;
-        // From the last column on, although those after `component` stay as they are: with a fixed
-        // number of turns it becomes straight code.
-        for j in (0..N).rev() {
+        // From the last column on, although those after `component` stay as they are.
+        unroll!(N, I => {
+            let j = N - 1 - I;
             if j <= component {
                 let along = c * a[j];
                 let before = self.d(j);
@@ -181,7 +186,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
                 }
                 c *= kept;
             }
-        }
+        });
     }
 }
 

@@ -10,7 +10,7 @@
 //! round them (Hildreth, Naval Res. Logist. Q. 4, 1957):
 //! `j = ĵ + P Σᵢ λᵢ aᵢ`, each `λᵢ ≥ 0` in turn such that `aᵢᵀ j = 0` or `λᵢ = 0`.
 
-use crate::math::{Mat, Vec3, eigen::symmetric_eigen, scalar::Real};
+use crate::math::{Mat, Vec3, column, eigen::symmetric_eigen, scalar::Real};
 use crate::tensor::Inertia;
 
 /// Cuts at most. A tensor on the boundary needs one to three directions; the others are refinements
@@ -93,12 +93,17 @@ impl<T: Real> Plane<T> {
     fn deepest(j: &Mat<T, 6, 1>, p: &Mat<T, 6, 6>) -> Option<(Self, T)> {
         let inertia = Inertia::new((*j).into());
         let (moments, axes) = symmetric_eigen(&inertia.matrix_kg_m2());
-        let largest = (1..3).fold(0, |best, i| if moments[i] > moments[best] { i } else { best });
-        let direction: Vec3<T> = axes.column(largest).into();
+        let (mut largest, mut axis) = (moments[0], 0);
+        for i in 1..3 {
+            if moments[i] > largest {
+                (largest, axis) = (moments[i], i);
+            }
+        }
+        let direction = column(&axes, axis);
         let a = normal(&direction);
         let pa = p * a;
         let apa = a.dot(&pa);
-        let lowest = T::lit(0.5) * inertia.trace_kg_m2() - moments[largest];
+        let lowest = T::lit(0.5) * inertia.trace_kg_m2() - largest;
         let is_usable = apa > T::zero() && apa.is_finite() && lowest.is_finite();
         is_usable.then_some((Self { direction, pa, apa, multiplier: T::zero() }, lowest))
     }

@@ -48,11 +48,11 @@ impl<T: Real> Start<T> {
             rate_rad_s: *first_rate_rad_s,
             sigma_rad_s: config.gyro_noise_rad_s,
         });
-        let sigma = |i: usize| match i.checked_sub(3) {
-            None => rate.sigma_rad_s,
-            Some(k) => sigma_kg_m2[k],
-        };
-        let covariance = Ud::diagonal(core::array::from_fn(|i| sigma(i) * sigma(i)));
+        let mut variances = [rate.sigma_rad_s * rate.sigma_rad_s; 9];
+        for (variance, sigma) in variances.iter_mut().skip(3).zip(sigma_kg_m2) {
+            *variance = sigma * sigma;
+        }
+        let covariance = Ud::diagonal(variances);
         let inertia = Inertia::new(config.initial_inertia_kg_m2.unwrap_or(inertia_kg_m2));
         Self {
             state: State { rate_rad_s: rate.rate_rad_s, inertia },

@@ -197,6 +197,11 @@ impl<T: Real> Solving<T> {
     }
 }
 
+/// A row of one unknown by itself.
+fn only<T: Real, const U: usize>(column: usize) -> [T; U] {
+    core::array::from_fn(|i| if i == column { T::one() } else { T::zero() })
+}
+
 /// Adds a row that holds one unknown. Returns the square of what it left.
 fn hold<T: Real, const U: usize>(
     room: &mut SquareRootInformation<T, U>,
@@ -212,8 +217,7 @@ fn hold<T: Real, const U: usize>(
             weight * weight
         }
     };
-    let mut row = [T::zero(); U];
-    row[column] = T::one();
+    let row = only(column);
     room.add_weighted(&row, -value, weight).square()
 }
 
@@ -333,9 +337,9 @@ fn add_sphere<T: Real, const U: usize>(
     weight: T,
 ) {
     let centre = if element < 3 { T::one() } else { T::zero() };
-    let mut row = [T::zero(); U];
-    row[inertia_of(U) + element] = T::one();
-    information.add_weighted(&row, centre - point[element], weight * weight);
+    let row = only(inertia_of(U) + element);
+    let element = point.get(element).copied().unwrap_or(centre);
+    information.add_weighted(&row, centre - element, weight * weight);
 }
 
 /// Adds no more than what any body of the typical size keeps to.
