@@ -39,7 +39,7 @@ fn host_bits() -> Result<Vec<String>> {
     let mut flight = replay::flight_loop(&recording)?;
     while flight.tick() != Tick::Idle {}
 
-    let filter = flight.estimator();
+    let filter = &flight.estimator().0;
     let covariance = filter.covariance();
     let mut lines = vec![line("state", 0, filter.state())];
     for row in 0..9 {

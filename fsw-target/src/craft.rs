@@ -7,8 +7,7 @@
 use fsw_core::estimator::Prior;
 use fsw_core::{ConfigError, Vec3, WheelArray};
 
-/// Wheels that the flight image has room for. A spacecraft with fewer has some of no spin inertia.
-pub const WHEELS: usize = 4;
+pub use fsw_steps::WHEELS;
 
 /// What is known of a spacecraft with up to W wheels.
 #[derive(Debug, Clone, Copy, PartialEq)]

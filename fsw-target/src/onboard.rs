@@ -6,28 +6,29 @@
 //!
 //! What is kept in a checkpoint is the selected one, and the prior: [`Persist`].
 //!
-//! `window` has its place in memory for good, the others share one, so that selecting one allocates
-//! nothing. Selecting one starts it afresh: what another one has seen is no business of its.
+//! All share one place in memory, so that selecting one allocates nothing. Selecting one starts it
+//! afresh: what another one has seen is no business of its. Which are aboard is a choice of features,
+//! `window`, `joint-ekf` and `ekf-sgf-rls`: all, unless told otherwise.
 
 use crate::craft::{Craft, WHEELS};
 use fsw_core::checkpoint::{self, Archive, Persist};
-use fsw_core::estimator::chain::{self, Chain};
-use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
-use fsw_core::estimator::window::{self, Window};
+#[cfg(feature = "ekf-sgf-rls")]
+use fsw_core::estimator::chain;
+#[cfg(feature = "joint-ekf")]
+use fsw_core::estimator::joint_ekf;
+#[cfg(feature = "window")]
+use fsw_core::estimator::window;
 use fsw_core::estimator::{Innovation, Prior};
-use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3, WheelArray};
+use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3};
+use fsw_steps::Flown;
 
-/// Blocks that a window keeps: sixteen turns of the body at least.
-pub const BLOCKS: usize = 512;
-/// Unknowns of a window: momentum and inertia. A torque or a bias would take 1.2 KiB each.
-pub const UNKNOWNS: usize = 9;
-
-/// `window` as it flies.
-pub type FlownWindow = Window<f32, WHEELS, BLOCKS, UNKNOWNS>;
+/// `window` as it flies: momentum and inertia are its unknowns. A torque or a bias would take 1.2 KiB
+/// each.
+pub type FlownWindow = fsw_steps::Window9;
 /// `joint-ekf` as it flies.
-pub type FlownJointEkf = JointEkfUd<f32, WHEELS>;
+pub type FlownJointEkf = fsw_steps::JointEkf;
 /// `ekf-sgf-rls` as it flies.
-pub type FlownChain = Chain<f32, WHEELS>;
+pub type FlownChain = fsw_steps::EkfSgfRls;
 
 /// Which estimator is stepped. The numbers are those of telemetry and telecommand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -47,6 +48,15 @@ pub enum EstimatorId {
 impl EstimatorId {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Window, Self::JointEkf, Self::EkfSgfRls];
+
+    /// The first that is aboard: stepped from the start.
+    pub const FIRST: Self = if cfg!(feature = "window") {
+        Self::Window
+    } else if cfg!(feature = "joint-ekf") {
+        Self::JointEkf
+    } else {
+        Self::EkfSgfRls
+    };
 
     /// The one of this number.
     pub fn from_number(number: u8) -> Option<Self> {
@@ -72,20 +82,14 @@ pub enum Refused {
     NoNominalInertia,
     /// Only `window` has windows.
     NoWindows,
+    /// This image was built without it.
+    NotAboard,
 }
 
 impl From<ConfigError> for Refused {
     fn from(error: ConfigError) -> Self {
         Self::Config(error)
     }
-}
-
-/// One that isn't `window`.
-#[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant, reason = "it has its place for good")]
-enum Filter {
-    JointEkf(FlownJointEkf),
-    EkfSgfRls(FlownChain),
 }
 
 /// The estimators.
@@ -95,47 +99,64 @@ pub struct Onboard {
     craft: Craft<WHEELS>,
     /// The craft's, or what the ground has set instead.
     prior: Option<Prior<f32>>,
-    window: FlownWindow,
-    /// What is stepped in its stead, if anything.
-    filter: Option<Filter>,
+    flown: Flown,
 }
 
 impl Onboard {
-    /// The estimators of a spacecraft, `window` selected, all waiting for their first sample.
+    /// The estimators of a spacecraft, the first of them selected, all waiting for their first sample.
     ///
     /// # Errors
     /// Names the value of the craft that an estimator refuses.
     pub fn new(craft: Craft<WHEELS>) -> Result<Self, ConfigError> {
-        let mut onboard = Self::unconfigured(craft, craft.wheels()?);
-        onboard.configure()?;
+        let mut onboard = Self::nowhere();
+        onboard.board(craft)?;
         Ok(onboard)
     }
 
-    /// The same before it is configured, whose gyro is of unknown noise: nothing can go wrong, so
-    /// that it can be built where it stays. It takes 16 KiB, and a stack has less than that.
-    ///
-    /// `wheels` are those of the craft.
-    #[inline(always)]
-    pub fn unconfigured(craft: Craft<WHEELS>, wheels: WheelArray<f32, WHEELS>) -> Self {
-        Self { prior: craft.prior, craft, window: Window::of_unknown_noise(wheels), filter: None }
+    /// On no spacecraft, and stepping nothing. It takes 16 KiB, and a stack has less than that: so it
+    /// stands in a static, as zeros, until it goes on [`board`](Self::board).
+    pub const fn nowhere() -> Self {
+        let none = Craft {
+            wheel_axes: [[0.0; 3]; WHEELS],
+            spin_inertia_kg_m2: [0.0; WHEELS],
+            gyro_noise_rad_s: 0.0,
+            prior: None,
+        };
+        Self { craft: none, prior: None, flown: Flown::Nothing }
     }
 
-    /// Configures all for the craft: as at the start.
+    /// Goes on board of this spacecraft.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn board(&mut self, craft: Craft<WHEELS>) -> Result<(), ConfigError> {
+        self.craft = craft;
+        self.configure()
+    }
+
+    /// Configures all for the craft: as at the start. Where `ekf-sgf-rls` is all that is aboard, and the
+    /// craft has no prior, nothing is stepped until it is told one.
     ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn configure(&mut self) -> Result<(), ConfigError> {
         self.prior = self.craft.prior;
-        self.filter = None;
-        self.window.reset(window_config(&self.craft, self.prior))
+        match self.select(EstimatorId::FIRST) {
+            Err(Refused::Config(error)) => Err(error),
+            _ => Ok(()),
+        }
     }
 
     /// Which estimator is stepped.
     pub fn selected(&self) -> EstimatorId {
-        match self.filter {
-            None => EstimatorId::Window,
-            Some(Filter::JointEkf(_)) => EstimatorId::JointEkf,
-            Some(Filter::EkfSgfRls(_)) => EstimatorId::EkfSgfRls,
+        match self.flown {
+            Flown::Nothing => EstimatorId::FIRST,
+            #[cfg(feature = "window")]
+            Flown::Window(_) => EstimatorId::Window,
+            #[cfg(feature = "joint-ekf")]
+            Flown::JointEkf(_) => EstimatorId::JointEkf,
+            #[cfg(feature = "ekf-sgf-rls")]
+            Flown::EkfSgfRls(_) => EstimatorId::EkfSgfRls,
         }
     }
 
@@ -155,21 +176,30 @@ impl Onboard {
     /// Steps this estimator from now on, from a fresh start.
     ///
     /// # Errors
-    /// [`Refused::NoNominalInertia`].
+    /// [`Refused::NoNominalInertia`], [`Refused::NotAboard`].
     pub fn select(&mut self, id: EstimatorId) -> Result<(), Refused> {
-        self.filter = match id {
+        let (craft, prior) = (&self.craft, self.prior);
+        let (noise, wheels) = (craft.gyro_noise_rad_s, craft.wheels()?);
+        match id {
+            #[cfg(feature = "window")]
             EstimatorId::Window => {
-                self.window.reset(window_config(&self.craft, self.prior))?;
-                None
+                let config = window::Config { prior, ..window::Config::new(noise) };
+                self.flown.start_window(&config, &wheels)?;
             }
+            #[cfg(feature = "joint-ekf")]
             EstimatorId::JointEkf => {
-                Some(Filter::JointEkf(new_joint_ekf(&self.craft, self.prior)?))
+                let config = joint_ekf::Config { prior, ..joint_ekf::Config::new(noise) };
+                self.flown.start_joint_ekf(&config, &wheels)?;
             }
+            #[cfg(feature = "ekf-sgf-rls")]
             EstimatorId::EkfSgfRls => {
-                let nominal = self.prior.ok_or(Refused::NoNominalInertia)?;
-                Some(Filter::EkfSgfRls(new_chain(&self.craft, nominal)?))
+                let nominal = prior.ok_or(Refused::NoNominalInertia)?;
+                let config = chain::Config::kim_2013(noise, nominal);
+                self.flown.start_ekf_sgf_rls(&config, &wheels)?;
             }
-        };
+            #[allow(unreachable_patterns, reason = "where all are aboard")]
+            _ => return Err(Refused::NotAboard),
+        }
         Ok(())
     }
 
@@ -188,7 +218,7 @@ impl Onboard {
     /// # Errors
     /// [`Refused::NoWindows`].
     pub fn open_window(&mut self) -> Result<(), Refused> {
-        self.of_windows().map(Window::open_window)
+        self.of_windows().map(FlownWindow::open_window)
     }
 
     /// Ends the window that is open.
@@ -196,45 +226,25 @@ impl Onboard {
     /// # Errors
     /// [`Refused::NoWindows`].
     pub fn close_window(&mut self) -> Result<(), Refused> {
-        self.of_windows().map(Window::close_window)
+        self.of_windows().map(FlownWindow::close_window)
     }
 
     /// Whether samples that fail to come now cost nothing. Only `window` knows when nothing moves.
     pub fn is_at_rest(&self) -> bool {
-        self.filter.is_none() && self.window.is_at_rest()
+        match &self.flown {
+            #[cfg(feature = "window")]
+            Flown::Window(window) => window.is_at_rest(),
+            _ => false,
+        }
     }
 
     fn of_windows(&mut self) -> Result<&mut FlownWindow, Refused> {
-        match self.filter {
-            None => Ok(&mut self.window),
-            Some(_) => Err(Refused::NoWindows),
+        match &mut self.flown {
+            #[cfg(feature = "window")]
+            Flown::Window(window) => Ok(window),
+            _ => Err(Refused::NoWindows),
         }
     }
-
-    fn flying(&self) -> &dyn Estimator<f32, WHEELS> {
-        match &self.filter {
-            None => &self.window,
-            Some(Filter::JointEkf(filter)) => filter,
-            Some(Filter::EkfSgfRls(chain)) => chain,
-        }
-    }
-}
-
-fn window_config(craft: &Craft<WHEELS>, prior: Option<Prior<f32>>) -> window::Config<f32> {
-    window::Config { prior, ..window::Config::new(craft.gyro_noise_rad_s) }
-}
-
-fn new_joint_ekf(
-    craft: &Craft<WHEELS>,
-    prior: Option<Prior<f32>>,
-) -> Result<FlownJointEkf, ConfigError> {
-    let config = joint_ekf::Config { prior, ..joint_ekf::Config::new(craft.gyro_noise_rad_s) };
-    JointEkfUd::new(config, craft.wheels()?)
-}
-
-fn new_chain(craft: &Craft<WHEELS>, nominal: Prior<f32>) -> Result<FlownChain, ConfigError> {
-    let config = chain::Config::kim_2013(craft.gyro_noise_rad_s, nominal);
-    Chain::new(config, craft.wheels()?)
 }
 
 fsw_core::persist!([] enum EstimatorId { 0 => Window, 1 => JointEkf, 2 => EkfSgfRls });
@@ -262,34 +272,65 @@ impl Persist for Onboard {
         if selected != self.selected() && self.select(selected).is_err() {
             return archive.refuse("Onboard");
         }
-        match &mut self.filter {
-            None => self.window.persist(archive),
-            Some(Filter::JointEkf(filter)) => filter.persist(archive),
-            Some(Filter::EkfSgfRls(chain)) => chain.persist(archive),
+        match &mut self.flown {
+            Flown::Nothing => archive.refuse("Onboard"),
+            #[cfg(feature = "window")]
+            Flown::Window(window) => window.persist(archive),
+            #[cfg(feature = "joint-ekf")]
+            Flown::JointEkf(filter) => filter.persist(archive),
+            #[cfg(feature = "ekf-sgf-rls")]
+            Flown::EkfSgfRls(chain) => chain.persist(archive),
         }
     }
 }
 
+/// What the estimator that is stepped says. (Not by a reference to any estimator: its table would
+/// have all steps once more, compiled for size.)
+macro_rules! ask {
+    ($flown:expr, $estimator:ident => $answer:expr, $nothing:expr) => {
+        match $flown {
+            Flown::Nothing => $nothing,
+            #[cfg(feature = "window")]
+            Flown::Window($estimator) => $answer,
+            #[cfg(feature = "joint-ekf")]
+            Flown::JointEkf($estimator) => $answer,
+            #[cfg(feature = "ekf-sgf-rls")]
+            Flown::EkfSgfRls($estimator) => $answer,
+        }
+    };
+}
+
 impl Estimator<f32, WHEELS> for Onboard {
     fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
-        match &mut self.filter {
-            None => self.window.step(sample),
-            Some(Filter::JointEkf(filter)) => filter.step(sample),
-            Some(Filter::EkfSgfRls(chain)) => chain.step(sample),
+        self.flown.step(sample)
+    }
+
+    #[inline(never)]
+    fn estimate(&self) -> Estimate<f32> {
+        match &self.flown {
+            Flown::Nothing => Estimate::nothing(),
+            #[cfg(feature = "window")]
+            Flown::Window(window) => fsw_steps::estimate_of_window(window),
+            #[cfg(feature = "joint-ekf")]
+            Flown::JointEkf(filter) => estimate_of(filter),
+            #[cfg(feature = "ekf-sgf-rls")]
+            Flown::EkfSgfRls(chain) => estimate_of(chain),
         }
     }
 
-    fn estimate(&self) -> Estimate<f32> {
-        self.flying().estimate()
-    }
-
     fn rate_rad_s(&self) -> Vec3<f32> {
-        self.flying().rate_rad_s()
+        ask!(&self.flown, estimator => estimator.rate_rad_s(), Vec3::zeros())
     }
 
     fn innovation(&self) -> Option<Innovation<f32>> {
-        self.flying().innovation()
+        ask!(&self.flown, estimator => estimator.innovation(), None)
     }
+}
+
+/// A function of its own for each, so that one doesn't take the stack of all.
+#[inline(never)]
+fn estimate_of(estimator: &impl Estimator<f32, WHEELS>) -> Estimate<f32> {
+    estimator.estimate()
 }
 
 #[cfg(test)]

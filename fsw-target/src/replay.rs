@@ -7,14 +7,15 @@ use crate::app::{FlightLoop, Sensors};
 use crate::recording::cubesat_pyramid::{CRAFT, WHEELS};
 use crate::recording::{Recording, cubesat_pyramid};
 use fsw_core::ConfigError;
-use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
+use fsw_core::estimator::joint_ekf::Config;
+use fsw_steps::{Fast, JointEkf};
 
 /// A recording with as many wheels as [`cubesat_pyramid`].
 pub type Flight = Recording<'static, WHEELS>;
 
 /// The flight loop of this flight: one recording plays all its sensors.
 pub type ReplayLoop<'a> =
-    FlightLoop<JointEkfUd<f32, WHEELS>, &'a Flight, &'a Flight, &'a Flight, &'a Flight, WHEELS>;
+    FlightLoop<Fast<JointEkf>, &'a Flight, &'a Flight, &'a Flight, &'a Flight, WHEELS>;
 
 /// The recording, standing before its first row.
 pub fn recording() -> Flight {
@@ -27,7 +28,7 @@ pub fn recording() -> Flight {
 /// Names the value of the craft file that the estimator refuses.
 pub fn flight_loop(recording: &Flight) -> Result<ReplayLoop<'_>, ConfigError> {
     let config = Config { prior: CRAFT.prior, ..Config::new(CRAFT.gyro_noise_rad_s) };
-    let estimator = JointEkfUd::new(config, CRAFT.wheels()?)?;
+    let estimator = Fast(JointEkf::new(config, CRAFT.wheels()?)?);
     let sensors =
         Sensors { data_ready: recording, gyro: recording, wheels: recording, torque: recording };
     Ok(FlightLoop::new(estimator, sensors))

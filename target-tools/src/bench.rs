@@ -1,7 +1,7 @@
 //! The bench image in QEMU: what each step costs, as a table beside its budgets.
 
-use crate::budgets::{self, Budget, Figure};
-use crate::{firmware, qemu};
+use crate::budgets::{self, Budget, Bytes, Figure};
+use crate::{firmware, image, qemu};
 use anyhow::{Context, Result, bail};
 use std::fmt;
 use std::time::Duration;
@@ -56,6 +56,17 @@ pub struct Judged {
     pub measured: Option<f64>,
 }
 
+/// Flash of an image, with what it may take.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Flash {
+    /// Which image.
+    pub name: String,
+    /// The limit.
+    pub limit: Bytes,
+    /// What it takes.
+    pub bytes: u64,
+}
+
 /// All that the bench counted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
@@ -65,6 +76,8 @@ pub struct Table {
     pub outcomes: Vec<OutcomeCount>,
     /// One for each budget.
     pub judged: Vec<Judged>,
+    /// Of the flight images.
+    pub flash: Vec<Flash>,
 }
 
 /// Builds the image, runs it in QEMU and reads its log.
@@ -74,7 +87,24 @@ pub fn run() -> Result<Table> {
     if !run.success {
         bail!("the bench reported a failure: {}", run.lines.join("\n"));
     }
-    Table::of(&run.lines)
+    Ok(Table { flash: flash()?, ..Table::of(&run.lines)? })
+}
+
+/// Of the flight image, and of those with one estimator. The one with all comes last, so that it is
+/// what is left in the target folder.
+fn flash() -> Result<Vec<Flash>> {
+    let with_one = budgets::FLIGHT_FLASH_WITH_ONE.iter().map(|(name, limit)| {
+        let features = ["--no-default-features", "--features", name];
+        Flash::of(&format!("flight, {name}"), &features, *limit)
+    });
+    with_one.chain([Flash::of("flight, all three", &[], budgets::FLIGHT_FLASH)]).collect()
+}
+
+impl Flash {
+    fn of(name: &str, arguments: &[&str], limit: Bytes) -> Result<Self> {
+        let elf = firmware::build_with("flight", arguments)?;
+        Ok(Self { name: name.into(), limit, bytes: image::memory(&elf)?.flash })
+    }
 }
 
 impl Table {
@@ -88,10 +118,15 @@ impl Table {
             .iter()
             .map(|budget| Judged { budget: *budget, measured: measured(budget, &counts) })
             .collect();
-        Ok(Self { counts, outcomes, judged })
+        Ok(Self { counts, outcomes, judged, flash: Vec::new() })
     }
 
-    /// The budgets that are exceeded, or whose figure is missing.
+    /// Whether every figure is there and within its limit.
+    pub fn is_kept(&self) -> bool {
+        self.exceeded().is_empty() && self.flash.iter().all(|f| f.bytes <= f.limit.held)
+    }
+
+    /// The budgets of instructions that are exceeded, or whose figure is missing.
     pub fn exceeded(&self) -> Vec<&Judged> {
         self.judged.iter().filter(|judged| !judged.is_kept()).collect()
     }
@@ -222,6 +257,9 @@ impl fmt::Display for Table {
         for judged in &self.judged {
             writeln!(f, "{judged}")?;
         }
+        for flash in &self.flash {
+            writeln!(f, "{flash}")?;
+        }
         Ok(())
     }
 }
@@ -235,13 +273,26 @@ impl fmt::Display for Judged {
         let measured = self.measured.map_or("none".into(), |value| format!("{value:.digits$}"));
         let at_most = self.budget.at_most;
         let is_reached = self.measured.is_some_and(|measured| measured <= self.budget.at_most);
-        let verdict = match (is_reached, self.is_kept()) {
-            (true, _) => "",
-            (false, true) => "  not reached, held",
-            (false, false) => "  EXCEEDED",
-        };
+        let verdict = verdict(is_reached, self.is_kept());
         let name = self.budget.name;
         write!(f, "{name:<24}{figure:<12}{measured:>10}{at_most:>10.digits$}{verdict}")
+    }
+}
+
+impl fmt::Display for Flash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, limit, bytes } = self;
+        let verdict = verdict(*bytes <= limit.at_most, *bytes <= limit.held);
+        write!(f, "{name:<24}{:<12}{bytes:>10}{:>10}{verdict}", "flash", limit.at_most)
+    }
+}
+
+/// What to say beside a figure.
+fn verdict(is_reached: bool, is_held: bool) -> &'static str {
+    match (is_reached, is_held) {
+        (true, _) => "",
+        (false, true) => "  not reached, held",
+        (false, false) => "  EXCEEDED",
     }
 }
 

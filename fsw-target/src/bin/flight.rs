@@ -28,7 +28,7 @@ mod on_target {
     use fsw_target::onboard::Onboard;
     use fsw_target::restart;
     use fsw_target::sensors::CommandedTorque;
-    use static_cell::StaticCell;
+    use static_cell::{ConstStaticCell, StaticCell};
 
     fsw_target::ends_by!(restart::failed);
 
@@ -54,14 +54,15 @@ mod on_target {
         type Board = Services;
     }
 
-    /// In static memory, so that the loop has the stack for itself. They are built where they stay:
-    /// `insert` needs no second place for the estimators, which have no room on the stack.
-    static ONBOARD: StaticCell<Option<Onboard>> = StaticCell::new();
+    /// In static memory, so that the loop has the stack for itself. They are built where they stay,
+    /// the estimators when they go on board: there is no room for them on the stack.
+    static ONBOARD: ConstStaticCell<Onboard> = ConstStaticCell::new(Onboard::nowhere());
     static COMPUTER: StaticCell<Option<Computer<'static, OnStm32f405>>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        let Some(computer) = bring_up() else {
+        // One after the other: neither takes the stack of both.
+        let Some(computer) = estimators().and_then(bring_up) else {
             // What this image is built of doesn't fit together: a test would have shown it.
             defmt::error!("the board is taken, or the craft or its tachometers are refused");
             restart::failed(Failure { kind: Kind::Panic, at: 0, from: 0 })
@@ -75,7 +76,9 @@ mod on_target {
     /// The computer on its board. A function of its own: what it takes of the stack is free again for
     /// the loop.
     #[inline(never)]
-    fn bring_up() -> Option<&'static mut Computer<'static, OnStm32f405>> {
+    fn bring_up(
+        onboard: &'static mut Onboard,
+    ) -> Option<&'static mut Computer<'static, OnStm32f405>> {
         let last_life = restart::take_last_life();
         let board = Board::take()?;
         let report = board.report();
@@ -93,7 +96,6 @@ mod on_target {
             wheels: WheelTach::new(captures, &tachometers).ok()?,
             torque: CommandedTorque::default(),
         };
-        let onboard = estimators()?;
         Some(COMPUTER.try_init(None)?.insert(Computer::new(
             onboard,
             sensors,
@@ -106,9 +108,8 @@ mod on_target {
 
     #[inline(never)]
     fn estimators() -> Option<&'static mut Onboard> {
-        let wheels = FLOWN.wheels().ok()?;
-        let onboard = ONBOARD.try_init(None)?.insert(Onboard::unconfigured(FLOWN, wheels));
-        onboard.configure().ok()?;
+        let onboard = ONBOARD.try_take()?;
+        onboard.board(FLOWN).ok()?;
         Some(onboard)
     }
 

@@ -21,7 +21,7 @@ mod on_target {
     use fsw_target::tunnel::parts::{self, Tunnelled};
     use fsw_target::tunnel::{Setup, Tunnel, TunnelError};
     use fsw_target::{restart, stack};
-    use static_cell::StaticCell;
+    use static_cell::{ConstStaticCell, StaticCell};
 
     // The simulator sees that it starts again, and says so.
     fsw_target::ends_by!(restart::failed);
@@ -32,7 +32,7 @@ mod on_target {
     // As in the flight image: in static memory, so that the stack is what it is in flight, and built where
     // they stay.
     static LINE: StaticCell<Line> = StaticCell::new();
-    static ONBOARD: StaticCell<Option<Onboard>> = StaticCell::new();
+    static ONBOARD: ConstStaticCell<Onboard> = ConstStaticCell::new(Onboard::nowhere());
     static COMPUTER: StaticCell<Option<PilComputer>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
@@ -60,7 +60,7 @@ mod on_target {
 
     /// Flies until there are no further samples; the error says what was wrong.
     fn fly(line: &'static Line, link: board::Link) -> Result<(), &'static str> {
-        let computer = bring_up(line, link)?;
+        let computer = set_up(line, link)?;
         computer.start();
         while line.end().is_none() {
             computer.poll();
@@ -72,17 +72,28 @@ mod on_target {
         }
     }
 
-    /// The computer at the end of its line. A function of its own: what it takes of the stack is free again
-    /// for the loop.
+    /// One after the other: none takes the stack of all, and the loop that of none.
     #[inline(never)]
-    fn bring_up(
+    fn set_up(
         line: &'static Line,
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let setup = line.hello().map_err(|_| "no setup from the simulator")?;
         let onboard = estimators(&setup).ok_or("the estimators refuse the craft")?;
+        bring_up(line, &setup, onboard, link)
+    }
+
+    /// The computer at the end of its line. A function of its own: what it takes of the stack is free again
+    /// for the loop.
+    #[inline(never)]
+    fn bring_up(
+        line: &'static Line,
+        setup: &Setup,
+        onboard: &'static mut Onboard,
+        link: board::Link,
+    ) -> Result<&'static mut PilComputer, &'static str> {
         let place = COMPUTER.try_init(None).ok_or("the computer is there already")?;
-        let computer = parts::computer(line, &setup, onboard, link, stack::high_water_bytes)
+        let computer = parts::computer(line, setup, onboard, link, stack::high_water_bytes)
             .map_err(|_| "the sensors can't be as they are set up")?;
         Ok(place.insert(computer))
     }
@@ -90,10 +101,8 @@ mod on_target {
     /// A function of its own: what it takes of the stack is free again for the loop.
     #[inline(never)]
     fn estimators(setup: &Setup) -> Option<&'static mut Onboard> {
-        let craft = setup.craft();
-        let wheels = craft.wheels().ok()?;
-        let onboard = ONBOARD.try_init(None)?.insert(Onboard::unconfigured(craft, wheels));
-        onboard.configure().ok()?;
+        let onboard = ONBOARD.try_take()?;
+        onboard.board(setup.craft()).ok()?;
         Some(onboard)
     }
 }

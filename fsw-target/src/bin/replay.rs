@@ -62,8 +62,8 @@ fn log_progress(samples: u32, flight: &ReplayLoop) {
 /// Every state and covariance element as the bits of its `f32`, one matrix row a line: what the
 /// test compares between host and target.
 fn log_result(flight: &ReplayLoop) {
-    log_bits("state", 0, flight.estimator().state());
-    let rows: [[f32; 9]; 9] = flight.estimator().covariance().transpose().into();
+    log_bits("state", 0, flight.estimator().0.state());
+    let rows: [[f32; 9]; 9] = flight.estimator().0.covariance().transpose().into();
     for (index, row) in rows.into_iter().enumerate() {
         log_bits("covariance", index, row);
     }

@@ -199,7 +199,8 @@ impl<P: Port> Line<P> {
     // is waited for and taken.
     #[inline(never)]
     fn send(&mut self, kind: u8, fields: &dyn Fn(&mut Writer<'_>)) -> Result<(), TunnelError> {
-        let frame = Message::new(kind, fields).frame().ok_or(TunnelError::NotTunnelled)?;
+        let message = Message::new(kind, fields);
+        let Some(frame) = message.frame() else { return Err(TunnelError::NotTunnelled) };
         for byte in frame.bytes() {
             patiently(|| self.port.write(*byte))?;
         }

@@ -10,7 +10,7 @@ fn main() -> ExitCode {
         Ok(table) => {
             // A reader that has seen enough (`cargo bench-target | head`) is no error.
             let _ = writeln!(std::io::stdout(), "{table}");
-            if table.exceeded().is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) }
+            if table.is_kept() { ExitCode::SUCCESS } else { ExitCode::from(1) }
         }
         Err(error) => {
             eprintln!("cargo bench-target: {error:#}");

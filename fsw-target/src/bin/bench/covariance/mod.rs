@@ -6,8 +6,6 @@
 //! comparable.
 
 mod ours;
-#[cfg(feature = "peers")]
-mod peers;
 
 use crate::counter::Counter;
 use crate::noise::Noise;
@@ -66,21 +64,21 @@ impl Problem {
         Some(Self { transition, inertia_walk_kg_m2_sqrt_s })
     }
 
-    /// Φ.
+    /// Written out, as the others want it.
     #[cfg(feature = "peers")]
-    fn transition(&self) -> Mat<f32, 9, 9> {
-        let mut phi = Mat::<f32, 9, 9>::identity();
-        phi.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.transition.rate);
-        phi.fixed_view_mut::<3, 6>(0, 3).copy_from(&self.transition.inertia);
-        phi
-    }
-
-    /// Q.
-    #[cfg(feature = "peers")]
-    fn process_noise(&self) -> Mat<f32, 9, 9> {
+    fn of_peers(&self) -> fsw_peers::Problem {
+        let mut transition = Mat::<f32, 9, 9>::identity();
+        transition.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.transition.rate);
+        transition.fixed_view_mut::<3, 6>(0, 3).copy_from(&self.transition.inertia);
         let walk =
             |i: usize| if i < 3 { RATE_WALK_RAD_S_SQRT_S } else { self.inertia_walk_kg_m2_sqrt_s };
-        Mat::from_fn(|i, k| if i == k { walk(i) * walk(i) * DURATION_S } else { 0.0 })
+        let q = |i: usize, k: usize| if i == k { walk(i) * walk(i) * DURATION_S } else { 0.0 };
+        fsw_peers::Problem {
+            transition,
+            process_noise: Mat::from_fn(q),
+            sigma: SIGMA,
+            measurement_noise: GYRO_NOISE_RAD_S,
+        }
     }
 }
 
@@ -96,12 +94,28 @@ pub fn count_all(counter: &mut Counter, tally: &mut Tally) -> Result<(), &'stati
     bench.count("covariance-ud-walk", &mut ours::StructuredUd::new(&walking))?;
     #[cfg(feature = "peers")]
     {
-        bench.count("dense-nalgebra", &mut peers::dense::Dense::new(&walking))?;
-        bench.count("adskalman", &mut peers::adskalman::Adskalman::plain(&walking))?;
-        bench.count("adskalman-joseph", &mut peers::adskalman::Adskalman::joseph(&walking))?;
-        bench.count("minikalman", &mut peers::minikalman::new(&walking))?;
+        let mut counted = Ok(());
+        fsw_peers::each(&walking.of_peers(), &mut |name, filter| {
+            counted = counted.and_then(|()| bench.count(name, &mut Peer(filter)));
+        });
+        counted?;
     }
     Ok(())
+}
+
+/// Another's filter.
+#[cfg(feature = "peers")]
+struct Peer<'a>(&'a mut dyn fsw_peers::Filter);
+
+#[cfg(feature = "peers")]
+impl Filter for Peer<'_> {
+    fn step(&mut self, measured_rad_s: &Vec3<f32>) {
+        self.0.step(measured_rad_s);
+    }
+
+    fn variances(&self) -> [f32; 9] {
+        self.0.variances()
+    }
 }
 
 struct Bench<'a> {

@@ -30,9 +30,15 @@ impl StructuredUd {
 
 impl Filter for StructuredUd {
     fn step(&mut self, measured_rad_s: &Vec3<f32>) {
-        self.form.propagate(&self.transition, DURATION_S, &self.config);
         let mut state = State { rate_rad_s: Vec3::zeros(), inertia: Inertia::new(INERTIA_KG_M2) };
-        self.form.update(&mut state, measured_rad_s, GYRO_NOISE_RAD_S * GYRO_NOISE_RAD_S);
+        fsw_steps::step_covariance(
+            &mut self.form,
+            &mut state,
+            &self.transition,
+            DURATION_S,
+            &self.config,
+            measured_rad_s,
+        );
         core::hint::black_box(&state);
     }
 

@@ -1,7 +1,6 @@
 //! The crate `minikalman`. Its prediction of the state, `Φ x`, is in the count.
 
-use crate::covariance::{Filter, GYRO_NOISE_RAD_S, Problem, SIGMA};
-use fsw_core::Vec3;
+use crate::{Filter, Problem};
 use minikalman::prelude::*;
 use minikalman::regular::{RegularKalmanBuilder, RegularObservationBuilder};
 use minikalman::{
@@ -10,6 +9,7 @@ use minikalman::{
     impl_buffer_temp_PHt, impl_buffer_temp_S_inv, impl_buffer_temp_x, impl_buffer_x, impl_buffer_y,
     impl_buffer_z,
 };
+use nalgebra::SVector;
 
 const STATES: usize = 9;
 const MEASUREMENTS: usize = 3;
@@ -34,17 +34,17 @@ pub fn new(problem: &Problem) -> impl Filter + use<> {
     impl_buffer_temp_PHt!(temp_PHt, STATES, MEASUREMENTS, f32, 0.0);
     impl_buffer_temp_KHP!(temp_KHP, STATES, f32, 0.0);
 
-    let (phi, q) = (problem.transition(), problem.process_noise());
+    let (phi, q) = (problem.transition, problem.process_noise);
     for i in 0..STATES {
         for k in 0..STATES {
             A.as_matrix_mut().set_at(i, k, phi[(i, k)]);
             Q.as_matrix_mut().set_at(i, k, q[(i, k)]);
         }
-        P.as_matrix_mut().set_at(i, i, SIGMA[i] * SIGMA[i]);
+        P.as_matrix_mut().set_at(i, i, problem.sigma[i] * problem.sigma[i]);
     }
     for i in 0..MEASUREMENTS {
         H.as_matrix_mut().set_at(i, i, 1.0);
-        R.as_matrix_mut().set_at(i, i, GYRO_NOISE_RAD_S * GYRO_NOISE_RAD_S);
+        R.as_matrix_mut().set_at(i, i, problem.measurement_noise * problem.measurement_noise);
     }
     Minikalman {
         filter: RegularKalmanBuilder::new::<STATES, f32>(A, x, P, Q, temp_x, temp_P),
@@ -65,11 +65,11 @@ where
     F: KalmanFilter<STATES, f32>,
     M: KalmanFilterObservation<STATES, MEASUREMENTS, f32>,
 {
-    fn step(&mut self, measured_rad_s: &Vec3<f32>) {
+    fn step(&mut self, measured: &SVector<f32, 3>) {
         self.filter.predict();
         let z = self.observation.measurement_vector_mut().as_matrix_mut();
         for i in 0..MEASUREMENTS {
-            z.set_row(i, measured_rad_s[i]);
+            z.set_row(i, measured[i]);
         }
         self.filter.correct(&mut self.observation);
     }

@@ -1,6 +1,6 @@
 //! The crate `adskalman`. Its prediction of the state, `Φ x`, is in the count.
 
-use crate::covariance::{Filter, GYRO_NOISE_RAD_S, Problem, SIGMA};
+use crate::{Filter, Problem};
 use adskalman::{
     CovarianceUpdateMethod, KalmanFilterNoControl, ObservationModel, StateAndCovariance,
     TransitionModelLinearNoControl,
@@ -39,12 +39,12 @@ impl Adskalman {
     }
 
     fn new(problem: &Problem, method: CovarianceUpdateMethod) -> Self {
-        let p = SMatrix::from_diagonal(&SVector::from(SIGMA.map(|s| s * s)));
-        let (f, h) = (problem.transition(), SMatrix::<f32, 3, 9>::identity());
-        let r = SMatrix::identity() * (GYRO_NOISE_RAD_S * GYRO_NOISE_RAD_S);
+        let p = SMatrix::from_diagonal(&SVector::from(problem.sigma.map(|s| s * s)));
+        let (f, h) = (problem.transition, SMatrix::<f32, 3, 9>::identity());
+        let r = SMatrix::identity() * (problem.measurement_noise * problem.measurement_noise);
         Self {
             estimate: StateAndCovariance::new(SVector::zeros(), p),
-            transition: Transition { f, ft: f.transpose(), q: problem.process_noise() },
+            transition: Transition { f, ft: f.transpose(), q: problem.process_noise },
             observation: Observation { h, ht: h.transpose(), r },
             method,
         }
@@ -80,9 +80,9 @@ impl ObservationModel<f32, Const<9>, Const<3>> for Observation {
 }
 
 impl Filter for Adskalman {
-    fn step(&mut self, measured_rad_s: &SVector<f32, 3>) {
+    fn step(&mut self, measured: &SVector<f32, 3>) {
         let filter = KalmanFilterNoControl::new(&self.transition, &self.observation);
-        let after = filter.step_with_options(&self.estimate, measured_rad_s, self.method);
+        let after = filter.step_with_options(&self.estimate, measured, self.method);
         if let Ok(estimate) = after {
             self.estimate = estimate;
         }

@@ -1,6 +1,6 @@
 //! nalgebra, as the equations stand in a textbook.
 
-use crate::covariance::{Filter, GYRO_NOISE_RAD_S, Problem, SIGMA};
+use crate::{Filter, Problem};
 use nalgebra::{SMatrix, SVector};
 
 /// State and covariance, and the matrices of the model.
@@ -18,24 +18,24 @@ impl Dense {
     pub fn new(problem: &Problem) -> Self {
         Self {
             x: SVector::zeros(),
-            p: SMatrix::from_diagonal(&SVector::from(SIGMA.map(|s| s * s))),
-            phi: problem.transition(),
-            q: problem.process_noise(),
+            p: SMatrix::from_diagonal(&SVector::from(problem.sigma.map(|s| s * s))),
+            phi: problem.transition,
+            q: problem.process_noise,
             h: SMatrix::identity(),
-            r: SMatrix::identity() * (GYRO_NOISE_RAD_S * GYRO_NOISE_RAD_S),
+            r: SMatrix::identity() * (problem.measurement_noise * problem.measurement_noise),
         }
     }
 }
 
 impl Filter for Dense {
     #[allow(non_snake_case, reason = "the letters of the equations")]
-    fn step(&mut self, measured_rad_s: &SVector<f32, 3>) {
+    fn step(&mut self, measured: &SVector<f32, 3>) {
         let (F, H) = (&self.phi, &self.h);
         let P = F * self.p * F.transpose() + self.q;
         let S = H * P * H.transpose() + self.r;
         let Some(inverse) = S.try_inverse() else { return };
         let K = P * H.transpose() * inverse;
-        self.x = K * measured_rad_s;
+        self.x = K * measured;
         self.p = (SMatrix::<f32, 9, 9>::identity() - K * H) * P;
     }
 

@@ -1,5 +1,0 @@
-//! What others do of the same.
-
-pub mod adskalman;
-pub mod dense;
-pub mod minikalman;
