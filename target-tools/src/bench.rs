@@ -1,14 +1,21 @@
 //! The bench image in QEMU: what each step costs, as a table beside its budgets.
 
 use crate::budgets::{self, Budget, Bytes, Figure};
+use crate::cycles::{Cycles, Trace};
 use crate::{firmware, image, qemu};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use std::fmt;
 use std::time::Duration;
 
 /// What the bench counts of our covariance, and of what others do of the same work.
 const OURS: [&str; 2] = ["covariance-ud", "covariance-ud-walk"];
 const PEERS: [&str; 4] = ["dense-nalgebra", "adskalman", "adskalman-joseph", "minikalman"];
+
+/// 168 MHz.
+const CYCLES_PER_US: f64 = 168.0;
+
+/// Instructions that are counted with a step, and are none of it.
+const AROUND_A_STEP: u32 = 50;
 
 /// All flights take seconds in QEMU; a busy machine may take far longer.
 const LIMIT: Duration = Duration::from_secs(600);
@@ -56,6 +63,17 @@ pub struct Judged {
     pub measured: Option<f64>,
 }
 
+/// Cycles of the steps of the flight that was traced.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CyclesOf {
+    /// What was stepped.
+    pub name: String,
+    /// Of the median step.
+    pub median: Cycles,
+    /// Of the most expensive one.
+    pub worst: Cycles,
+}
+
 /// Flash of an image, with what it may take.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Flash {
@@ -76,6 +94,8 @@ pub struct Table {
     pub outcomes: Vec<OutcomeCount>,
     /// One for each budget.
     pub judged: Vec<Judged>,
+    /// Estimated, of one flight.
+    pub cycles: Vec<CyclesOf>,
     /// Of the flight images.
     pub flash: Vec<Flash>,
 }
@@ -87,7 +107,30 @@ pub fn run() -> Result<Table> {
     if !run.success {
         bail!("the bench reported a failure: {}", run.lines.join("\n"));
     }
-    Ok(Table { flash: flash()?, ..Table::of(&run.lines)? })
+    Ok(Table { cycles: cycles()?, flash: flash()?, ..Table::of(&run.lines)? })
+}
+
+/// The steps of one flight, traced.
+fn cycles() -> Result<Vec<CyclesOf>> {
+    let elf = firmware::build_with("bench", &["--features", "one-flight"])?;
+    let mut trace = Trace::new(image::functions(&elf, &["step_fast", "step_covariance"])?);
+    let run = qemu::run_tracing(&elf, qemu::MACHINE, LIMIT, &mut trace)?;
+    let mut calls = trace.calls.into_iter();
+    // The log says what was stepped, in its order, and how often.
+    let of_count = |count: Count| {
+        let mut steps: Vec<_> = calls.by_ref().take(count.steps as usize).collect();
+        let traced = steps.iter().map(|step| step.instructions).max().unwrap_or_default();
+        // What is counted is a little more than the function: its call, by way of a wrapper.
+        let is_whole = steps.len() == count.steps as usize
+            && (count.worst.saturating_sub(AROUND_A_STEP)..=count.worst).contains(&traced);
+        ensure!(is_whole, "{}: {traced} traced of {} instructions", count.name, count.worst);
+        steps.sort_by_key(|step| step.of_refill[1]);
+        let median = steps.get(steps.len() / 2).copied().unwrap_or_default();
+        let worst = steps.last().copied().unwrap_or_default();
+        Ok(CyclesOf { name: count.name, median, worst })
+    };
+    let counts = Table::of(&run.lines)?.counts;
+    counts.into_iter().map(of_count).collect()
 }
 
 /// Of the flight image, and of those with one estimator. The one with all comes last, so that it is
@@ -118,7 +161,7 @@ impl Table {
             .iter()
             .map(|budget| Judged { budget: *budget, measured: measured(budget, &counts) })
             .collect();
-        Ok(Self { counts, outcomes, judged, flash: Vec::new() })
+        Ok(Self { counts, outcomes, judged, cycles: Vec::new(), flash: Vec::new() })
     }
 
     /// Whether every figure is there and within its limit.
@@ -252,6 +295,28 @@ impl fmt::Display for Table {
         for (name, ratios) in self.ratios() {
             let ratios: String = ratios.iter().map(|ratio| format!("{ratio:>20.1}")).collect();
             writeln!(f, "{name:<24}{ratios}")?;
+        }
+        writeln!(f, "\ncycles a step, estimated (see target_tools::cycles), and at 168 MHz")?;
+        writeln!(
+            f,
+            "{:<24}{:>10}{:>10}{:>10}{:>10}{:>16}{:>10}",
+            "", "median", "µs", "worst", "µs", "range", "of all, µs"
+        )?;
+        for cycles in &self.cycles {
+            let of_all = self.counts.iter().filter(|count| count.name == cycles.name);
+            let most = of_all.map(|count| count.worst).max().unwrap_or_default();
+            let each = f64::from(cycles.worst.of_refill[1]) / f64::from(cycles.worst.instructions);
+            let [least, worst, largest] = cycles.worst.of_refill;
+            let median = cycles.median.of_refill[1];
+            writeln!(
+                f,
+                "{:<24}{median:>10}{:>10.1}{worst:>10}{:>10.1}{:>16}{:>10.1}",
+                cycles.name,
+                f64::from(median) / CYCLES_PER_US,
+                f64::from(worst) / CYCLES_PER_US,
+                format!("{least}-{largest}"),
+                each * f64::from(most) / CYCLES_PER_US,
+            )?;
         }
         writeln!(f, "\n{:<24}{:<12}{:>10}{:>10}", "budget", "", "measured", "at most")?;
         for judged in &self.judged {

@@ -18,6 +18,16 @@ pub fn symbols(elf: &Path) -> Result<Vec<String>> {
     Ok(names.filter(|name| !name.starts_with('{')).collect())
 }
 
+/// Where the functions of the image `elf` begin whose (mangled) names contain one of these.
+pub fn functions(elf: &Path, names: &[&str]) -> Result<Vec<u32>> {
+    let bytes = std::fs::read(elf).with_context(|| format!("could not read {}", elf.display()))?;
+    let file = object::File::parse(&*bytes).with_context(|| elf.display().to_string())?;
+    let is_wanted = |name: &str| !name.starts_with('{') && names.iter().any(|n| name.contains(n));
+    let wanted = file.symbols().filter(|symbol| symbol.name().is_ok_and(is_wanted));
+    // The lowest bit says that it is Thumb code.
+    Ok(wanted.map(|symbol| symbol.address() as u32 & !1).collect())
+}
+
 /// What an image takes of the chip's memory, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Memory {

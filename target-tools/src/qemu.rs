@@ -3,9 +3,10 @@
 //! The image logs by defmt on the first serial port and ends by semihosting, which becomes QEMU's
 //! exit status. A run that doesn't end is ended after a time limit.
 
+use crate::cycles::Trace;
 use anyhow::{Context, Result, bail};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -29,7 +30,7 @@ pub struct Run {
 /// Runs the image `elf` on `machine` until it ends, or fails after `limit`. Each log line is
 /// given to `on_line` as it arrives.
 pub fn run(elf: &Path, machine: &str, limit: Duration, on_line: impl FnMut(&str)) -> Result<Run> {
-    run_with(elf, machine, &[], limit, on_line)
+    run_with(elf, machine, &[], limit, on_line, None)
 }
 
 /// Like [`run`], but virtual time advances by 256 ns with each instruction, so that a timer of the
@@ -40,8 +41,16 @@ pub fn run_counting(
     limit: Duration,
     on_line: impl FnMut(&str),
 ) -> Result<Run> {
-    run_with(elf, machine, &["-icount", "shift=8"], limit, on_line)
+    run_with(elf, machine, &COUNTING, limit, on_line, None)
 }
+
+/// Like [`run_counting`], and `trace` reads what is executed. It takes about a microsecond a block.
+pub fn run_tracing(elf: &Path, machine: &str, limit: Duration, trace: &mut Trace) -> Result<Run> {
+    let options = [&COUNTING[..], &["-d", "in_asm,exec,nochain"]].concat();
+    run_with(elf, machine, &options, limit, |_| {}, Some(trace))
+}
+
+const COUNTING: [&str; 2] = ["-icount", "shift=8"];
 
 fn run_with(
     elf: &Path,
@@ -49,39 +58,55 @@ fn run_with(
     options: &[&str],
     limit: Duration,
     mut on_line: impl FnMut(&str),
+    trace: Option<&mut Trace>,
 ) -> Result<Run> {
     let image = std::fs::read(elf).with_context(|| format!("could not read {}", elf.display()))?;
     let table = Table::parse(&image)?
         .with_context(|| format!("{} has no defmt log table", elf.display()))?;
     let mut decoder = table.new_stream_decoder();
 
-    let (mut qemu, serial) = start(elf, machine, options)?;
+    let errors = if trace.is_some() { Stdio::piped() } else { Stdio::inherit() };
+    let (mut qemu, serial) = start(elf, machine, options, errors)?;
     let chunks = read_in_background(serial);
     let deadline = Instant::now() + limit;
 
     let mut lines = Vec::new();
-    loop {
-        match chunks.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
-            Ok(chunk) => {
-                decoder.received(&chunk);
-                for line in decode(decoder.as_mut()) {
-                    on_line(&line);
-                    lines.push(line);
+    std::thread::scope(|scope| {
+        let reading = trace
+            .zip(qemu.stderr.take())
+            .map(|(trace, log)| scope.spawn(|| trace.read(BufReader::new(log))));
+        loop {
+            match chunks.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+                Ok(chunk) => {
+                    decoder.received(&chunk);
+                    for line in decode(decoder.as_mut()) {
+                        on_line(&line);
+                        lines.push(line);
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {
+                    stop(&mut qemu)?;
+                    bail!("the image was still running after {} s", limit.as_secs());
                 }
             }
-            Err(RecvTimeoutError::Disconnected) => break,
-            Err(RecvTimeoutError::Timeout) => {
-                stop(&mut qemu)?;
-                bail!("the image was still running after {} s", limit.as_secs());
-            }
         }
-    }
+        if let Some(Ok(read)) = reading.map(|reading| reading.join()) {
+            read?;
+        }
+        Ok(())
+    })?;
     let status: ExitStatus = qemu.wait().context("could not wait for QEMU")?;
     Ok(Run { lines, success: status.success() })
 }
 
 /// Starts QEMU with the image's serial port on a pipe.
-fn start(elf: &Path, machine: &str, options: &[&str]) -> Result<(Child, ChildStdout)> {
+fn start(
+    elf: &Path,
+    machine: &str,
+    options: &[&str],
+    errors: Stdio,
+) -> Result<(Child, ChildStdout)> {
     let mut child = Command::new(QEMU)
         .args(["-machine", machine, "-display", "none", "-monitor", "none"])
         .args(["-semihosting-config", "enable=on,target=native"])
@@ -90,6 +115,7 @@ fn start(elf: &Path, machine: &str, options: &[&str]) -> Result<(Child, ChildStd
         .arg(elf)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
+        .stderr(errors)
         .spawn()
         .with_context(|| format!("no {QEMU}: install it (Debian: apt-get install {QEMU})"))?;
     let serial = child.stdout.take().context("QEMU's serial port is not connected")?;
