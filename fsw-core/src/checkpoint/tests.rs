@@ -483,7 +483,13 @@ fn window<T: Real, const U: usize>() -> Window<T, 1, 64, U> {
 
 fn window_config<T: Real>() -> window::Config<T> {
     let noise = T::lit(NOISE_RAD_S);
-    window::Config { quiet_s: T::lit(8.0), block_samples: 2, ..window::Config::new(noise) }
+    window::Config {
+        quiet_s: T::lit(8.0),
+        block_samples: 2,
+        // Blocks as short as these take twice the work.
+        instructions_per_step: Some(12_000),
+        ..window::Config::new(noise)
+    }
 }
 
 /// The most unknowns, an unknown noise, and all that can be asked for.

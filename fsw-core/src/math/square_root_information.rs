@@ -26,10 +26,12 @@ crate::persist!(
 
 /// What no solution can explain of a row, and the weight that is left of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Left<T> {
+pub struct Left<T: Real> {
     value: T,
     weight: T,
 }
+
+crate::persist!([T: Real] Left<T> { value, weight });
 
 impl<T: Real> Left<T> {
     /// Of unit variance: squares of these add up to the sum of squared residuals.
@@ -40,6 +42,23 @@ impl<T: Real> Left<T> {
     /// Its square.
     pub fn square(&self) -> T {
         self.value * self.value * self.weight
+    }
+
+    /// Its product with another row's, without a square root: the harmonic mean of their weights stands
+    /// for the geometric one, of which it is never more.
+    pub fn product(&self, other: &Self) -> T {
+        let sum = self.weight + other.weight;
+        if sum > T::zero() {
+            let two = T::lit(2.0);
+            self.value * other.value * (two * self.weight * (other.weight / sum))
+        } else {
+            T::zero()
+        }
+    }
+
+    /// Of no row.
+    pub fn nothing() -> Self {
+        Self { value: T::zero(), weight: T::zero() }
     }
 }
 

@@ -35,6 +35,11 @@ const CORRECTIONS_PER_SLICE: usize = 4;
 /// Motion that is so many times the noise stands out clearly.
 const CLEAR: f64 = 30.0;
 
+/// Samples of a block's rows at least, and how many blocks there are before it is twice as many: rows cost
+/// as much as half a block of a pass, and where the body turns fast blocks end every sample or two.
+const FEW_SAMPLES: u32 = 4;
+const MANY_ROWS: u32 = 32;
+
 /// An element whose sigma is above this share of the mean moment is too vague to start from.
 const VAGUE: f64 = 0.2;
 
@@ -149,6 +154,12 @@ impl<T: Real, const U: usize> LinearStart<T, U> {
             self.sum_push_s += back * self.push_s;
         }
         self.sum_momentum += back * self.impulse_n_m_s - self.newest.wheel_momentum_n_m_s;
+    }
+
+    /// Whether its rows are due: they go with a block, but of a few samples at least, and of more once
+    /// there are many of them. What was averaged is exact however far the body turned meanwhile.
+    pub fn is_due(&self) -> bool {
+        self.samples >= if self.rows < MANY_ROWS { FEW_SAMPLES } else { 2 * FEW_SAMPLES }
     }
 
     /// Makes three rows of the readings since the last block, as many as `samples` tells.

@@ -174,6 +174,10 @@ crate::persist!([T: Real] Closing<T> { last, passes });
 struct Watch<T: Real> {
     /// Whether the front has explained its data: before that, nothing is out of the ordinary.
     is_armed: bool,
+    /// Blocks with which the front's point was found near its solution, and close to it; zero where it
+    /// wasn't.
+    near_at: usize,
+    close_at: usize,
     /// Blocks refused in a row.
     refused: u32,
     /// Cumulative sum of squared residuals beyond what is usual.
@@ -183,11 +187,19 @@ struct Watch<T: Real> {
     has_refused: bool,
 }
 
-crate::persist!([T: Real] Watch<T> { is_armed, refused, sum, event, has_refused });
+crate::persist!([T: Real] Watch<T> { is_armed, near_at, close_at, refused, sum, event, has_refused });
 
 impl<T: Real> Watch<T> {
     fn new() -> Self {
-        Self { is_armed: false, refused: 0, sum: T::zero(), event: None, has_refused: false }
+        Self {
+            is_armed: false,
+            near_at: 0,
+            close_at: 0,
+            refused: 0,
+            sum: T::zero(),
+            event: None,
+            has_refused: false,
+        }
     }
 }
 
@@ -369,6 +381,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.ended = report::Ended::nothing();
         self.has_drag = false;
         self.watch.is_armed = false;
+        self.watch.near_at = 0;
+        self.watch.close_at = 0;
         self.watch.refused = 0;
         self.watch.sum = T::zero();
         let walk_kg_m2 = self.walk_kg_m2();
@@ -391,7 +405,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.lose();
     }
 
-    /// Takes in a reading. Returns what a block that ends with it costs.
+    /// Takes in a reading. Returns what the step costs so far.
     fn take_in(&mut self, reading: Reading<T>, elapsed_s: T) -> Cost {
         self.meter.add(&reading.rate_rad_s);
         let limits = Limits {
@@ -399,35 +413,41 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             turn_rad: self.config.block_turn_rad,
             is_torque_smooth: self.config.is_torque_smooth,
         };
-        let Some(averager) = &mut self.averager else { return 0 };
+        let Some(averager) = &mut self.averager else { return cost::step::<U>() };
         let block = averager.add(reading, elapsed_s, &limits);
+        let mut spent = cost::step::<U>();
         if self.is_quiet {
             self.past_age_s += elapsed_s;
         } else {
             self.window_s += elapsed_s;
             if let Beginning::Linear(linear) = &mut self.beginning {
-                if block.is_some() {
+                spent += cost::step_of_linear::<U>();
+                if block.is_some() && linear.is_due() {
                     linear.close_block();
+                    spent += cost::block_of_linear::<U>();
                 }
                 linear.add(reading, elapsed_s);
             }
         }
-        let Some(block) = block else { return 0 };
-        self.take_in_block(&block, reading);
-        match self.beginning {
-            Beginning::Linear(_) if !self.is_quiet => cost::BLOCK + 3 * cost::row::<U>(),
-            _ => cost::BLOCK,
+        if let Some(block) = block {
+            spent += cost::BLOCK;
+            if self.take_in_block(&block, reading) {
+                spent += cost::open::<U>();
+            }
         }
+        spent
     }
 
+    /// Whether a window opens with it.
     #[inline(never)]
-    fn take_in_block(&mut self, block: &Block<T>, reading: Reading<T>) {
+    fn take_in_block(&mut self, block: &Block<T>, reading: Reading<T>) -> bool {
         let noise = self.noise_rad_s();
+        let opens = self.is_quiet;
         if self.is_quiet {
             let begins = self.excitation.begins(block, noise, self.typical_kg_m2);
             self.excitation.add(block, noise, self.typical_kg_m2);
             if !begins && !self.excitation.is_driven() {
-                return;
+                return false;
             }
             self.is_quiet = false;
             self.excitation = Excitation::new();
@@ -437,12 +457,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if !self.blocks.push(block, self.block_samples, noise) {
             // Samples failed to come in the midst of it.
             self.end_window();
-            return self.open_at(reading);
+            self.open_at(reading);
+            return true;
         }
         self.excitation.add(block, noise, self.typical_kg_m2);
         if self.passes.front().is_some() && self.excitation.is_over(self.config.quiet_s) {
             self.close_window();
         }
+        opens
     }
 }
 

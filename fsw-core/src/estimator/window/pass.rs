@@ -43,13 +43,17 @@ pub enum Stage {
     Look,
     /// To go on to the next one.
     GoOn,
-    /// To cross it, a step.
-    Cross,
+    /// To carry the momentum across it, a step.
+    MoveOn,
+    /// To carry the sensitivities after it.
+    Differentiate,
     /// To take in its row of this axis.
     Row(usize),
 }
 
-crate::persist!([] enum Stage { 0 => Look, 1 => GoOn, 2 => Cross, 3 => Row(axis: usize) }
+crate::persist!([] enum Stage {
+    0 => Look, 1 => GoOn, 2 => MoveOn, 3 => Differentiate, 4 => Row(axis: usize)
+}
     if |this| !matches!(this, Self::Row(3..)));
 
 /// Sums over the recursive residuals.
@@ -62,7 +66,7 @@ pub struct Residuals<T: Real> {
     /// How many there are, and how many of the rows went into what was unknown.
     pub rows: u32,
     pub fitted: u32,
-    last: Vec3<T>,
+    last: [Left<T>; 3],
 }
 
 crate::persist!(
@@ -84,14 +88,15 @@ pub enum Taken<T> {
 impl<T: Real> Residuals<T> {
     fn new(fitted: u32) -> Self {
         let o = T::zero();
-        Self { squares: o, products: o, rows: 0, fitted, last: Vec3::zeros() }
+        Self { squares: o, products: o, rows: 0, fitted, last: [Left::nothing(); 3] }
     }
 
     fn add(&mut self, axis: usize, left: &Left<T>) {
-        let residual = left.residual();
         self.squares += left.square();
-        self.products += residual * self.last[axis];
-        self.last[axis] = residual;
+        if let Some(last) = self.last.get_mut(axis) {
+            self.products += left.product(last);
+            *last = *left;
+        }
         self.rows = self.rows.saturating_add(1);
     }
 
@@ -175,7 +180,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
         let ahead = match self.stage {
             Stage::Look => 0,
             Stage::GoOn | Stage::Row(_) => 2,
-            Stage::Cross => 3,
+            Stage::MoveOn | Stage::Differentiate => 3,
         };
         self.next + ahead == blocks.len()
     }
@@ -194,7 +199,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
 
     /// Whether the pass is inside a block.
     pub fn is_busy(&self) -> bool {
-        matches!(self.stage, Stage::Cross | Stage::Row(_))
+        matches!(self.stage, Stage::MoveOn | Stage::Differentiate | Stage::Row(_))
     }
 
     /// Whatever comes next.
@@ -222,7 +227,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
                 self.go_on(blocks.block(self.next + 2), per);
                 Taken::Silent
             }
-            Stage::Cross | Stage::Row(_) => self.inside(most),
+            Stage::MoveOn | Stage::Differentiate | Stage::Row(_) => self.inside(most),
         }
     }
 
@@ -241,7 +246,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
                 self.go_on(last.take(), per);
                 Some(Taken::Silent)
             }
-            Stage::Cross | Stage::Row(_) => Some(self.inside(most)),
+            Stage::MoveOn | Stage::Differentiate | Stage::Row(_) => Some(self.inside(most)),
         }
     }
 
@@ -249,25 +254,35 @@ impl<T: Real, const U: usize> Pass<T, U> {
         if let Some(span) = self.approach.go_on(second_after, per) {
             self.trajectory.enter(&mut self.crossing, &span, &self.point);
             self.residual = span.block.rate_rad_s;
-            self.stage = Stage::Cross;
+            self.stage = Stage::MoveOn;
         }
     }
 
     fn inside(&mut self, most: T) -> Taken<T> {
         match self.stage {
             Stage::Row(axis) => return self.take_row(axis, most),
-            _ => self.trajectory.step(&mut self.crossing, &self.point),
-        }
-        if self.crossing.is_done() {
-            self.next += 1;
-            self.stage = if self.crossing.samples() > 0 {
-                self.residual -= self.trajectory.mean_rate_rad_s(&self.crossing, &self.point);
-                Stage::Row(0)
-            } else {
-                Stage::GoOn
-            };
+            Stage::Differentiate => self.differentiate(),
+            _ => {
+                self.trajectory.move_on(&mut self.crossing, &self.point);
+                self.stage = Stage::Differentiate;
+            }
         }
         Taken::Silent
+    }
+
+    fn differentiate(&mut self) {
+        self.trajectory.differentiate(&mut self.crossing, &self.point);
+        if !self.crossing.is_done() {
+            self.stage = Stage::MoveOn;
+            return;
+        }
+        self.next += 1;
+        self.stage = if self.crossing.samples() > 0 {
+            self.residual -= self.trajectory.mean_rate_rad_s(&self.crossing, &self.point);
+            Stage::Row(0)
+        } else {
+            Stage::GoOn
+        };
     }
 
     fn take_row(&mut self, axis: usize, most: T) -> Taken<T> {

@@ -51,6 +51,11 @@ impl<T: Real> Ended<T> {
         Self { squares: T::zero(), degrees: 0, residuals_white: None }
     }
 
+    /// Degrees of freedom.
+    pub fn degrees(&self) -> u32 {
+        self.degrees
+    }
+
     /// One more has, and its successor goes on from where it stopped.
     pub fn add(&mut self, residuals: &Residuals<T>) {
         self.squares += residuals.squares;

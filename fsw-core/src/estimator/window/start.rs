@@ -24,7 +24,10 @@ const UNEXPLAINED: f64 = 1.5;
 /// A solution within so many sigmas of its pass's own point isn't worth another.
 const SETTLED_SIGMA: f64 = 0.01;
 /// Within so many, what linearising left out doesn't show in a chi-square test.
-const NEAR_SIGMA: f64 = 1.0;
+const CLOSE_SIGMA: f64 = 1.0;
+/// Within so many for each unknown, it doesn't show in residuals. A pass whose
+/// data have grown by half since its point was found moves by as much, and not because of that.
+const NEAR_SIGMA: f64 = 2.5;
 /// Drag that noise alone imitates once in 10⁵ windows: chi-square of three degrees of freedom.
 const DRAG_SHOWN: f64 = 26.0;
 /// A pass that has yet to step so many sigmas squared may err by as many times that in a sum of squares.
@@ -41,7 +44,7 @@ const UNPHYSICAL: f64 = 0.05;
 const OTHER_SIZE: f64 = 3.0;
 /// A step that leads astray is halved so often before it is given up.
 const HALVINGS: u32 = 5;
-/// Rows beyond the unknowns that a front has seen before it tells spikes: three times as many as the
+/// Rows beyond the unknowns that a front, and those it went on from, have seen before it tells spikes: three times as many as the
 /// most unknowns.
 const ARMED_DEGREES: u32 = 45;
 /// And before it needs no linear start any more: three times as many again.
@@ -55,10 +58,21 @@ enum Finding {
     PastContradicted,
     /// The torque changes with the motion.
     Drag,
-    /// Another pass would change nothing. Whether spikes can be told by now.
-    Settled { can_tell_spikes: bool },
-    /// Another pass is needed.
-    Unsettled { can_tell_spikes: bool },
+    /// Another pass would change nothing.
+    Settled,
+    /// Another pass is needed. How near the point is to its solution.
+    Unsettled(Distance),
+}
+
+/// How far a point is from its solution.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Distance {
+    /// So far that its linearisation may be wrong.
+    Far,
+    /// Near enough to take in more.
+    Near,
+    /// So near that few rows are needed to tell spikes.
+    Close,
 }
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
@@ -66,23 +80,38 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     pub(super) fn judge(&mut self, solving: &Solving<T>) {
         self.work = Work::Idle;
         self.forget_the_linear_start();
-        match self.finding(solving) {
+        let finding = self.finding(solving);
+        self.note_how_near(&finding);
+        match finding {
             Some(Finding::PastContradicted) => {
                 self.past = None;
                 self.watch.event = Some(Reset::Changed);
             }
             Some(Finding::Drag) => self.has_drag = true,
-            Some(Finding::Settled { can_tell_spikes }) => {
-                self.watch.is_armed |= can_tell_spikes;
+            Some(Finding::Settled) => {
                 let rows = self.passes.front().map_or(0, |front| front.residuals().rows);
                 self.rests_until = rows.saturating_add(REST_ROWS);
             }
-            Some(Finding::Unsettled { can_tell_spikes }) => {
-                self.watch.is_armed |= can_tell_spikes;
-                self.work = Work::Choosing;
-            }
+            Some(Finding::Unsettled(_)) => self.work = Work::Choosing,
             None => {}
         }
+    }
+
+    /// A front near its solution tells spikes, once it has seen enough.
+    fn note_how_near(&mut self, finding: &Option<Finding>) {
+        let distance = match finding {
+            Some(Finding::Settled) => Distance::Close,
+            Some(Finding::Unsettled(distance)) => *distance,
+            _ => return,
+        };
+        let Some(front) = self.passes.front() else { return };
+        let degrees = self.ended.degrees().saturating_add(front.residuals().degrees());
+        let is_near = distance != Distance::Far;
+        let enough = if distance == Distance::Close { ARMED_DEGREES } else { SURE_DEGREES };
+        self.watch.is_armed |= is_near && degrees >= enough;
+        let if_so = |is_so: bool| if is_so { front.next() } else { 0 };
+        self.watch.near_at = if_so(is_near);
+        self.watch.close_at = if_so(distance == Distance::Close);
     }
 
     /// Linear least squares isn't needed any more once a front that tells spikes has explained many rows.
@@ -104,7 +133,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let step = solved_square.min(front.information().size_square());
         let surely = |square: T| square - step * T::lit(UNSURE);
         if !self.has_found(front.residuals()) {
-            return Some(Finding::Unsettled { can_tell_spikes: false });
+            return Some(Finding::Unsettled(Distance::Far));
         }
         if self.past.is_some() && contradicts(surely(solving.past_square()), noise) {
             return Some(Finding::PastContradicted);
@@ -113,12 +142,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if self.shows_drag(front.residuals(), drag_square, surely(drag_square)) {
             return Some(Finding::Drag);
         }
-        let degrees = front.residuals().degrees();
-        let can_tell_spikes = within(step, NEAR_SIGMA) && degrees >= ARMED_DEGREES;
         Some(if within(solved_square, SETTLED_SIGMA) {
-            Finding::Settled { can_tell_spikes }
+            Finding::Settled
         } else {
-            Finding::Unsettled { can_tell_spikes }
+            let near_square = noise * noise * T::lit(NEAR_SIGMA * NEAR_SIGMA * U as f64);
+            Finding::Unsettled(match step {
+                _ if within(step, CLOSE_SIGMA) => Distance::Close,
+                _ if step < near_square => Distance::Near,
+                _ => Distance::Far,
+            })
         })
     }
 

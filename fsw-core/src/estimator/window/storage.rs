@@ -8,9 +8,12 @@ use crate::math::{Vec3, scalar::Real};
 use heapless::Vec;
 
 /// Storage is rebuilt while this share of it, and at least so many blocks, is still free: meanwhile
-/// more come, at most as many as steps pass, and a step rebuilds three.
-const RESERVE_SHARE: usize = 8;
+/// more come, at most as many as steps pass, and a step rebuilds three. A last pass before that takes a
+/// quarter of the time that its blocks took.
+const RESERVE_SHARE: usize = 4;
 const LEAST_RESERVE: usize = 16;
+/// What is handed on is rebuilt while at least so many are free.
+const LAST_BLOCKS: usize = 8;
 
 /// Turn times bend that merged blocks may have, in sigmas of a block's noise: a tenth of it is an
 /// error of the rate.
@@ -151,6 +154,11 @@ impl<T: Real, const N: usize> Storage<T, N> {
     /// Whether it is being rebuilt. Until that is done none of its blocks can be read.
     pub fn is_rebuilt(&self) -> bool {
         self.rebuild.is_some()
+    }
+
+    /// Whether all but the last few places are taken.
+    pub fn is_full(&self) -> bool {
+        self.len() + LAST_BLOCKS >= N
     }
 
     /// Whether it is time to make room.

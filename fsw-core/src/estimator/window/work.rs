@@ -174,15 +174,26 @@ enum Slice {
     Work,
 }
 
+fn stands_between_pairs<T: Real, const U: usize>(pass: &Pass<T, U>) -> bool {
+    !pass.is_busy() && pass.next().is_multiple_of(2)
+}
+
+/// Whether a change of the momentum at the window's start has grown too far.
+fn is_growing<T: Real, const U: usize>(front: &Pass<T, U>) -> bool {
+    front.growth_square() > T::lit(MOST_GROWTH * MOST_GROWTH)
+}
+
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// The work of one step, which has cost so much already.
     pub(super) fn work(&mut self, spent: Cost) {
-        let budget = self.config.slices_per_step.saturating_mul(cost::slice::<U>());
+        let budget = self.config.instructions_per_step.unwrap_or(cost::usual::<U>());
         let mut left = budget.saturating_sub(spent);
+        // However little is allowed, it must go on: what fits into no step is done in any.
+        let most = budget.saturating_sub(cost::step::<U>() + cost::BLOCK);
         let mut is_first = true;
-        while let Some((slice, cost)) = self.next_slice() {
-            // However little is allowed, it must go on.
-            if cost > left && !is_first {
+        let mut next = self.next_slice();
+        while let Some((slice, cost)) = next {
+            if cost > left && !(is_first && cost > most) {
                 return;
             }
             is_first = false;
@@ -191,13 +202,31 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             if self.watch.event.is_some() {
                 return;
             }
+            next = self.rest_of_the_block(slice).or_else(|| self.next_slice());
         }
     }
 
-    /// The slice that comes next, and what it costs at most. A front that is to be carried on, or
+    /// Inside a block a pass goes on with it: nothing else can have become due within the same step.
+    fn rest_of_the_block(&self, slice: Slice) -> Option<(Slice, Cost)> {
+        let (pass, is_armed) = match (slice, &self.work) {
+            (Slice::Front, _) => (self.passes.front()?, self.watch.is_armed),
+            (Slice::Work, Work::Passing) => (self.passes.other(), false),
+            _ => return None,
+        };
+        let cost = cost::of_pass::<U>(pass.current(), is_armed) + cost::NEXT;
+        pass.is_busy().then_some((slice, cost))
+    }
+
+    /// The slice that comes next, and what it costs at most, with finding it.
+    fn next_slice(&self) -> Option<(Slice, Cost)> {
+        let (slice, cost) = self.due_slice()?;
+        Some((slice, cost + cost::next::<U>()))
+    }
+
+    /// The slice that is due, and what it costs at most. A front that is to be carried on, or
     /// whose window has ended, takes in no more blocks; else it comes first.
     #[inline(never)]
-    fn next_slice(&self) -> Option<(Slice, Cost)> {
+    fn due_slice(&self) -> Option<(Slice, Cost)> {
         if self.blocks.is_rebuilt() {
             return Some((Slice::Rebuild, cost::REBUILD));
         }
@@ -211,7 +240,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
             _ => {}
         }
-        if let Some(front) = self.passes.front() {
+        let has_room = !self.blocks.is_nearly_full();
+        let can_merge = !has_room && self.blocks.can_merge(self.config.block_turn_rad);
+        let has_no_room = !can_merge && self.blocks.is_full();
+        // Linearised far from the solution, what is carried on would be wrong for good.
+        let may_move_on = self.is_close() || has_no_room;
+        if let Some(front) = self.passes.front().filter(|front| may_move_on && !front.is_busy())
+            && self.closing.is_none()
+        {
+            if !has_room && !can_merge {
+                return Some((Slice::MoveOn, cost::copy::<U>()));
+            }
+            if is_growing(front) && self.checked_at != front.next() {
+                return Some((Slice::CheckStability, cost::stability::<U>()));
+            }
+        }
+        if let Some(front) = self.passes.front().filter(|_| !self.front_waits()) {
             if let Some(stage) = front.stage(&self.blocks) {
                 return Some((Slice::Front, cost::of_pass::<U>(stage, self.watch.is_armed)));
             }
@@ -223,29 +267,60 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 }
                 return Some((Slice::Work, self.cost_of_work()?));
             }
-            if self.checked_at != front.next() {
-                return Some((Slice::CheckStability, cost::VARIANCES));
-            }
         }
-        if self.blocks.is_nearly_full() {
-            match self.passes.front() {
-                _ if self.blocks.can_merge(self.config.block_turn_rad) => {
-                    if self.can_halve() {
-                        return Some((Slice::Merge, cost::LITTLE));
-                    }
-                }
-                Some(_) => return Some((Slice::MoveOn, cost::COPY)),
-                None => return Some((Slice::Lose, cost::LITTLE)),
-            }
+        if can_merge && self.can_halve() {
+            return Some((Slice::Merge, cost::LITTLE));
+        }
+        if has_no_room && self.passes.front().is_none() {
+            return Some((Slice::Lose, cost::LITTLE));
         }
         Some((Slice::Work, self.cost_of_work()?))
     }
 
+    /// Whether the front takes in no more for now: until its solution is near its point, what it would say
+    /// of more blocks is wrong, and the sooner the rework has overtaken it the better. It waits between two
+    /// pairs of blocks, so that they can be merged.
+    fn front_waits(&self) -> bool {
+        let is_idle = matches!(self.work, Work::Idle);
+        let may_wait = !is_idle && self.closing.is_none() && !self.blocks.is_full();
+        may_wait
+            && self.passes.front().is_some_and(stands_between_pairs)
+            && !self.is_close()
+            && (!self.is_near() || self.is_to_move_on())
+    }
+
+    /// Whether the front's point is near its solution: with less than half as many blocks again as when
+    /// that was found.
+    fn is_near(&self) -> bool {
+        let near_at = self.watch.near_at;
+        self.passes.front().is_some_and(|front| front.next() < near_at + near_at.div_ceil(2))
+    }
+
+    /// Whether it is so close that what is carried on from it is right for good: with hardly more blocks.
+    fn is_close(&self) -> bool {
+        let close_at = self.watch.close_at;
+        self.passes.front().is_some_and(|front| front.next() < close_at + close_at.div_ceil(16))
+    }
+
+    /// Whether the window is to be carried on as soon as its front is close enough.
+    fn is_to_move_on(&self) -> bool {
+        let is_full =
+            self.blocks.is_nearly_full() && !self.blocks.can_merge(self.config.block_turn_rad);
+        is_full || self.passes.front().is_some_and(is_growing)
+    }
+
+    /// Whether the rework stands beyond a front that waits for it.
+    fn has_overtaken(&self) -> bool {
+        let (rework, front) = (self.passes.other(), self.passes.front());
+        !rework.is_busy()
+            && front.is_some_and(|front| rework.next() > front.next())
+            && self.front_waits()
+    }
+
     /// Whether each pass stands between two pairs of blocks.
     fn can_halve(&self) -> bool {
-        let can = |pass: &Pass<T, U>| !pass.is_busy() && pass.next().is_multiple_of(2);
-        self.passes.front().is_none_or(can)
-            && (!matches!(self.work, Work::Passing) || can(self.passes.other()))
+        self.passes.front().is_none_or(stands_between_pairs)
+            && (!matches!(self.work, Work::Passing) || stands_between_pairs(self.passes.other()))
     }
 
     /// What the next slice beside the front costs at most; `None` if there is nothing to do.
@@ -253,28 +328,29 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Some(match &self.work {
             Work::Idle => match self.passes.front() {
                 Some(front) if front.residuals().rows < self.rests_until => return None,
-                Some(_) => cost::COPY,
+                Some(_) => cost::copy::<U>(),
                 None if self.blocks.len() <= self.tried_with => return None,
-                None => cost::FIRST_POINT,
+                None => cost::first_point::<U>(),
             },
             Work::Solving(..) => cost::hold::<U>(),
             Work::Solved(_) => cost::JUDGE,
-            Work::Choosing => cost::CHOOSE,
-            Work::Starting(_) => cost::hold::<U>(),
-            Work::Beginning(_) => cost::BEGIN,
+            Work::Choosing => cost::choose::<U>(),
+            Work::Starting(_) => cost::start::<U>(),
+            Work::Beginning(_) => cost::begin::<U>(),
+            Work::Passing if self.has_overtaken() => cost::LITTLE + cost::copy::<U>(),
             Work::Passing => match self.passes.other().stage(&self.blocks) {
                 Some(stage) => cost::of_pass::<U>(stage, false),
                 None => cost::LITTLE,
             },
-            Work::Carrying(..) => cost::hold::<U>() + cost::BEGIN,
+            Work::Carrying(_, done) => cost::carry::<U>(*done),
             Work::Ending(ending) => self.cost_of_end(ending),
         })
     }
 
     fn cost_of_end(&self, ending: &Ending<T>) -> Cost {
         match (&ending.solving, self.passes.front()) {
-            (None, Some(front)) => cost::of_pass::<U>(front.current(), self.watch.is_armed),
-            (Some(_), _) => cost::hold::<U>() + cost::CONCLUDE,
+            (None, Some(front)) => cost::of_the_end::<U>(front.current(), self.watch.is_armed),
+            (Some(_), _) => cost::hold_at_the_end::<U>(),
             (None, None) => cost::LITTLE,
         }
     }
@@ -285,7 +361,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Slice::End => self.work_on_the_end(),
             Slice::Front => self.work_on_the_front(),
             Slice::CheckStability => {
-                if self.is_unstable() {
+                if self.knows_enough() {
                     self.begin_moving_on();
                 }
             }
@@ -310,6 +386,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             front.halve();
         }
         other.halve();
+        self.watch.near_at /= 2;
+        self.watch.close_at /= 2;
     }
 
     fn per_kg_m2(&self) -> T {
@@ -391,6 +469,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Work::Choosing => self.choose(),
             Work::Starting(starting) => self.work_on_the_start(starting),
             Work::Beginning(point) => self.begin_pass(&point),
+            Work::Passing if self.has_overtaken() => self.compare(),
             Work::Passing => {
                 let per = self.per_kg_m2();
                 let (_, rework) = self.passes.both();
@@ -446,7 +525,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// The rework has caught up: it takes the front's place where it fits better.
+    ///
+    /// Where the window is to be carried on, one that has overtaken a front which waited is solved at once,
+    /// before more blocks come: its step is then what linearising left out, and no more.
     fn compare(&mut self) {
+        let had_to_wait = self.has_overtaken();
         self.work = Work::Idle;
         if let Some(closing) = &mut self.closing {
             closing.passes = closing.passes.saturating_sub(1);
@@ -461,19 +544,20 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if is_better {
             self.passes.swap();
             self.rests_until = 0;
+            if had_to_wait && self.is_to_move_on() {
+                self.begin();
+            }
         }
     }
 
-    /// Whether the motion since the window opened magnifies a change of its start so far that rounding
-    /// would be magnified to the size of the noise, and the front knows the inertia so well that its
-    /// blocks needn't be gone over again.
-    fn is_unstable(&mut self) -> bool {
+    /// Whether the front knows the inertia so well that its blocks needn't be gone over again: then a window
+    /// of unstable motion is carried on before rounding is magnified to the size of the noise.
+    fn knows_enough(&mut self) -> bool {
         let noise = self.noise_rad_s();
         let Some(front) = self.passes.front() else { return false };
         self.checked_at = front.next();
         let are_small = |v: [T; 6]| v.iter().all(|v| *v * noise * noise < T::lit(KNOWN * KNOWN));
-        front.growth_square() > T::lit(MOST_GROWTH * MOST_GROWTH)
-            && inertia_variances(front.information()).is_some_and(are_small)
+        inertia_variances(front.information()).is_some_and(are_small)
     }
 
     /// The next window is to begin where the front has come to, with all that it knows.
@@ -485,7 +569,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.work = Work::Solving(Solving::new(), Purpose::MoveOn);
     }
 
-    /// Carries on one of the three equations that depend on the momentum; then the next window begins.
+    /// Carries on one of the three equations that depend on the momentum; after them the next window begins.
     fn carry(&mut self, step: [T; U], done: usize) {
         let (Some(front), other) = self.passes.both() else { return };
         let (point, rest) = front.carried(&step);
@@ -494,11 +578,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             room.take_over(front.information(), 3);
             room.shift(&core::array::from_fn(|i| step[i] - rest[i]));
         }
-        let Some((row, y, weight)) = front.carried_equation(done, &step, &rest) else {
-            return self.lose();
-        };
-        room.add_weighted(&row, y, weight);
-        if done < 2 {
+        if done < 3 {
+            let Some((row, y, weight)) = front.carried_equation(done, &step, &rest) else {
+                return self.lose();
+            };
+            room.add_weighted(&row, y, weight);
             self.work = Work::Carrying(step, done + 1);
             return;
         }
