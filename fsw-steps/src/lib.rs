@@ -17,7 +17,7 @@ use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3, WheelArr
 
 /// Wheels that the flight image has room for. A spacecraft with fewer has some of no spin inertia.
 pub const WHEELS: usize = 4;
-/// Blocks that a window keeps: sixteen turns of the body at least.
+/// Blocks that a window keeps: up to 48 turns of the body.
 pub const BLOCKS: usize = 512;
 
 /// `window` of inertia alone.
