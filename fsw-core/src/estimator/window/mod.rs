@@ -18,11 +18,12 @@
 //! few hundred instructions is cut into slices, whose cost is known before they begin (`cost`), and a
 //! step does no more of them than its budget has room for (`work`). Since passes run while
 //! data arrives, their horizon grows as the estimate does: the phase of the predicted motion is
-//! never lost, however far the body turns.
+//! never lost, however far the body turns. A front that is far from its solution waits until the rework
+//! has overtaken it: what it would say of more blocks is linearised at the wrong point.
 //!
 //! When storage is full, blocks are merged two by two. Where they already turn as far as the
-//! integration allows, what the front knows of momentum and inertia is carried to the end of the
-//! window as information, and the next window begins with it: nothing is lost.
+//! integration allows, what the front knows of momentum and inertia, once it is close to its solution, is
+//! carried to the end of the window as information, and the next window begins with it: nothing is lost.
 //!
 //! A window ends when nothing moves any more (`excitation`), after a gap, or by command. What
 //! it says of the inertia is then fused with what was known before (`past`), which may walk at
