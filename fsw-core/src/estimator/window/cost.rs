@@ -67,7 +67,7 @@ pub const fn copy<const U: usize>() -> Cost {
 
 /// The first look for a point to start from.
 pub const fn first_point<const U: usize>() -> Cost {
-    squares::<U>(575, 285)
+    squares::<U>(575, 650)
 }
 
 /// A plausible point on the way to a solution.

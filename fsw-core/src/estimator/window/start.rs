@@ -13,8 +13,11 @@ use crate::tensor::Inertia;
 
 /// No pass before so many blocks: fewer equations than a few per unknown say little.
 const BLOCKS_TO_START: usize = 16;
-/// Motion that nothing drives shows no size, and need not be waited for longer than this.
-const BLOCKS_TO_TUMBLE: usize = 24;
+/// Fast motion that nothing drives shows no size, and need not be waited for longer than this: a throw
+/// lasts no longer than a few blocks.
+const BLOCKS_TO_TUMBLE: usize = 10;
+/// Blocks that turn so far are fast motion, rad.
+const FAST_TURN: f64 = 0.3;
 /// With a past to start from, so many will do: a pass crosses the first of them.
 const BLOCKS_TO_RESUME: usize = 3;
 /// A front whose squared residuals exceed what the noise makes of them by this factor hasn't
@@ -221,7 +224,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.work = self.at_rest_from(inertia.map(|x| x / self.typical_kg_m2));
         } else if self.blocks.len() >= BLOCKS_TO_START {
             self.begin_linear_start(Kind::Driven, None);
+        } else if self.blocks.len() >= BLOCKS_TO_TUMBLE && self.tumbles() {
+            self.begin_linear_start(Kind::Homogeneous, None);
         }
+    }
+
+    /// Whether the body turns fast, and nothing drives it.
+    fn tumbles(&self) -> bool {
+        let noise = self.noise_rad_s();
+        let is_free = |linear: &super::LinearStart<T, U>| {
+            linear.size_kg_m2(noise).is_none() && linear.is_clear(noise)
+        };
+        self.blocks.turn_by(T::lit(FAST_TURN)) && self.linear().is_some_and(is_free)
     }
 
     /// The linear start has a solution.

@@ -151,6 +151,11 @@ impl<T: Real, const N: usize> Storage<T, N> {
         self.blocks.len()
     }
 
+    /// Whether a block turns by so much.
+    pub fn turn_by(&self, turn_rad: T) -> bool {
+        self.turn_square > turn_rad * turn_rad
+    }
+
     /// Whether it is being rebuilt. Until that is done none of its blocks can be read.
     pub fn is_rebuilt(&self) -> bool {
         self.rebuild.is_some()

@@ -24,9 +24,9 @@ use super::unknowns::{
 use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::Inertia;
 
-/// A step may turn by so much, rad: the Taylor series then errs by `turn⁸ / 40320` of the momentum, 2e-8,
+/// A step may turn by so much, rad: the Taylor series then errs by `turn⁸ / 40320` of the momentum, 4e-8,
 /// and where it turns by 0.3 by 2e-9.
-const STEP_TURN: f64 = 0.4;
+const STEP_TURN: f64 = 0.45;
 /// Up to so much, rad, three orders less of it do, and means alone of the sensitivities' equation: what
 /// that leaves is `turn⁵ / 120` of the momentum, 2e-10, and `turn² / 12` of a step's forcing, 1e-4.
 const SLOW_TURN: f64 = 0.03;
