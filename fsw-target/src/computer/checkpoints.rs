@@ -214,7 +214,7 @@ mod tests {
                 assert!(words(&mut onboard) <= MOST_WORDS, "{id:?}, sample {k}");
             }
         }
-        // All blocks that there is storage for.
+        // Three quarters of the blocks that there is storage for: more make room.
         let (mut onboard, mut most) = (Box::new(Onboard::new(CRAFT).unwrap()), 0);
         for k in 0..5_000 {
             let noise = [(k % 7) as f32, (k % 5) as f32, (k % 3) as f32].map(|x| 1e-5 * x);
@@ -223,6 +223,6 @@ mod tests {
                 most = most.max(words(&mut onboard));
             }
         }
-        assert!(most > 3_500 && most <= MOST_WORDS, "{most} of {MOST_WORDS} words");
+        assert!(most > 3_000 && most <= MOST_WORDS, "{most} of {MOST_WORDS} words");
     }
 }

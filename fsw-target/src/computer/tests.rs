@@ -519,11 +519,11 @@ fn while_the_flash_is_erased_the_gyro_is_not_to_blame() {
     assert_eq!(ground.world.0.gyro_starts.get(), starts);
 }
 
-/// Three times a manoeuvre, in which a checkpoint is saved, and then a minute of steady rotation.
+/// Three times a manoeuvre, in which a checkpoint is saved, and then two minutes of steady rotation, in which the window is concluded.
 #[test]
 fn a_save_in_mid_manoeuvre_finds_its_room_erased_in_the_quiet_before() {
     const MANOEUVRE: usize = 200;
-    const QUIET: usize = 600;
+    const QUIET: usize = 1_200;
     let mut rows = Vec::new();
     for _ in 0..3 {
         rows.extend_from_slice(&ROWS[..MANOEUVRE]);
