@@ -174,6 +174,7 @@ enum Slice {
     Work,
 }
 
+/// Whether blocks can be merged two by two without parting what a pass has crossed from what it hasn't.
 fn stands_between_pairs<T: Real, const U: usize>(pass: &Pass<T, U>) -> bool {
     !pass.is_busy() && pass.next().is_multiple_of(2)
 }
@@ -293,13 +294,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// that was found.
     fn is_near(&self) -> bool {
         let near_at = self.watch.near_at;
-        self.passes.front().is_some_and(|front| front.next() < near_at + near_at.div_ceil(2))
+        self.passes
+            .front()
+            .is_some_and(|front| front.next() < near_at.saturating_add(near_at.div_ceil(2)))
     }
 
     /// Whether it is so close that what is carried on from it is right for good: with hardly more blocks.
     fn is_close(&self) -> bool {
         let close_at = self.watch.close_at;
-        self.passes.front().is_some_and(|front| front.next() < close_at + close_at.div_ceil(16))
+        self.passes
+            .front()
+            .is_some_and(|front| front.next() < close_at.saturating_add(close_at.div_ceil(16)))
     }
 
     /// Whether the window is to be carried on as soon as its front is close enough.
@@ -595,6 +600,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             return self.lose();
         }
         self.blocks.begin_dropping(first);
+        (self.watch.near_at, self.watch.close_at) = (0, 0);
         self.work = Work::Idle;
         self.rests_until = 0;
     }
