@@ -23,30 +23,39 @@ pub const fn usual<const U: usize>() -> Cost {
 pub const fn step<const U: usize>() -> Cost {
     8 * U as Cost + 790
 }
+
 /// What a linear start adds to it.
 pub const fn step_of_linear<const U: usize>() -> Cost {
     25 * U as Cost + 60
 }
+
 /// A block averaged, packed and watched.
 pub const BLOCK: Cost = 1_550;
+
 /// What a linear start adds to it: three rows.
 pub const fn block_of_linear<const U: usize>() -> Cost {
     squares::<U>(2_000, 0)
 }
+
 /// What a window that opens with it adds to it.
 pub const fn open<const U: usize>() -> Cost {
     squares::<U>(3_300, 0)
 }
+
 /// To go on in the same block.
 pub const NEXT: Cost = 40;
+
 /// To find out what comes next, before each of the slices below.
 pub const fn next<const U: usize>() -> Cost {
     4 * U as Cost + 64
 }
+
 /// Next to nothing.
 pub const LITTLE: Cost = 160;
+
 /// A block rebuilt: two unpacked, one packed.
 pub const REBUILD: Cost = 1_215;
+
 /// What a solution says of its front.
 pub const JUDGE: Cost = 440;
 
