@@ -227,38 +227,44 @@ impl<T: Real> Regression<T> {
         x0: &Believed<T, N>,
         unmodelled: &Mat<T, N, N>,
     ) -> ([T; N], Mat<T, N, N>) {
-        let (Some(x), Some(factor), Some(bias)) =
-            (information.solve(), information.covariance_factor(), self.bias(information, x0))
+        let mut covariance = Mat::<T, N, N>::zeros();
+        let (Some(x), true) = (information.solve(), information.covariance_of_last(&mut covariance))
         else {
             return (x0.value, x0.covariance());
         };
-        let covariance =
-            factor * factor.transpose() * self.residual_variance(N) + bias + unmodelled;
-        x0.hold_unseen(&x, &covariance)
+        covariance *= self.residual_variance(N);
+        covariance += unmodelled;
+        match self.add_bias(information, x0, &mut covariance) {
+            Some(()) => x0.hold_unseen(&x, &covariance),
+            None => (x0.value, x0.covariance()),
+        }
     }
 
-    /// `A (S² + j₀ j₀ᵀ) Aᵀ`, `A = (HᵀH)⁻¹ N`, and the square of what the imbalance does.
+    /// Adds `A (S² + j₀ j₀ᵀ) Aᵀ`, `A = (HᵀH)⁻¹ N`, and the square of what the imbalance does.
     #[inline(never)]
-    fn bias<const N: usize>(
+    fn add_bias<const N: usize>(
         &self,
         information: &SquareRootInformation<T, N>,
         x0: &Believed<T, N>,
-    ) -> Option<Mat<T, N, N>> {
+        covariance: &mut Mat<T, N, N>,
+    ) -> Option<()> {
         // In rows of unit sigma, noise of one sigma in the acceleration is 1 / moment.
         let noise = self.instants / (self.moment_kg_m2 * self.moment_kg_m2);
-        let mut covariance = Mat::<T, N, N>::zeros();
-        let mut pulled = Mat::<T, N, 1>::zeros();
+        let mut pulled = [T::zero(); N];
         for k in 0..N {
             let mut b = [T::zero(); N];
             b[k] = noise * noise_share(k);
-            let column = Mat::<T, N, 1>::from(information.solve_normal(&b)?);
-            pulled += column * x0.value[k];
-            let spread = column * x0.sigma[k];
-            covariance += spread * spread.transpose();
+            let column = information.solve_normal(&b)?;
+            for i in 0..N {
+                pulled[i] += column[i] * x0.value[k];
+            }
+            add_square(covariance, &column.map(|c| c * x0.sigma[k]));
         }
         let imbalance = core::array::from_fn(|k| self.imbalance.get(k).map_or(T::zero(), |b| *b));
-        let moved = Mat::<T, N, 1>::from(information.solve_normal(&imbalance)?);
-        Some(covariance + pulled * pulled.transpose() + moved * moved.transpose())
+        let moved = information.solve_normal(&imbalance)?;
+        add_square(covariance, &pulled);
+        add_square(covariance, &moved);
+        Some(())
     }
 
     /// Mean squared residual of a row in sigmas, at least 1.
@@ -268,6 +274,15 @@ impl<T: Real> Regression<T> {
             return T::one();
         }
         (self.residual_square / (rows - T::count(unknowns as u32))).max(T::one())
+    }
+}
+
+/// Adds `v vᵀ`.
+fn add_square<T: Real, const N: usize>(covariance: &mut Mat<T, N, N>, v: &[T; N]) {
+    for i in 0..N {
+        for k in 0..N {
+            covariance[(i, k)] += v[i] * v[k];
+        }
     }
 }
 
