@@ -217,18 +217,25 @@ impl<T: Real, const U: usize> Pass<T, U> {
     /// that would leave more than `most` (rad/s) stays out, and so do those of its other axes.
     pub fn work<const N: usize>(&mut self, blocks: &Storage<T, N>, per: T, most: T) -> Taken<T> {
         match self.stage {
-            Stage::Look => {
-                self.approach.begin(blocks.around(self.next));
-                self.stage = Stage::GoOn;
-                Taken::Silent
-            }
-            Stage::GoOn => {
-                self.approach.set_samples(blocks.samples(self.next));
-                self.go_on(blocks.block(self.next + 2), per);
-                Taken::Silent
-            }
+            Stage::Look => self.look(blocks),
+            Stage::GoOn => self.go_on_to_stored(blocks, per),
             Stage::MoveOn | Stage::Differentiate | Stage::Row(_) => self.inside(most),
         }
+    }
+
+    // What unpacks blocks has a frame of its own, so that it isn't under that of a step across one.
+    #[inline(never)]
+    fn look<const N: usize>(&mut self, blocks: &Storage<T, N>) -> Taken<T> {
+        self.approach.begin(blocks.around(self.next));
+        self.stage = Stage::GoOn;
+        Taken::Silent
+    }
+
+    #[inline(never)]
+    fn go_on_to_stored<const N: usize>(&mut self, blocks: &Storage<T, N>, per: T) -> Taken<T> {
+        self.approach.set_samples(blocks.samples(self.next));
+        self.go_on(blocks.block(self.next + 2), per);
+        Taken::Silent
     }
 
     /// The same on what lies ahead when no more comes, followed by a block that isn't stored.

@@ -32,6 +32,10 @@ const ENOUGH_RESIDUALS: u32 = 30;
 /// A torque or bias counts as seen once its sigma is below this share of the range that it is held in.
 const SEEN: f64 = 0.5;
 
+/// A front that waits for the rework lies behind the newest block. A report carries it on over so many at
+/// most, each of some 6,000 instructions.
+const MOST_CARRIED: usize = 64;
+
 /// What windows that ended left.
 #[derive(Clone, Copy, Debug)]
 pub struct Ended<T> {
@@ -119,8 +123,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn solve_front(&self, estimate: &mut Estimate<T>) -> Option<bool> {
         let mut front = *self.passes.front()?;
         self.carry_on(&mut front);
+        self.solve_carried(&mut front, estimate)
+    }
+
+    /// The same of a copy that has come to the newest sample; its factor is the room in which it is solved.
+    #[inline(never)]
+    fn solve_carried(&self, front: &mut Pass<T, U>, estimate: &mut Estimate<T>) -> Option<bool> {
         let (point, residuals) = (*front.point(), *front.residuals());
-        // A copy: its factor is the room in which it is solved.
         let room = front.room();
         let noise = self.scale_rad_s(&residuals);
         let held = self.held(noise);
@@ -144,11 +153,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Some(self.config.gyro_noise_rad_s.is_none_or(|n| explains(unexplained, n)))
     }
 
-    /// Carries a copy of the front on over what it hasn't come to yet: the newest blocks, and the one that
-    /// is still being filled.
+    /// Carries a copy of the front on over what it hasn't come to yet: those that it waits with, the
+    /// newest blocks, and the one that is still being filled.
     #[inline(never)]
     fn carry_on(&self, front: &mut Pass<T, U>) {
         let (per, most) = (T::one() / self.typical_kg_m2, self.most_rad_s());
+        let enough = front.next().saturating_add(MOST_CARRIED);
+        while !self.blocks.is_rebuilt()
+            && (front.is_busy() || front.next() < enough)
+            && front.stage(&self.blocks).is_some()
+        {
+            front.work(&self.blocks, per, most);
+        }
         let has_looked_at_all = front.has_looked_at_all(&self.blocks);
         let (mut last, is_next_to_it) = match (&self.work, &self.closing) {
             (Work::Ending(ending), _) => (ending.last, true),
