@@ -96,6 +96,16 @@ fn a_deployment_is_told_from_noise() {
     assert!((found.nees_per_dof.unwrap() - 1.0).abs() < 0.12, "{found:?}");
 }
 
+/// A part that breaks off in mid-manoeuvre, before anything is known that this could contradict. What came
+/// before is given up some time later, and lost with it what came since.
+#[test]
+fn a_break_off_is_told_from_a_poor_start() {
+    let (found, changed) = fly("break-off", 300);
+    assert_eq!((changed, found.diverged, found.not_converged), (300, 0, 0));
+    assert!((found.nees_per_dof.unwrap() - 1.0).abs() < 0.12, "{found:?}");
+    assert!(worst(found.rmse_over_bound) < 3.0, "{found:?}");
+}
+
 /// A prior that is wrong by half is outweighed if it says so, and dropped if it doesn't.
 #[test]
 fn a_wrong_prior_does_no_harm() {

@@ -120,8 +120,10 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     work: Work<T, U>,
     /// Rows in the front until it is looked at again.
     rests_until: u32,
-    /// Passes begun from points that explain nothing.
+    /// Passes in a row that were begun from points which explain nothing.
     attempts: u32,
+    /// Whether this window has given up its data once, and the later ones aren't explained yet.
+    has_started_over: bool,
     /// Blocks with which a first point was looked for.
     tried_with: usize,
     /// Block at which the front was asked whether the motion is too unstable to go on.
@@ -138,8 +140,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
     config, gate, meter, averager, excitation, is_quiet, block_samples, blocks, typical_kg_m2, past,
-    past_age_s, window_s, beginning, passes, work, rests_until, attempts, tried_with, checked_at,
-    has_drag, watch, closing, ended, rate_rad_s; unchanged wheels
+    past_age_s, window_s, beginning, passes, work, rests_until, attempts, has_started_over, tried_with,
+    checked_at, has_drag, watch, closing, ended, rate_rad_s; unchanged wheels
 } if |this| this.passes.are_within(N));
 
 /// What a window begins with.
@@ -245,6 +247,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.work = Work::Idle;
         self.rests_until = 0;
         self.attempts = 0;
+        self.has_started_over = false;
         self.tried_with = 0;
         self.checked_at = 0;
         self.has_drag = false;
@@ -279,6 +282,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             work: Work::Idle,
             rests_until: 0,
             attempts: 0,
+            has_started_over: false,
             tried_with: 0,
             checked_at: 0,
             has_drag: false,
@@ -377,6 +381,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.passes.drop_front();
         self.work = Work::Idle;
         self.rests_until = 0;
+        self.attempts = 0;
         self.tried_with = 0;
         self.checked_at = 0;
         self.ended = report::Ended::nothing();
@@ -520,6 +525,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
         }
         match self.watch.event.take() {
             Some(Reset::Lockout) => {
+                self.has_started_over = true;
                 self.forget();
                 Outcome::Reset(Reset::Lockout)
             }

@@ -45,6 +45,9 @@ const THIN: f64 = 1.0e-4;
 const UNPHYSICAL: f64 = 0.05;
 /// A linear start larger or smaller than the typical inertia by this factor is another body.
 const OTHER_SIZE: f64 = 3.0;
+/// After so many passes in a row that explain nothing, no inertia will: the body has changed since the window
+/// began.
+const MOST_ATTEMPTS: u32 = 3;
 /// A step that leads astray is halved so often before it is given up.
 const HALVINGS: u32 = 5;
 /// Rows beyond the unknowns that a front, and those it went on from, have seen before it tells spikes: three times as many as the
@@ -115,6 +118,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let if_so = |is_so: bool| if is_so { front.next() } else { 0 };
         self.watch.near_at = if_so(is_near);
         self.watch.close_at = if_so(distance == Distance::Close);
+        self.has_started_over &= distance != Distance::Close;
     }
 
     /// Linear least squares isn't needed any more once a front that tells spikes has explained many rows.
@@ -192,7 +196,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let found = step.and_then(|step| plausible_point(front.point(), step));
         let is_found = self.is_at_noise(front.residuals());
         // What goes astray once it was at the noise is tried afresh soon.
-        self.attempts = if is_found { 0 } else { self.attempts.wrapping_add(1) };
+        self.attempts = if is_found { 0 } else { self.attempts.saturating_add(1) };
+        // Once: what isn't explained then either has another cause, such as a torque that nobody models.
+        let has_changed = self.attempts >= MOST_ATTEMPTS && !self.explains(front.residuals());
+        if has_changed && !self.has_started_over {
+            self.watch.event = Some(Reset::Lockout);
+            return;
+        }
         let is_guided = is_found || self.linear().is_none() || !self.attempts.is_power_of_two();
         match found {
             Some(point) if is_guided => self.work = Work::Beginning(point),

@@ -616,6 +616,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Ends the window. What it says of the inertia is fused with the past in the steps that follow.
     pub(super) fn end_window(&mut self) {
+        self.has_started_over = false;
         if matches!(self.work, Work::Ending(_)) {
             // The one that is open since has no front yet.
             return self.blocks.clear();

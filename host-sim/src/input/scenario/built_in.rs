@@ -3,7 +3,7 @@
 /// What `run` simulates if it is told nothing.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
-const BUILT_IN: [(&str, &str); 29] = [
+const BUILT_IN: [(&str, &str); 30] = [
     (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
     (
         "stsat3-spin-up-wrong-prior",
@@ -22,6 +22,7 @@ const BUILT_IN: [(&str, &str); 29] = [
     ("microsat-slew", include_str!("../../../scenarios/microsat-slew.toml")),
     ("random-spacecraft", include_str!("../../../scenarios/random-spacecraft.toml")),
     ("deployment", include_str!("../../../scenarios/deployment.toml")),
+    ("break-off", include_str!("../../../scenarios/break-off.toml")),
     ("no-change", include_str!("../../../scenarios/no-change.toml")),
     ("fuel-burn", include_str!("../../../scenarios/fuel-burn.toml")),
     ("bellar-2019", include_str!("../../../scenarios/bellar-2019.toml")),
