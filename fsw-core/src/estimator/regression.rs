@@ -228,7 +228,8 @@ impl<T: Real> Regression<T> {
         unmodelled: &Mat<T, N, N>,
     ) -> ([T; N], Mat<T, N, N>) {
         let mut covariance = Mat::<T, N, N>::zeros();
-        let (Some(x), true) = (information.solve(), information.covariance_of_last(&mut covariance))
+        let (Some(x), true) =
+            (information.solve(), information.covariance_of_last(&mut covariance))
         else {
             return (x0.value, x0.covariance());
         };
