@@ -97,13 +97,13 @@ fn a_deployment_is_told_from_noise() {
 }
 
 /// A part that breaks off in mid-manoeuvre, before anything is known that this could contradict. What came
-/// before is given up some time later, and lost with it what came since.
+/// before is given up a few seconds later, and lost with it what came since: about a tenth of what there is.
 #[test]
 fn a_break_off_is_told_from_a_poor_start() {
     let (found, changed) = fly("break-off", 300);
     assert_eq!((changed, found.diverged, found.not_converged), (300, 0, 0));
     assert!((found.nees_per_dof.unwrap() - 1.0).abs() < 0.12, "{found:?}");
-    assert!(worst(found.rmse_over_bound) < 3.0, "{found:?}");
+    assert!(worst(found.rmse_over_bound) < 1.5, "{found:?}");
 }
 
 /// A prior that is wrong by half is outweighed if it says so, and dropped if it doesn't.

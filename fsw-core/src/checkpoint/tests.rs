@@ -514,7 +514,7 @@ fn the_flights_of_the_window_have_what_they_should() {
         }
         assert!(names.iter().all(|name| found.contains(name)), "{found:?}");
     };
-    has_all(&eventful(), &["aligning", "updated", "spike", "reset_gap", "reset_changed", "open"]);
+    has_all(&eventful(), &["aligning", "updated", "spike", "reset_gap", "reset_lockout", "open"]);
     has_all(&two_manoeuvres(), &["updated", "closed", "open", "reset_lockout"]);
 }
 

@@ -124,6 +124,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     attempts: u32,
     /// Whether this window has given up its data once, and the later ones aren't explained yet.
     has_started_over: bool,
+    /// Whether a front of this window has explained its data.
+    has_explained: bool,
     /// Blocks with which a first point was looked for.
     tried_with: usize,
     /// Block at which the front was asked whether the motion is too unstable to go on.
@@ -140,8 +142,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
     config, gate, meter, averager, excitation, is_quiet, block_samples, blocks, typical_kg_m2, past,
-    past_age_s, window_s, beginning, passes, work, rests_until, attempts, has_started_over, tried_with,
-    checked_at, has_drag, watch, closing, ended, rate_rad_s; unchanged wheels
+    past_age_s, window_s, beginning, passes, work, rests_until, attempts, has_started_over, has_explained,
+    tried_with, checked_at, has_drag, watch, closing, ended, rate_rad_s; unchanged wheels
 } if |this| this.passes.are_within(N));
 
 /// What a window begins with.
@@ -248,6 +250,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.rests_until = 0;
         self.attempts = 0;
         self.has_started_over = false;
+        self.has_explained = false;
         self.tried_with = 0;
         self.checked_at = 0;
         self.has_drag = false;
@@ -283,6 +286,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             rests_until: 0,
             attempts: 0,
             has_started_over: false,
+            has_explained: false,
             tried_with: 0,
             checked_at: 0,
             has_drag: false,
@@ -382,6 +386,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.work = Work::Idle;
         self.rests_until = 0;
         self.attempts = 0;
+        self.has_explained = false;
         self.tried_with = 0;
         self.checked_at = 0;
         self.ended = report::Ended::nothing();

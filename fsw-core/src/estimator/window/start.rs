@@ -46,8 +46,10 @@ const UNPHYSICAL: f64 = 0.05;
 /// A linear start larger or smaller than the typical inertia by this factor is another body.
 const OTHER_SIZE: f64 = 3.0;
 /// After so many passes in a row that explain nothing, no inertia will: the body has changed since the window
-/// began.
+/// began. A first pass may start too far off.
 const MOST_ATTEMPTS: u32 = 3;
+/// The same where a front has explained the data before.
+const MOST_ATTEMPTS_SINCE: u32 = 1;
 /// A step that leads astray is halved so often before it is given up.
 const HALVINGS: u32 = 5;
 /// Rows beyond the unknowns that a front, and those it went on from, have seen before it tells spikes: three times as many as the
@@ -197,8 +199,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_found = self.is_at_noise(front.residuals());
         // What goes astray once it was at the noise is tried afresh soon.
         self.attempts = if is_found { 0 } else { self.attempts.saturating_add(1) };
+        self.has_explained |= is_found;
         // Once: what isn't explained then either has another cause, such as a torque that nobody models.
-        let has_changed = self.attempts >= MOST_ATTEMPTS && !self.explains(front.residuals());
+        let most = if self.has_explained { MOST_ATTEMPTS_SINCE } else { MOST_ATTEMPTS };
+        let has_changed = self.attempts >= most && !self.explains(front.residuals());
         if has_changed && !self.has_started_over {
             self.watch.event = Some(Reset::Lockout);
             return;

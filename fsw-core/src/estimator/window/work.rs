@@ -404,6 +404,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let (Some(front), _) = self.passes.both() else { return };
         let taken = front.work(&self.blocks, per, most);
         let (is_whole, block) = (!front.is_busy(), front.next().saturating_sub(1));
+        let is_near = self.is_near();
         match taken {
             Taken::Silent => {}
             Taken::Refused => {
@@ -411,14 +412,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 self.watch.has_refused = true;
                 self.watch.refused += 1;
                 if self.watch.refused >= MOST_SPIKES {
-                    self.watch.event = Some(Reset::Lockout);
+                    // What a front expects that is linearised far off isn't what the body would do.
+                    self.watch.is_armed = is_near;
+                    if is_near {
+                        self.watch.event = Some(Reset::Lockout);
+                    }
                 }
             }
             Taken::In(square) => {
                 if is_whole {
                     self.watch.refused = 0;
                 }
-                if self.watch.is_armed && self.config.gyro_noise_rad_s.is_some() {
+                if self.watch.is_armed && is_near && self.config.gyro_noise_rad_s.is_some() {
                     self.watch_for_change(square);
                 }
             }
