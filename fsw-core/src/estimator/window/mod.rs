@@ -124,7 +124,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     attempts: u32,
     /// Whether this window has given up its data once, and the later ones aren't explained yet.
     has_started_over: bool,
-    /// Whether a front of this window has explained its data.
+    /// Whether a front of this window has explained its data, from a point near its solution.
     has_explained: bool,
     /// Blocks with which a first point was looked for.
     tried_with: usize,

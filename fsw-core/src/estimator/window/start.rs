@@ -48,7 +48,7 @@ const OTHER_SIZE: f64 = 3.0;
 /// After so many passes in a row that explain nothing, no inertia will: the body has changed since the window
 /// began. A first pass may start too far off.
 const MOST_ATTEMPTS: u32 = 3;
-/// The same where a front has explained the data before.
+/// The same where a front has explained the data before, from a point near its solution.
 const MOST_ATTEMPTS_SINCE: u32 = 1;
 /// A step that leads astray is halved so often before it is given up.
 const HALVINGS: u32 = 5;
@@ -121,6 +121,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.watch.near_at = if_so(is_near);
         self.watch.close_at = if_so(distance == Distance::Close);
         self.has_started_over &= distance != Distance::Close;
+        self.has_explained |= is_near;
     }
 
     /// Linear least squares isn't needed any more once a front that tells spikes has explained many rows.
@@ -199,7 +200,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_found = self.is_at_noise(front.residuals());
         // What goes astray once it was at the noise is tried afresh soon.
         self.attempts = if is_found { 0 } else { self.attempts.saturating_add(1) };
-        self.has_explained |= is_found;
         // Once: what isn't explained then either has another cause, such as a torque that nobody models.
         let most = if self.has_explained { MOST_ATTEMPTS_SINCE } else { MOST_ATTEMPTS };
         let has_changed = self.attempts >= most && !self.explains(front.residuals());
