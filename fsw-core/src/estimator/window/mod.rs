@@ -30,6 +30,11 @@
 //! random meanwhile, unless a chi-square test finds that the two contradict each other: then the
 //! inertia has changed, and the stale past is dropped. So is a prior that the data contradict.
 //!
+//! A change in mid-manoeuvre shows in rows that aren't what a front near its solution expects; before there
+//! is such a front, in passes that no longer explain the data (`start`). No inertia explains what comes
+//! before and after: all that was known is dropped, and the window starts over with the next sample. It does
+//! so once, for a torque that nobody models looks the same.
+//!
 //! Beside momentum and inertia, a constant disturbance torque and a gyro bias can be unknowns
 //! (`unknowns`). Where the torque is among the U unknowns but isn't asked for, it is held at zero and
 //! tested (`solution`). With 18 unknowns, a torque that is asked for is also tested for a part that
