@@ -31,9 +31,9 @@
 //! inertia has changed, and the stale past is dropped. So is a prior that the data contradict.
 //!
 //! A change in mid-manoeuvre shows in rows that aren't what a front near its solution expects; before there
-//! is such a front, in passes that no longer explain the data (`start`). No inertia explains what comes
-//! before and after: all that was known is dropped, and the window starts over with the next sample. It does
-//! so once, for a torque that nobody models looks the same.
+//! is such a front, in a pass that doesn't explain the data where one did before (`start`). No inertia
+//! explains what comes before and after: all that was known is dropped, and the window starts over with the
+//! next sample. It does so once, for a torque that nobody models looks the same.
 //!
 //! Beside momentum and inertia, a constant disturbance torque and a gyro bias can be unknowns
 //! (`unknowns`). Where the torque is among the U unknowns but isn't asked for, it is held at zero and
@@ -125,7 +125,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     work: Work<T, U>,
     /// Rows in the front until it is looked at again.
     rests_until: u32,
-    /// Passes in a row that were begun from points which explain nothing.
+    /// Passes in a row that were begun from points that explain nothing.
     attempts: u32,
     /// Whether this window has given up its data once, and the later ones aren't explained yet.
     has_started_over: bool,

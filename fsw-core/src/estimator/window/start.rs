@@ -45,11 +45,6 @@ const THIN: f64 = 1.0e-4;
 const UNPHYSICAL: f64 = 0.05;
 /// A linear start larger or smaller than the typical inertia by this factor is another body.
 const OTHER_SIZE: f64 = 3.0;
-/// After so many passes in a row that explain nothing, no inertia will: the body has changed since the window
-/// began. A first pass may start too far off.
-const MOST_ATTEMPTS: u32 = 3;
-/// The same where a front has explained the data before, from a point near its solution.
-const MOST_ATTEMPTS_SINCE: u32 = 1;
 /// A step that leads astray is halved so often before it is given up.
 const HALVINGS: u32 = 5;
 /// Rows beyond the unknowns that a front, and those it went on from, have seen before it tells spikes: three times as many as the
@@ -200,9 +195,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_found = self.is_at_noise(front.residuals());
         // What goes astray once it was at the noise is tried afresh soon.
         self.attempts = if is_found { 0 } else { self.attempts.saturating_add(1) };
-        // Once: what isn't explained then either has another cause, such as a torque that nobody models.
-        let most = if self.has_explained { MOST_ATTEMPTS_SINCE } else { MOST_ATTEMPTS };
-        let has_changed = self.attempts >= most && !self.explains(front.residuals());
+        // No inertia will, if one did before. Once: what isn't explained then either has another cause, such as
+        // a torque that nobody models.
+        let has_changed = !is_found && self.has_explained && !self.explains(front.residuals());
         if has_changed && !self.has_started_over {
             self.watch.event = Some(Reset::Lockout);
             return;

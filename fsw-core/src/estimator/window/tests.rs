@@ -135,10 +135,10 @@ fn a_change_of_the_inertia_makes_all_start_anew() {
     assert_eq!(found.status, Status::Converged);
 }
 
-/// Nothing has been found as yet that could contradict what comes: but no inertia explains all of it.
+/// What was found is too new to tell a change from a poor fit: but no inertia explains all of it.
 #[test]
 fn a_change_in_mid_manoeuvre_makes_all_start_anew() {
-    for changed_after in [30, 60, 120] {
+    for changed_after in [120, 150, 300] {
         let before = tumble(changed_after);
         let last = before.last().unwrap();
         let heavier = TestFlight {
