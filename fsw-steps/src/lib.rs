@@ -22,8 +22,12 @@ pub const BLOCKS: usize = 512;
 
 /// `window` of inertia alone.
 pub type Window9 = Window<f32, WHEELS, BLOCKS, 9>;
+/// `window` with a torque that is tested, held at zero.
+pub type Window12 = Window<f32, WHEELS, BLOCKS, 12>;
 /// `window` with torque and bias.
 pub type Window15 = Window<f32, WHEELS, BLOCKS, 15>;
+/// `window` with torque, bias and drag.
+pub type Window18 = Window<f32, WHEELS, BLOCKS, 18>;
 /// `joint-ekf`.
 pub type JointEkf = JointEkfUd<f32, WHEELS>;
 /// `ekf-sgf-rls`.
@@ -68,7 +72,7 @@ macro_rules! step_fast {
     };
 }
 
-step_fast!(Window9, Window15, JointEkf, EkfSgfRls);
+step_fast!(Window9, Window12, Window15, Window18, JointEkf, EkfSgfRls);
 
 /// The place of the estimator that is stepped, whichever of those that are aboard it is.
 #[derive(Debug, Clone, Default)]

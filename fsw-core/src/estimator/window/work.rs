@@ -342,10 +342,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Work::Choosing => cost::choose::<U>(),
             Work::Starting(_) => cost::start::<U>(),
             Work::Beginning(_) => cost::begin::<U>(),
-            Work::Passing if self.has_overtaken() => cost::LITTLE + cost::copy::<U>(),
+            Work::Passing if self.has_overtaken() => cost::compare_and_begin::<U>(),
             Work::Passing => match self.passes.other().stage(&self.blocks) {
                 Some(stage) => cost::of_pass::<U>(stage, false),
-                None => cost::LITTLE,
+                None => cost::compare::<U>(),
             },
             Work::Carrying(_, done) => cost::carry::<U>(*done),
             Work::Ending(ending) => self.cost_of_end(ending),

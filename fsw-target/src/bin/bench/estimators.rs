@@ -8,7 +8,7 @@ use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Window};
 use fsw_core::estimator::{Coasting, Prior};
 use fsw_core::{ConfigError, Outcome, Sample, Status, WheelArray};
-use fsw_steps::{BLOCKS, Step};
+use fsw_steps::{BLOCKS, Step, Window9, Window12, Window15, Window18};
 use fsw_target::craft::WHEELS;
 use fsw_target::recording::cubesat_pyramid::CRAFT;
 
@@ -36,14 +36,22 @@ const INERTIA_WALK_KG_M2_SQRT_S: f32 = 1e-3 / 60.0;
 pub struct Places {
     /// Of whatever is counted.
     pub tally: Tally,
-    window_9: Option<Window<f32, WHEELS, BLOCKS, 9>>,
-    window_15: Option<Window<f32, WHEELS, BLOCKS, 15>>,
+    window_9: Option<Window9>,
+    window_12: Option<Window12>,
+    window_15: Option<Window15>,
+    window_18: Option<Window18>,
 }
 
 impl Places {
     /// Nothing in them.
     pub const fn new() -> Self {
-        Self { tally: Tally::new(), window_9: None, window_15: None }
+        Self {
+            tally: Tally::new(),
+            window_9: None,
+            window_12: None,
+            window_15: None,
+            window_18: None,
+        }
     }
 }
 
@@ -51,7 +59,7 @@ impl Places {
 pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigError> {
     let wheels = CRAFT.wheels()?;
     let noise = CRAFT.gyro_noise_rad_s;
-    let Places { tally, window_9, window_15 } = places;
+    let Places { tally, window_9, window_12, window_15, window_18 } = places;
     let mut bench = Bench { counter, tally };
 
     let config = joint_ekf::Config::new(noise);
@@ -70,12 +78,14 @@ pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigE
 
     let config = window::Config::new(noise);
     bench.fly("window-9", window_9, |place| in_place(place, wheels).reset(config))?;
+    bench.fly("window-12", window_12, |place| in_place(place, wheels).reset(config))?;
     let config = window::Config {
         disturbance_torque_n_m: Some(DISTURBANCE_TORQUE_N_M),
         gyro_bias_rad_s: Some(GYRO_BIAS_RAD_S),
         ..config
     };
-    bench.fly("window-15", window_15, |place| in_place(place, wheels).reset(config))
+    bench.fly("window-15", window_15, |place| in_place(place, wheels).reset(config))?;
+    bench.fly("window-18", window_18, |place| in_place(place, wheels).reset(config))
 }
 
 /// The window of this place, built there: the stack has no room for one.
