@@ -13,7 +13,7 @@ mod flight_table;
 #[path = "build/sources.rs"]
 mod sources;
 
-use std::{env, error::Error, fs, path::Path};
+use std::{env, error::Error, fs, path::Path, process::ExitCode};
 
 /// Wheels that the flight image has room for, as `craft::WHEELS` says.
 const WHEELS: usize = 4;
@@ -21,7 +21,15 @@ const WHEELS: usize = 4;
 /// File stems in `flights/`, each with a log (`.csv`) and its craft (`.craft.toml`).
 const FLIGHTS: [&str; 1] = ["cubesat_pyramid"];
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> ExitCode {
+    let Err(error) = prepare() else { return ExitCode::SUCCESS };
+    for line in error.to_string().lines() {
+        println!("cargo::error={line}");
+    }
+    ExitCode::FAILURE
+}
+
+fn prepare() -> Result<(), Box<dyn Error>> {
     let package_var = env::var("CARGO_MANIFEST_DIR")?;
     let package = Path::new(&package_var);
     let out_var = env::var("OUT_DIR")?;
@@ -34,8 +42,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=build");
     let flown = package.join("craft.toml");
     println!("cargo:rerun-if-changed={}", flown.display());
-    let source = craft::Craft::load(&flown)?
-        .to_source(WHEELS)
+    let flown_craft = craft::Craft::load(&flown)?;
+    let source = flown_craft
+        .check(WHEELS)
+        .and_then(|()| flown_craft.to_source(WHEELS))
         .map_err(|e| format!("{}: {e}", flown.display()))?;
     fs::write(Path::new(&out_var).join("craft.rs"), source)?;
     fs::write(Path::new(&out_var).join("sources.rs"), sources::fingerprint(package)?)?;

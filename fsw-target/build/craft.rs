@@ -3,10 +3,12 @@
 //! Decimal text is parsed as f64 and rounded to f32 once, here, and emitted as exact bits: the
 //! constant holds what `host-sim replay --precision f32` reads from the same file.
 
+use fsw_core::estimator::{self, window};
+use fsw_core::{Vec3, WheelArray};
 use serde::Deserialize;
 use std::{error::Error, fmt::Write as _, fs, path::Path};
 
-/// What the craft file says, in the format of `host-sim replay --craft`.
+/// What the craft file says: what `host-sim replay --craft` knows of wheels, gyro noise and prior.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Craft {
@@ -44,13 +46,33 @@ impl Craft {
         Ok(toml::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?)
     }
 
+    /// Refuses, in the arithmetic that flies, what the estimators would: an image that is built flies.
+    pub fn check(&self, room: usize) -> Result<(), Box<dyn Error>> {
+        if self.wheel.len() > room {
+            let wheels = self.wheel.len();
+            return Err(format!("{wheels} [[wheel]], and the image has room for {room}").into());
+        }
+        for (i, wheel) in self.wheel.iter().enumerate() {
+            let axis = Vec3::from(wheel.axis.map(|x| x as f32));
+            WheelArray::new([axis], [wheel.spin_inertia_kg_m2 as f32])
+                .map_err(|why| format!("[[wheel]] {} of {}: {why}", i + 1, self.wheel.len()))?;
+        }
+        window::Config::new(self.gyro.noise_rad_s as f32)
+            .validate::<9>()
+            .map_err(|why| format!("[gyro]: {why}"))?;
+        let narrow = |values: [f64; 6]| values.map(|x| x as f32);
+        let prior = self.prior.as_ref().map(|prior| estimator::Prior {
+            inertia_kg_m2: narrow(prior.inertia_kg_m2),
+            sigma_kg_m2: narrow(prior.sigma_kg_m2),
+        });
+        prior.map_or(Ok(()), |prior| prior.validate()).map_err(|why| format!("[prior]: {why}"))?;
+        Ok(())
+    }
+
     /// The Rust source of `CRAFT`, a constant with room for so many wheels. What the file doesn't
     /// have is a wheel about z without spin inertia.
     pub fn to_source(&self, room: usize) -> Result<String, Box<dyn Error>> {
-        if self.wheel.len() > room {
-            return Err(format!("{} wheels, and room for {room}", self.wheel.len()).into());
-        }
-        let missing = room - self.wheel.len();
+        let missing = room.checked_sub(self.wheel.len()).ok_or("more wheels than there is room for")?;
         let axes: Vec<_> = self.wheel.iter().map(|wheel| floats(&wheel.axis)).collect();
         let axes = [axes, vec![floats(&[0.0, 0.0, 1.0]); missing]].concat();
         let spin_inertias: Vec<_> =
