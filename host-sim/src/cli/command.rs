@@ -1,7 +1,9 @@
 //! `command`: a telecommand as the bytes that go over the serial line.
 
 use std::io::{self, IsTerminal, Write};
-use std::path::PathBuf;
+#[cfg(unix)]
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum, value_parser};
 use fsw_core::estimator::Prior;
@@ -104,11 +106,28 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
     eprintln!("note: {}, {} bytes: {}", command.function().code().1, line.len(), hex(&line));
     let mut out = io::stdout();
-    if out.is_terminal() {
+    if is_terminal_of_the_user() {
         eprintln!("note: a terminal shows no bytes; send them on, as in `> /dev/ttyUSB0`");
         return Ok(());
     }
     out.write_all(&line).and_then(|()| out.flush()).map_err(Failure::Print)
+}
+
+/// Whether the command's bytes would go to a screen. A serial port is a terminal as well: it is told apart
+/// by not being the one that messages go to, or keys come from.
+fn is_terminal_of_the_user() -> bool {
+    let is_users = [("stderr", io::stderr().is_terminal()), ("stdin", io::stdin().is_terminal())]
+        .into_iter()
+        .any(|(name, is_terminal)| is_terminal && device(name) == device("stdout"));
+    io::stdout().is_terminal() && is_users
+}
+
+/// Which device a standard stream is; none where that can't be told.
+fn device(stream: &str) -> Option<u64> {
+    #[cfg(unix)]
+    return Path::new("/dev").join(stream).metadata().ok().map(|file| file.rdev());
+    #[cfg(not(unix))]
+    return None;
 }
 
 fn framed(command: &Command, sequence_count: u16) -> Vec<u8> {
