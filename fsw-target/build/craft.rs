@@ -72,7 +72,8 @@ impl Craft {
     /// The Rust source of `CRAFT`, a constant with room for so many wheels. What the file doesn't
     /// have is a wheel about z without spin inertia.
     pub fn to_source(&self, room: usize) -> Result<String, Box<dyn Error>> {
-        let missing = room.checked_sub(self.wheel.len()).ok_or("more wheels than there is room for")?;
+        let missing =
+            room.checked_sub(self.wheel.len()).ok_or("more wheels than there is room for")?;
         let axes: Vec<_> = self.wheel.iter().map(|wheel| floats(&wheel.axis)).collect();
         let axes = [axes, vec![floats(&[0.0, 0.0, 1.0]); missing]].concat();
         let spin_inertias: Vec<_> =

@@ -2,12 +2,15 @@
 //!
 //! # Porting to another Cortex-M
 //!
-//! 1. `memory.x`: where the chip has flash and RAM. Keep the stack below the statics, and two
-//!    erase units at the end of the flash for checkpoints.
+//! 1. `memory.x`: where the chip has flash and RAM. Keep the stack below the statics, and the end of the
+//!    flash for checkpoints: two halves of whole pages, of at least 20 KiB each, and of words of at most
+//!    32 bytes ([`crate::store`]).
 //! 2. A folder beside `stm32f405` that offers what is in the table, re-exported here. The wiring
 //!    table of that folder's page, its list of rules and its division into files are worth copying.
-//! 3. A core other than the Cortex-M4F: the target in `.cargo/config.toml` and
-//!    `target-tools/src/toolchain.rs`. A probe: the `--chip` of the runner in the former.
+//! 3. A chip other than this: its name in `target-tools/src/bin/board.rs` and in the runner of
+//!    `.cargo/config.toml`, its registers in `fsw-target/Cargo.toml`. A core other than the Cortex-M4F:
+//!    `target-cpu` in `.cargo/config.toml`; and if that needs another target, there and in
+//!    `target-tools/src/toolchain.rs` and `tests/check.sh`.
 //! 4. Flash `bringup`, which says of each part whether it works; then `replay`, which must come to
 //!    the bits that the host comes to; then `flight`.
 //!
@@ -20,10 +23,13 @@
 //! | `flash` | [`embedded_storage::nor_flash::NorFlash`] | checkpoints |
 //! | `watchdog` | takes a [`crate::supervisor::FeedPermit`] | a loop that hangs |
 //! | `syst` | the core's timer | `bench` |
-//! | `tunnel` | as `link` | the processor in the loop |
+//! | `tunnel` | [`crate::tunnel::Port`] | the processor in the loop |
 //!
-//! Beside them `LogPort` sends the log of images that end by themselves, `Delay` waits and
-//! `now_us` tells the time.
+//! `Board::take` brings it all up once, and `Board::report` says what came of it. Beside the parts `Services` is
+//! the computer's [`crate::computer::Housekeeping`]: a clock of 32 bits of microseconds or more, a delay, the
+//! watchdog, whose period is longer than the longest erasure. `LogPort` sends the log of images that end by
+//! themselves, `Delay` waits and `now_us` tells the time. What restarts tell each other is in RAM that a reset
+//! leaves alone (`.uninit`).
 
 #[cfg(target_os = "none")]
 pub mod stm32f405;

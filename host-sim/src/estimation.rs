@@ -29,7 +29,7 @@ use crate::input::log::LogRow;
 pub enum EstimatorName {
     /// Our own: each manoeuvre fitted as a whole, at the Cramér-Rao bound.
     Window,
-    /// Nine-state filter in UD form: the one that flies.
+    /// Nine-state filter in UD form: in the flight image too.
     JointEkf,
     /// The same filter as Bellar and Si Mohammed (2019) print it.
     JointEkfPublished,

@@ -99,7 +99,7 @@ enum Verb {
 /// How to estimate: the same for every verb that does.
 #[derive(Clone, Copy, Debug, Args)]
 struct Method {
-    /// The estimator: our own, the flying filter, or one of the published ones to compare with.
+    /// The estimator: our own, the nine-state filter, or one of the published ones to compare with.
     #[arg(long, value_enum, default_value_t = EstimatorName::Window)]
     estimator: EstimatorName,
     /// The arithmetic: f32 is what flies.

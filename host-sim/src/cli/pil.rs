@@ -199,6 +199,7 @@ fn of_flight(
         run: RunReport::new(&scenario.name, mission.seed, estimate, truth, bound),
         target: TargetReport {
             identical_samples: flown.compared as u64,
+            restarted_at: mission.restart_at,
             stack_high_water_bytes: flown.stack_high_water_bytes,
             wall_s: wall.as_secs_f64(),
         },

@@ -101,6 +101,9 @@ pub struct PilReport {
 pub struct TargetReport {
     /// Samples after which both knew the same to the last bit: all.
     pub identical_samples: u64,
+    /// After so many samples the power was cut, and the firmware went on from its checkpoint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restarted_at: Option<usize>,
     /// The most of its stack that the processor has used, bytes.
     pub stack_high_water_bytes: u32,
     /// How long the flight took, s.

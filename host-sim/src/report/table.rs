@@ -48,10 +48,14 @@ pub fn run(report: &RunReport) -> String {
 
 /// The table of a flight of the firmware: that of the run, and how it compares with the host's.
 pub fn pil(report: &PilReport) -> String {
-    let TargetReport { identical_samples, stack_high_water_bytes, wall_s } = report.target;
+    let TargetReport { identical_samples, restarted_at, stack_high_water_bytes, wall_s } =
+        report.target;
     let compared =
         format!("{identical_samples} samples, each bit by bit as on the host; {wall_s:.1} s");
+    let cut =
+        restarted_at.map(|at| format!("after {at} samples; went on from the checkpoint in flash"));
     heading("target", &compared)
+        + &cut.map_or(String::new(), |cut| heading("power cut", &cut))
         + &heading("stack", &format!("{stack_high_water_bytes} bytes at most"))
         + &run(&report.run)
 }
