@@ -42,10 +42,8 @@ fn prepare() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=build");
     let flown = package.join("craft.toml");
     println!("cargo:rerun-if-changed={}", flown.display());
-    let flown_craft = craft::Craft::load(&flown)?;
-    let source = flown_craft
-        .check(WHEELS)
-        .and_then(|()| flown_craft.to_source(WHEELS))
+    let source = craft::Craft::load(&flown)?
+        .to_source(WHEELS)
         .map_err(|e| format!("{}: {e}", flown.display()))?;
     fs::write(Path::new(&out_var).join("craft.rs"), source)?;
     fs::write(Path::new(&out_var).join("sources.rs"), sources::fingerprint(package)?)?;

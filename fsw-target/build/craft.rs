@@ -47,7 +47,7 @@ impl Craft {
     }
 
     /// Refuses, in the arithmetic that flies, what the estimators would: an image that is built flies.
-    pub fn check(&self, room: usize) -> Result<(), Box<dyn Error>> {
+    fn check(&self, room: usize) -> Result<(), Box<dyn Error>> {
         if self.wheel.len() > room {
             let wheels = self.wheel.len();
             return Err(format!("{wheels} [[wheel]], and the image has room for {room}").into());
@@ -70,10 +70,10 @@ impl Craft {
     }
 
     /// The Rust source of `CRAFT`, a constant with room for so many wheels. What the file doesn't
-    /// have is a wheel about z without spin inertia.
+    /// have is a wheel about z without spin inertia; what estimators don't take is refused.
     pub fn to_source(&self, room: usize) -> Result<String, Box<dyn Error>> {
-        let missing =
-            room.checked_sub(self.wheel.len()).ok_or("more wheels than there is room for")?;
+        self.check(room)?;
+        let missing = room - self.wheel.len();
         let axes: Vec<_> = self.wheel.iter().map(|wheel| floats(&wheel.axis)).collect();
         let axes = [axes, vec![floats(&[0.0, 0.0, 1.0]); missing]].concat();
         let spin_inertias: Vec<_> =
