@@ -71,8 +71,8 @@ fn wheels_do_as_well_as_torques() {
 /// to a period: an RMS over two hundred runs scatters by 5 %.
 ///
 /// These records end after a minute in mid-motion, with the passes under way. With a slow sine the scale is
-/// hardly seen, and finding it takes the most passes: what the last one has yet to find is two thirds of a
-/// bound, and three of 200 runs say that they are partial.
+/// hardly seen, and finding it takes the most passes: what the last one has yet to find is as much as the
+/// bound, so that the RMS is 1.42 of it, and two of 200 runs say that they are partial.
 #[test]
 fn any_torque_profile_does_as_well() {
     let profiles =
@@ -97,13 +97,14 @@ fn a_deployment_is_told_from_noise() {
 }
 
 /// A part that breaks off in mid-manoeuvre, before anything is known that this could contradict. What came
-/// before is given up a few seconds later, and lost with it what came since: about a tenth of what there is.
+/// before is given up a few seconds later, and lost with it what came since: RMS 1.23 bounds at most in 2,000
+/// runs, which scatters by 4.1 % over 300.
 #[test]
 fn a_break_off_is_told_from_a_poor_start() {
     let (found, changed) = fly("break-off", 300);
     assert_eq!((changed, found.diverged, found.not_converged), (300, 0, 0));
     assert!((found.nees_per_dof.unwrap() - 1.0).abs() < 0.12, "{found:?}");
-    assert!(worst(found.rmse_over_bound) < 1.5, "{found:?}");
+    assert!(worst(found.rmse_over_bound) < 1.4, "{found:?}");
 }
 
 /// A prior that is wrong by half is outweighed if it says so, and dropped if it doesn't.

@@ -519,7 +519,8 @@ fn while_the_flash_is_erased_the_gyro_is_not_to_blame() {
     assert_eq!(ground.world.0.gyro_starts.get(), starts);
 }
 
-/// Three times a manoeuvre, in which a checkpoint is saved, and then two minutes of steady rotation, in which the window is concluded.
+/// Three times a manoeuvre, in which a checkpoint is saved, and then two minutes of steady rotation, in
+/// which the window is concluded.
 #[test]
 fn a_save_in_mid_manoeuvre_finds_its_room_erased_in_the_quiet_before() {
     const MANOEUVRE: usize = 200;
