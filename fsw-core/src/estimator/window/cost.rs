@@ -1,8 +1,10 @@
 //! What slices of work cost: instructions of a Cortex-M4F in single precision, at most.
 //!
 //! Counted one by one in QEMU, on the flights of `bench` (see the workspace's `fsw-target`), for each set of
-//! unknowns: what a compiler makes of a factor depends on its size. `bench` itself counts whole steps:
-//! where one costs more than [`usual`], a number here is too low.
+//! unknowns: what a compiler makes of a factor depends on its size. What a linear start adds to steps and blocks
+//! was counted with 9 and with 15, and goes with its products in between and beyond: with 12 a block's is
+//! 230 too low, which whole steps have had room for. `bench` counts those: where one costs more than
+//! [`usual`], a number here is too low.
 
 use super::pass::Stage;
 

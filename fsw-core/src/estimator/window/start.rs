@@ -47,8 +47,8 @@ const UNPHYSICAL: f64 = 0.05;
 const OTHER_SIZE: f64 = 3.0;
 /// A step that leads astray is halved so often before it is given up.
 const HALVINGS: u32 = 5;
-/// Rows beyond the unknowns that a front, and those it went on from, have seen before it tells spikes: three times as many as the
-/// most unknowns.
+/// Rows beyond the unknowns that a front, and those it went on from, have seen before it tells spikes: three
+/// times as many as the most unknowns.
 const ARMED_DEGREES: u32 = 45;
 /// And before it needs no linear start any more: three times as many again.
 const SURE_DEGREES: u32 = 135;
