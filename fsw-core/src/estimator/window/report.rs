@@ -35,6 +35,9 @@ const SEEN: f64 = 0.5;
 /// A front that waits for the rework lies behind the newest block. A report carries it on over so many at
 /// most, each of some 6,000 instructions.
 const MOST_CARRIED: usize = 64;
+/// Slices of a block at most, a look at the first one among them: looked at and gone on to, crossed in three
+/// steps of two slices, three rows.
+const SLICES_OF_A_BLOCK: usize = 11;
 
 /// What windows that ended left.
 #[derive(Clone, Copy, Debug)]
@@ -159,10 +162,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn carry_on(&self, front: &mut Pass<T, U>) {
         let (per, most) = (T::one() / self.typical_kg_m2, self.most_rad_s());
         let enough = front.next().saturating_add(MOST_CARRIED);
-        while !self.blocks.is_rebuilt()
-            && (front.is_busy() || front.next() < enough)
-            && front.stage(&self.blocks).is_some()
-        {
+        // One block more than that: the front may stand inside one.
+        for _ in 0..(MOST_CARRIED + 1) * SLICES_OF_A_BLOCK {
+            let is_due = front.is_busy() || front.next() < enough;
+            if self.blocks.is_rebuilt() || !is_due || front.stage(&self.blocks).is_none() {
+                break;
+            }
             front.work(&self.blocks, per, most);
         }
         let has_looked_at_all = front.has_looked_at_all(&self.blocks);
