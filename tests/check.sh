@@ -48,7 +48,7 @@ rustc --version
 
 heading "Set-up: $TARGET"
 target_installed() { [ -d "$(rustc --print sysroot)/lib/rustlib/$TARGET/lib" ]; }
-# Debian's compiler builds the target's library from source (target-tools/src/toolchain.rs).
+# Debian's compiler builds the target's library from source (fsw-target/tools/src/toolchain.rs).
 debian_ready() {
     recent /usr/bin/rustc && [ -x /usr/bin/cargo ] && [ -x /usr/bin/ld.lld ] &&
         [ -d /usr/lib/rustlib/src/rust/library/core ]

@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use fsw_core::Estimator;
-use fsw_target::app::Tick;
-use fsw_target::replay;
+use fsw_target::flight::flight_loop::Tick;
+use fsw_target::stand_in::replay;
 use host_sim::estimation::{EstimatorName, Precision, Setup, fly, set_up};
 use host_sim::input::{Craft, RecordedLog};
 use std::path::Path;

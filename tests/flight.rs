@@ -6,6 +6,7 @@
 use anyhow::{Context, Result, bail};
 use fsw_core::Status;
 use fsw_core::estimator::Prior;
+use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::Receiver;
 use fsw_target::link::command::{Command, Function};
 use fsw_target::link::frame::Frame;
@@ -13,7 +14,6 @@ use fsw_target::link::packet::SequenceCount;
 use fsw_target::link::telemetry::{
     CheckpointState, ClockSource, EstimateReport, GyroState, StatusReport, Telemetry,
 };
-use fsw_target::onboard::EstimatorId;
 use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;

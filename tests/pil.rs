@@ -3,8 +3,8 @@
 use anyhow::{Result, bail};
 use fsw_core::estimator::Prior;
 use fsw_core::{Estimator, Status};
+use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::command::Command;
-use fsw_target::onboard::EstimatorId;
 use host_sim::input::Scenario;
 use host_sim::pil::compare::After;
 use host_sim::pil::firmware::Image;

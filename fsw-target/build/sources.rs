@@ -11,7 +11,7 @@ const LEFT_OUT: [&str; 2] = ["board", "bin"];
 pub fn fingerprint(package: &Path) -> Result<String, Box<dyn Error>> {
     let root = package.parent().ok_or("fsw-target has no parent folder")?;
     let mut places =
-        vec![root.join("Cargo.lock"), root.join("fsw-core/src"), root.join("fsw-steps/src")];
+        vec![root.join("Cargo.lock"), root.join("fsw-core/src"), package.join("steps/src")];
     for entry in fs::read_dir(package.join("src"))? {
         let entry = entry?;
         if !LEFT_OUT.iter().any(|name| entry.file_name() == *name) {

@@ -7,10 +7,10 @@
 //!    32 bytes ([`crate::store`]).
 //! 2. A folder beside `stm32f405` that offers what is in the table, re-exported here. The wiring
 //!    table of that folder's page, its list of rules and its division into files are worth copying.
-//! 3. A chip other than this: its name in `target-tools/src/bin/board.rs` and in the runner of
+//! 3. A chip other than this: its name in `fsw-target/tools/src/bin/board.rs` and in the runner of
 //!    `.cargo/config.toml`, its registers in `fsw-target/Cargo.toml`. A core other than the Cortex-M4F:
 //!    `target-cpu` in `.cargo/config.toml`; and if that needs another target, there and in
-//!    `target-tools/src/toolchain.rs` and `tests/check.sh`.
+//!    `fsw-target/tools/src/toolchain.rs` and `tests/check.sh`.
 //! 4. Flash `bringup`, which says of each part whether it works; then `replay`, which must come to
 //!    the bits that the host comes to; then `flight`.
 //!
@@ -18,15 +18,15 @@
 //! |---|---|---|
 //! | `link` | [`embedded_hal_nb::serial::Read`] and `Write` | telemetry and commands |
 //! | `gyro_bus` | [`embedded_hal::spi::SpiDevice`], or an I²C bus with `bus::TwoWire` | the gyro's driver |
-//! | `data_ready` | [`crate::sensors::DataReady`] | when each sample was taken |
+//! | `data_ready` | [`crate::flight::sensors::DataReady`] | when each sample was taken |
 //! | `captures` | [`crate::drivers::wheel_tach::CaptureTimer`], once started | wheel speeds |
 //! | `flash` | [`embedded_storage::nor_flash::NorFlash`] | checkpoints |
-//! | `watchdog` | takes a [`crate::supervisor::FeedPermit`] | a loop that hangs |
+//! | `watchdog` | takes a [`crate::flight::supervisor::FeedPermit`] | a loop that hangs |
 //! | `syst` | the core's timer | `bench` |
-//! | `tunnel` | [`crate::tunnel::Port`] | the processor in the loop |
+//! | `tunnel` | [`crate::stand_in::tunnel::Port`] | the processor in the loop |
 //!
 //! `Board::take` brings it all up once, and `Board::report` says what came of it. Beside the parts `Services` is
-//! the computer's [`crate::computer::Housekeeping`]: a clock of 32 bits of microseconds or more, a delay, the
+//! the computer's [`crate::flight::computer::Housekeeping`]: a clock of 32 bits of microseconds or more, a delay, the
 //! watchdog, whose period is longer than the longest erasure. `LogPort` sends the log of images that end by
 //! themselves, `Delay` waits and `now_us` tells the time. What restarts tell each other is in RAM that a reset
 //! leaves alone (`.uninit`).

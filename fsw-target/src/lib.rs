@@ -33,29 +33,14 @@
 #[cfg(not(any(feature = "window", feature = "joint-ekf", feature = "ekf-sgf-rls")))]
 compile_error!("no estimator is aboard: name one of the features window, joint-ekf, ekf-sgf-rls");
 
-pub mod app;
-pub mod board;
-pub mod computer;
-pub mod craft;
 pub mod drivers;
-pub mod extended_time;
-pub mod failure;
+pub mod flight;
 pub mod link;
-pub mod log;
-pub mod onboard;
-pub mod recording;
-pub mod replay;
-pub mod sensors;
-pub mod stamps;
 pub mod store;
-pub mod supervisor;
-pub mod tunnel;
 
 #[cfg(target_os = "none")]
-pub mod exit;
-#[cfg(target_os = "none")]
-pub mod instructions;
-#[cfg(target_os = "none")]
-pub mod restart;
-#[cfg(target_os = "none")]
-pub mod stack;
+pub mod arch;
+pub mod board;
+pub mod runtime;
+
+pub mod stand_in;

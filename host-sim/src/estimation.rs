@@ -7,7 +7,7 @@ use std::fmt;
 use std::marker::PhantomData;
 
 use clap::ValueEnum;
-use fsw_core::estimator::chain::{self, Chain};
+use fsw_core::estimator::ekf_sgf::{self, EkfSgf};
 use fsw_core::estimator::joint_ekf::{self, InitialRate, JointEkfPublished, JointEkfUd};
 use fsw_core::estimator::momentum::{self, Momentum};
 use fsw_core::estimator::window::{self, Window};
@@ -258,8 +258,8 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
         EstimatorName::JointEkfUnaligned => {
             Box::new(Adapter::<T, _, W>::new(JointEkfUd::new(bellar_2019(setup)?, wheels)?, setup))
         }
-        EstimatorName::EkfSgfRls => chain::<T, W>(chain::Config::kim_2013, setup, wheels)?,
-        EstimatorName::EkfSgfLls => chain::<T, W>(chain::Config::kim_2016, setup, wheels)?,
+        EstimatorName::EkfSgfRls => ekf_sgf::<T, W>(ekf_sgf::Config::kim_2013, setup, wheels)?,
+        EstimatorName::EkfSgfLls => ekf_sgf::<T, W>(ekf_sgf::Config::kim_2016, setup, wheels)?,
         EstimatorName::MomentumBatch => momentum(momentum::Method::Batch, setup, wheels)?,
         EstimatorName::MomentumConventional => {
             momentum(momentum::Method::Conventional, setup, wheels)?
@@ -310,8 +310,8 @@ fn bellar_2019<T: Real>(setup: &Setup<'_>) -> Result<joint_ekf::Config<T>, SetUp
 }
 
 /// Filter, differentiator and regression, with the prior's inertia as the nominal one.
-fn chain<T: Real, const W: usize>(
-    published: fn(T, Prior<T>) -> chain::Config<T>,
+fn ekf_sgf<T: Real, const W: usize>(
+    published: fn(T, Prior<T>) -> ekf_sgf::Config<T>,
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn OnBoard>, SetUpError> {
@@ -327,11 +327,11 @@ fn chain<T: Real, const W: usize>(
         config.spike_sigma = T::MAX;
     }
     configure_gate(&mut config.gate, setup);
-    let adapter = Adapter::<T, _, W>::new(Chain::<T, W>::new(config, wheels)?, setup);
-    Ok(Box::new(Adapter { acceleration: acceleration_of_chain, ..adapter }))
+    let adapter = Adapter::<T, _, W>::new(EkfSgf::<T, W>::new(config, wheels)?, setup);
+    Ok(Box::new(Adapter { acceleration: acceleration_of_ekf_sgf, ..adapter }))
 }
 
-fn acceleration_of_chain<T: Real, const W: usize>(chain: &Chain<T, W>) -> Option<Acceleration> {
+fn acceleration_of_ekf_sgf<T: Real, const W: usize>(chain: &EkfSgf<T, W>) -> Option<Acceleration> {
     chain.last_instant().map(|instant| Acceleration {
         rad_s2: widen(&instant.acceleration_rad_s2),
         delay_s: chain.last_delay_s().to_f64(),

@@ -12,14 +12,14 @@ use embedded_hal_nb::{nb, serial};
 use fsw_core::Status;
 use fsw_core::estimator::Prior;
 use fsw_core::telemetry::OutcomeCounts;
-use fsw_target::failure::Kind as FailureKind;
+use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::telemetry::{
     CheckpointPart, CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause,
     StatusReport,
 };
 use fsw_target::link::uplink::UplinkCounters;
 use fsw_target::link::{Command, Downlink, Uplink};
-use fsw_target::onboard::EstimatorId;
+use fsw_target::runtime::failure::Kind as FailureKind;
 use serde_json::Value;
 use tempfile::TempDir;
 

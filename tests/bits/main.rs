@@ -9,8 +9,8 @@
 
 use clap::ValueEnum;
 use fsw_core::Estimator;
-use fsw_target::app::Tick;
-use fsw_target::replay;
+use fsw_target::flight::flight_loop::Tick;
+use fsw_target::stand_in::replay;
 use host_sim::estimation::{EstimatorName, Precision, Setup, fly, set_up};
 use host_sim::input::scenario::{Scenario, built_in_names};
 use host_sim::simulation::log_of;

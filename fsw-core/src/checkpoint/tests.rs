@@ -1,8 +1,8 @@
 use super::*;
 use crate::dynamics::wheels::WheelArray;
-use crate::estimator::chain::{self, Chain};
+use crate::estimator::ekf_sgf::regression::Elements;
+use crate::estimator::ekf_sgf::{self, EkfSgf};
 use crate::estimator::joint_ekf::{self, JointEkf, JointEkfPublished, JointEkfUd};
-use crate::estimator::regression::Elements;
 use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
 use crate::estimator::window::{self, Window};
 use crate::estimator::{Estimator, Outcome, Prior, Reset};
@@ -86,13 +86,13 @@ fn published<T: Real>() -> JointEkfPublished<T, 1> {
     JointEkf::new(config, wheels()).unwrap()
 }
 
-fn rls<T: Real>() -> Chain<T, 1> {
-    let config = chain::Config::kim_2013(T::lit(NOISE_RAD_S), prior());
-    Chain::new(chain::Config { elements: Elements::All, ..config }, wheels()).unwrap()
+fn rls<T: Real>() -> EkfSgf<T, 1> {
+    let config = ekf_sgf::Config::kim_2013(T::lit(NOISE_RAD_S), prior());
+    EkfSgf::new(ekf_sgf::Config { elements: Elements::All, ..config }, wheels()).unwrap()
 }
 
-fn lls<T: Real>() -> Chain<T, 1> {
-    Chain::new(chain::Config::kim_2016(T::lit(NOISE_RAD_S), prior()), wheels()).unwrap()
+fn lls<T: Real>() -> EkfSgf<T, 1> {
+    EkfSgf::new(ekf_sgf::Config::kim_2016(T::lit(NOISE_RAD_S), prior()), wheels()).unwrap()
 }
 
 fn prior<T: Real>() -> Prior<T> {
@@ -358,8 +358,9 @@ fn a_prior_that_was_set_comes_along() {
     }
 
     let other = Prior { sigma_kg_m2: [0.3; 6], ..prior() };
-    let config = chain::Config { elements: Elements::All, ..chain::Config::kim_2013(1e-4, other) };
-    let mut told = Chain::<f32, 1>::new(config, wheels()).unwrap();
+    let config =
+        ekf_sgf::Config { elements: Elements::All, ..ekf_sgf::Config::kim_2013(1e-4, other) };
+    let mut told = EkfSgf::<f32, 1>::new(config, wheels()).unwrap();
     let mut restored = rls::<f32>();
     bring_back(&mut restored, &kept(&mut told)).unwrap();
     for sample in &eventful() {
@@ -436,8 +437,8 @@ fn each_layout_has_its_own_fingerprint() {
         fingerprint::<JointEkfUd<f32, 3>>(),
         fingerprint::<JointEkfUd<f64, 4>>(),
         fingerprint::<JointEkfPublished<f32, 4>>(),
-        fingerprint::<Chain<f32, 4>>(),
-        fingerprint::<Chain<f32, 4, 16>>(),
+        fingerprint::<EkfSgf<f32, 4>>(),
+        fingerprint::<EkfSgf<f32, 4, 16>>(),
         fingerprint::<Window<f32, 4, 512, 9>>(),
         fingerprint::<Window<f32, 4, 256, 9>>(),
         fingerprint::<Window<f32, 4, 512, 12>>(),

@@ -1,12 +1,8 @@
 //! 3. The estimators: one trait, then a room for each system.
 
-pub mod chain;
+pub mod ekf_sgf;
 pub mod joint_ekf;
 pub mod momentum;
-pub mod momentum_integral;
-pub mod rate_ekf;
-pub mod regression;
-pub mod savgol;
 #[cfg(test)]
 pub(crate) mod test_flight;
 pub mod window;

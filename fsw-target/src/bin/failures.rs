@@ -13,9 +13,10 @@ mod on_target {
     use core::hint::black_box;
     use core::sync::atomic::{AtomicU32, Ordering};
     use cortex_m::peripheral::SCB;
+    use fsw_target::arch::exit;
     use fsw_target::board::{Board, LogPort};
-    use fsw_target::failure::Failure;
-    use fsw_target::{exit, log, restart, stack};
+    use fsw_target::runtime::failure::Failure;
+    use fsw_target::runtime::{log, restart, stack};
 
     fsw_target::ends_by!(failed);
 

@@ -15,19 +15,19 @@
 
 #[cfg(target_os = "none")]
 mod on_target {
-    use fsw_target::app::Sensors;
     use fsw_target::board::{
         Board, CheckpointFlash, GyroBus, GyroDataReady, Link, Services, WheelCaptures,
     };
-    use fsw_target::computer::{Computer, Parts, Reporting};
-    use fsw_target::craft::{FLOWN, WHEELS};
     use fsw_target::drivers::gyro::bmi088::{Bmi088, Settings};
     use fsw_target::drivers::gyro::bus::Spi;
     use fsw_target::drivers::wheel_tach::{Config, WheelTach};
-    use fsw_target::failure::{Failure, Kind};
-    use fsw_target::onboard::Onboard;
-    use fsw_target::restart;
-    use fsw_target::sensors::CommandedTorque;
+    use fsw_target::flight::computer::{Computer, Parts, Reporting};
+    use fsw_target::flight::craft::{FLOWN, WHEELS};
+    use fsw_target::flight::flight_loop::Sensors;
+    use fsw_target::flight::selected::Onboard;
+    use fsw_target::flight::sensors::CommandedTorque;
+    use fsw_target::runtime::failure::{Failure, Kind};
+    use fsw_target::runtime::restart;
     use static_cell::{ConstStaticCell, StaticCell};
 
     fsw_target::ends_by!(restart::failed);

@@ -18,13 +18,14 @@ fn index_out_of_bounds() -> u8 {
 }
 
 #[cfg(target_os = "none")]
-fsw_target::ends_by!(fsw_target::exit::failed);
+fsw_target::ends_by!(fsw_target::arch::exit::failed);
 
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
+    use fsw_target::arch::exit;
     use fsw_target::board::{Board, LogPort};
-    use fsw_target::{exit, log};
+    use fsw_target::runtime::log;
 
     if let Some(board) = Board::take() {
         log::init(LogPort::new(board.link));

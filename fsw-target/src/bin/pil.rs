@@ -4,7 +4,7 @@
 //! |---|---|
 //! | purpose | shows that the flight computer does on its processor what it does on a PC, sample by sample |
 //! | rate | lock-step: as fast as the simulator answers |
-//! | sensors | on USART2 (PA2, PA3, 115200 baud 8N1): see `fsw_target::tunnel` |
+//! | sensors | on USART2 (PA2, PA3, 115200 baud 8N1): see `fsw_target::stand_in::tunnel` |
 //! | telemetry | on USART1 (PA9, PA10, 115200 baud 8N1), as in flight: an estimate after each sample; commands |
 //! | log | defmt on RTT |
 //! | end | stands still once the flight is over, or the simulator silent; a failure restarts it |
@@ -16,11 +16,11 @@
 #[cfg(target_os = "none")]
 mod on_target {
     use fsw_target::board::{self, Board};
-    use fsw_target::computer::Computer;
-    use fsw_target::onboard::Onboard;
-    use fsw_target::tunnel::parts::{self, Tunnelled};
-    use fsw_target::tunnel::{Setup, Tunnel, TunnelError};
-    use fsw_target::{restart, stack};
+    use fsw_target::flight::computer::Computer;
+    use fsw_target::flight::selected::Onboard;
+    use fsw_target::runtime::{restart, stack};
+    use fsw_target::stand_in::tunnel::parts::{self, Tunnelled};
+    use fsw_target::stand_in::tunnel::{Setup, Tunnel, TunnelError};
     use static_cell::{ConstStaticCell, StaticCell};
 
     // The simulator sees that it starts again, and says so.

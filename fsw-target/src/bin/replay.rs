@@ -14,9 +14,9 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use fsw_core::{Estimator, Status};
-use fsw_target::app::Tick;
+use fsw_target::flight::flight_loop::Tick;
 use fsw_target::log_line;
-use fsw_target::replay::{self, ReplayLoop};
+use fsw_target::stand_in::replay::{self, ReplayLoop};
 
 /// Samples between two progress lines: ten seconds of a flight at 10 Hz.
 const SAMPLES_PER_LINE: u32 = 100;
@@ -98,13 +98,14 @@ fn verdict(samples: u32, flight: &ReplayLoop) -> Result<(), &'static str> {
 }
 
 #[cfg(target_os = "none")]
-fsw_target::ends_by!(fsw_target::exit::failed);
+fsw_target::ends_by!(fsw_target::arch::exit::failed);
 
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
+    use fsw_target::arch::exit;
     use fsw_target::board::{Board, LogPort};
-    use fsw_target::{exit, log};
+    use fsw_target::runtime::log;
 
     if let Some(board) = Board::take() {
         log::init(LogPort::new(board.link));

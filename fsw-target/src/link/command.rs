@@ -5,7 +5,7 @@
 
 use super::packet::{COMMAND, Header, Packet, PacketType, SequenceCount};
 use super::wire::{Reader, Unreadable, Wire, codes};
-use crate::onboard::EstimatorId;
+use crate::flight::selected::EstimatorId;
 use core::fmt;
 use fsw_core::estimator::Prior;
 

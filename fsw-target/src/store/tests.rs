@@ -1,11 +1,11 @@
 extern crate std;
 use super::*;
-use crate::onboard::FlownWindow;
-use crate::recording::cubesat_pyramid::{CRAFT, ROWS, WHEELS};
+use crate::flight::selected::FlownWindow;
+use crate::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS, WHEELS};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-use fsw_core::estimator::chain::{self, Chain};
+use fsw_core::estimator::ekf_sgf::{self, EkfSgf};
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Window};
 use fsw_core::estimator::{Outcome, Prior};
@@ -403,9 +403,9 @@ fn joint_ekf() -> JointEkfUd<f32, WHEELS> {
     JointEkfUd::new(joint_ekf::Config::new(CRAFT.gyro_noise_rad_s), wheels()).unwrap()
 }
 
-fn chain() -> Chain<f32, WHEELS> {
+fn chain() -> EkfSgf<f32, WHEELS> {
     let prior = Prior { inertia_kg_m2: [0.05, 0.05, 0.03, 0.0, 0.0, 0.0], sigma_kg_m2: [0.02; 6] };
-    Chain::new(chain::Config::kim_2013(CRAFT.gyro_noise_rad_s, prior), wheels()).unwrap()
+    EkfSgf::new(ekf_sgf::Config::kim_2013(CRAFT.gyro_noise_rad_s, prior), wheels()).unwrap()
 }
 
 fn window() -> FlownWindow {

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum, value_parser};
 use fsw_core::estimator::Prior;
+use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::Command;
 use fsw_target::link::frame::Frame;
 use fsw_target::link::packet::SequenceCount;
 use fsw_target::link::wire::Coded;
-use fsw_target::onboard::EstimatorId;
 
 use super::Failure;
 use crate::input::Craft;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
+use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::telemetry::{Received, Telemetry};
-use fsw_target::onboard::EstimatorId;
 use nalgebra::Vector3;
 
 use super::campaign::progress_bar;

@@ -4,7 +4,7 @@
 //! its polynomial quartic and prints a parabola's weights (Table 2, Eq. (10)): Table 5 is flown
 //! with both.
 
-use fsw_core::estimator::savgol::{Differentiator, Fit, Growth, Pushed};
+use fsw_core::math::savgol::{Differentiator, Fit, Growth, Pushed};
 use nalgebra::Vector3;
 
 use super::course::{Course, Method, OWN};
@@ -359,7 +359,7 @@ mod tests {
     /// counts with the sum of the weights after it, and a backward difference with one.
     #[test]
     fn a_true_quartic_gives_the_published_difference_on_a_random_walk() {
-        use fsw_core::estimator::savgol::Kernel;
+        use fsw_core::math::savgol::Kernel;
         let less_percent = |order| {
             let kernel = Kernel::<f64, 6>::new(&Fit::centred(6, order, 1)).unwrap();
             let weights = kernel.weights();

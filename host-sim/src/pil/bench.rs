@@ -1,8 +1,8 @@
 //! The spacecraft's hardware on a bench: what a flight computer is wired to, from sample to sample.
 
-use fsw_target::craft::WHEELS;
 use fsw_target::drivers::wheel_tach::Captured;
-use fsw_target::tunnel::Setup;
+use fsw_target::flight::craft::WHEELS;
+use fsw_target::stand_in::tunnel::Setup;
 use nalgebra::Matrix3;
 
 use super::flash::FlashModel;

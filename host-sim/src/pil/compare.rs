@@ -124,9 +124,9 @@ mod tests {
     use super::*;
     use fsw_core::estimator::window::{Config, Window};
     use fsw_core::{Outcome, WheelArray};
+    use fsw_target::flight::selected::EstimatorId;
     use fsw_target::link::packet::SequenceCount;
     use fsw_target::link::telemetry::{EstimateReport, Telemetry};
-    use fsw_target::onboard::EstimatorId;
 
     const WHEN: After = After::Sample(3);
 

@@ -5,13 +5,13 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use fsw_target::craft::WHEELS;
 use fsw_target::drivers::wheel_tach::Captured;
+use fsw_target::flight::craft::WHEELS;
 use fsw_target::link::Receiver;
 use fsw_target::link::frame::{DELIMITER, FrameReceiver, MAX_PACKET};
 use fsw_target::link::telemetry::Received;
 use fsw_target::link::wire::{Unreadable, Wire, Writer};
-use fsw_target::tunnel::{self, Captures, Message, Setup};
+use fsw_target::stand_in::tunnel::{self, Captures, Message, Setup};
 use target_tools::firmware::build;
 use target_tools::machine::Machine;
 use thiserror::Error;

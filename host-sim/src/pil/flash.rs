@@ -3,7 +3,7 @@
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use fsw_target::tunnel::{FLASH_BYTES, PAGE_BYTES};
+use fsw_target::stand_in::tunnel::{FLASH_BYTES, PAGE_BYTES};
 
 /// What is in the flash.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -32,12 +32,12 @@ use std::time::Instant;
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use fsw_core::telemetry::OutcomeCounts;
 use fsw_target::drivers::gyro::bmi088::register;
+use fsw_target::flight::selected::{EstimatorId, Onboard};
 use fsw_target::link::command::Command;
 use fsw_target::link::frame::Frame;
 use fsw_target::link::packet::SequenceCount;
 use fsw_target::link::telemetry::{Received, Telemetry};
-use fsw_target::onboard::{EstimatorId, Onboard};
-use fsw_target::tunnel::Setup;
+use fsw_target::stand_in::tunnel::Setup;
 use thiserror::Error;
 
 use crate::input::Scenario;

@@ -1,10 +1,10 @@
 //! What the flight computer is told of a scenario's spacecraft, and how its gyro is mounted.
 
-use fsw_target::craft::WHEELS;
 use fsw_target::drivers::gyro::bmi088::Range;
-use fsw_target::onboard::EstimatorId;
-use fsw_target::tunnel::Setup;
-use fsw_target::tunnel::setup::Unfit;
+use fsw_target::flight::craft::WHEELS;
+use fsw_target::flight::selected::EstimatorId;
+use fsw_target::stand_in::tunnel::Setup;
+use fsw_target::stand_in::tunnel::setup::Unfit;
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use thiserror::Error;
 

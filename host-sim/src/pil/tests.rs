@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use embedded_hal_nb::{nb, serial};
-use fsw_target::tunnel::{self, Message, Port, Tunnel, TunnelError, parts};
+use fsw_target::stand_in::tunnel::{self, Message, Port, Tunnel, TunnelError, parts};
 
 use super::*;
 

@@ -409,7 +409,7 @@ mod tests {
     };
     use fsw_target::drivers::gyro::bus::{Spi, TwoWire};
     use fsw_target::drivers::gyro::{RateGyro, bmi088};
-    use fsw_target::sensors::Gyro;
+    use fsw_target::flight::sensors::Gyro;
 
     type Driver = Bmi088<Spi<Wire>>;
 

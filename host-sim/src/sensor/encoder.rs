@@ -212,7 +212,7 @@ mod tests {
     use crate::input::Scenario;
     use crate::truth::Flight;
     use fsw_target::drivers::wheel_tach::{Config, WheelTach};
-    use fsw_target::sensors::WheelTachometers;
+    use fsw_target::flight::sensors::WheelTachometers;
 
     const CUBIC: Stretch = Stretch {
         from_s: 3.0,

@@ -11,6 +11,7 @@
 
 pub mod as_published;
 pub mod config;
+pub mod momentum_integral;
 mod start;
 pub mod structured_ud;
 
@@ -20,7 +21,6 @@ pub use structured_ud::StructuredUd;
 
 use start::{NoStart, Start};
 
-use super::momentum_integral::MomentumIntegral;
 use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Prior, Reset, Status};
 use crate::checkpoint::Persist;
 use crate::dynamics::interval::{DriveHistory, Interval};
@@ -31,6 +31,7 @@ use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
 use crate::monitor::innovation::InnovationMonitor;
 use crate::sample::Sample;
 use crate::tensor::Inertia;
+use momentum_integral::MomentumIntegral;
 
 /// The filter as printed: AB2 propagation, first-order transition, `(1 − K H) P`.
 pub type JointEkfPublished<T, const W: usize> = JointEkf<T, AsPublished<T>, W>;

@@ -2,7 +2,7 @@
 
 use super::{Config, InitialRate, State};
 use crate::estimator::Prior;
-use crate::estimator::momentum_integral::MomentumIntegral;
+use crate::estimator::joint_ekf::momentum_integral::MomentumIntegral;
 use crate::math::{Vec3, scalar::Real, ud::Ud};
 use crate::tensor::Inertia;
 

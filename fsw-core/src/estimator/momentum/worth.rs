@@ -100,7 +100,7 @@ impl<T: Real> Worth<T> {
     /// data could show, whichever method is asked for.
     ///
     /// `Σ Gᵀ(ω) G(ω)` is a sum over `M = Σ ω ωᵀ`, and so over the rows of its factor. As for
-    /// [`regression`](crate::estimator::regression), noise in ω pulls the solution by
+    /// [`regression`](crate::estimator::ekf_sgf::regression), noise in ω pulls the solution by
     /// `A = (HᵀH)⁻¹ N`, N its expected share, and adds `A (S² + j₀ j₀ᵀ) Aᵀ`: a direction whose
     /// excitation doesn't stand out of the noise is as uncertain as it was.
     pub(super) fn covariance_of_the_best(&self) -> Mat<T, 6, 6> {

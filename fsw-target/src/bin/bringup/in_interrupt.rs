@@ -7,9 +7,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use critical_section::Mutex;
 use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
 use fsw_core::{Vec3, WheelArray};
-use fsw_target::app::{FlightLoop, Sensors, Tick};
 use fsw_target::board::GyroDataReady;
-use fsw_target::sensors::{CommandedTorque, Gyro, WheelTachometers};
+use fsw_target::flight::flight_loop::{FlightLoop, Sensors, Tick};
+use fsw_target::flight::sensors::{CommandedTorque, Gyro, WheelTachometers};
 
 /// Samples that the loop has taken.
 static SAMPLES: AtomicU32 = AtomicU32::new(0);

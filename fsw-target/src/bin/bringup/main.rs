@@ -20,6 +20,7 @@ mod on_target {
     use embedded_hal::delay::DelayNs;
     use embedded_hal_nb::serial::{Read, Write};
     use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+    use fsw_target::arch::exit;
     use fsw_target::board::{
         Board, CheckpointFlash, Delay, GyroBus, GyroDataReady, LogPort, Tunnel, WheelCaptures,
         now_us,
@@ -27,9 +28,9 @@ mod on_target {
     use fsw_target::drivers::gyro::bmi088::{CHIP_ID, register};
     use fsw_target::drivers::gyro::bus::{RegisterBus, Spi};
     use fsw_target::drivers::wheel_tach::CaptureTimer;
-    use fsw_target::sensors::DataReady;
-    use fsw_target::supervisor::{Supervisor, Task};
-    use fsw_target::{exit, log, stack};
+    use fsw_target::flight::sensors::DataReady;
+    use fsw_target::flight::supervisor::{Supervisor, Task};
+    use fsw_target::runtime::{log, stack};
 
     fsw_target::ends_by!(exit::failed);
 

@@ -13,8 +13,8 @@
 use super::captures;
 use super::shared::Shared;
 use super::time::now_us;
-use crate::sensors::DataReady;
-use crate::stamps::Stamps;
+use crate::drivers::stamps::Stamps;
+use crate::flight::sensors::DataReady;
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::{NVIC, SCB};
 use stm32f4::stm32f405::{EXTI, Interrupt, SYSCFG, interrupt};

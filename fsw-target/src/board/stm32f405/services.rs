@@ -1,11 +1,11 @@
 //! What the board does for a flight computer beside its sensors: time, the watchdog, how it is.
 
 use super::{ClockSource, Delay, ResetCause, Watchdog, clocks, time, usart};
-use crate::computer::{Health, Housekeeping};
-use crate::failure::LastLife;
+use crate::flight::computer::{Health, Housekeeping};
+use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry;
-use crate::stack;
-use crate::supervisor::FeedPermit;
+use crate::runtime::failure::LastLife;
+use crate::runtime::stack;
 
 /// The board's services. The watchdog runs as long as they are there.
 pub struct Services {

@@ -13,7 +13,7 @@
 use super::clocks::wait;
 use super::rates::{Clocks, baud_divider};
 use super::shared::Shared;
-use crate::tunnel;
+use crate::stand_in::tunnel;
 use core::convert::Infallible;
 use core::ops::Deref;
 use embedded_hal_nb::nb;

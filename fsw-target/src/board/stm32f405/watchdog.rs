@@ -10,7 +10,7 @@
 //! Registers: RM0090, chapter 21 (IWDG). QEMU 7.2 has no such watchdog and never resets.
 
 use super::clocks::wait;
-use crate::supervisor::FeedPermit;
+use crate::flight::supervisor::FeedPermit;
 use stm32f4::stm32f405::{DBGMCU, IWDG};
 
 /// LSI cycles to a count: the prescaler is set to this.

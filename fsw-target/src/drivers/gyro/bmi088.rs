@@ -20,7 +20,7 @@
 
 use super::bus::RegisterBus;
 use super::{RateGyro, StartFault};
-use crate::sensors::Gyro;
+use crate::flight::sensors::Gyro;
 use embedded_hal::delay::DelayNs;
 use fsw_core::{Mat, Vec3};
 

@@ -6,7 +6,7 @@
 pub mod bmi088;
 pub mod bus;
 
-use crate::sensors::Gyro;
+use crate::flight::sensors::Gyro;
 use embedded_hal::delay::DelayNs;
 
 /// Why a gyro can't be set up, whichever it is: for telemetry.

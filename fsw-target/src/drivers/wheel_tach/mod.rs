@@ -32,7 +32,7 @@ pub mod speed;
 
 pub use edges::EdgeFilter;
 
-use crate::sensors::WheelTachometers;
+use crate::flight::sensors::WheelTachometers;
 use speed::SpeedTracker;
 
 /// What is known of a wheel's edges at one instant.

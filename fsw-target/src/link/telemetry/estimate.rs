@@ -1,8 +1,8 @@
 //! What the selected estimator knows.
 
+use crate::flight::selected::EstimatorId;
 use crate::link::packet::ESTIMATE;
 use crate::link::wire::{codes, record};
-use crate::onboard::EstimatorId;
 use fsw_core::attitude::NoAttitude;
 use fsw_core::gate::Rejection;
 use fsw_core::{Coasting, Estimator, Outcome, Reset, Status};

@@ -1,11 +1,11 @@
 //! Reports to test with.
 
 use super::{CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause, StatusReport};
-use crate::failure::Kind;
+use crate::flight::selected::EstimatorId;
 use crate::link::command::Function;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{Coded, Reader, Wire};
-use crate::onboard::EstimatorId;
+use crate::runtime::failure::Kind;
 use fsw_core::telemetry::OutcomeCounts;
 use fsw_core::{Outcome, Status};
 use proptest::prelude::*;

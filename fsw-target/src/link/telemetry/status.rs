@@ -1,10 +1,10 @@
 //! How the flight computer is.
 
-use crate::failure::Kind as FailureKind;
 use crate::link::command::Function;
 use crate::link::packet::STATUS;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{codes, record};
+use crate::runtime::failure::Kind as FailureKind;
 use fsw_core::telemetry::OutcomeCounts;
 
 record! {

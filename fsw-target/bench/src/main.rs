@@ -1,0 +1,69 @@
+//! `bench`: counts the instructions of every step of the estimators.
+//!
+//! | | |
+//! |---|---|
+//! | purpose | the instruction budgets: the most expensive step of a whole flight, and the median |
+//! | where | QEMU with `-icount shift=8` only, see `fsw_target::arch::instructions`; `cargo bench-target` |
+//! | log | defmt, on USART1: a line `count …` for each estimator and flight, others with details |
+//! | end | success once all is counted, failure where counting isn't exact |
+//!
+//! Built for the host, it flies the same flights and counts nothing: `cargo run -p fsw-bench` shows what became of their samples.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+mod counter;
+mod covariance;
+mod estimators;
+mod flights;
+mod noise;
+mod peers;
+mod tally;
+
+use counter::Counter;
+use estimators::Places;
+
+/// Everything, in the order of the table.
+fn count_all(counter: &mut Counter, places: &mut Places) -> Result<(), &'static str> {
+    covariance::count_all(counter, &mut places.tally)?;
+    estimators::fly_all(counter, places).map_err(|error| {
+        fsw_target::log_line!("{:?}", error);
+        "an estimator refused its configuration"
+    })
+}
+
+#[cfg(target_os = "none")]
+fsw_target::ends_by!(fsw_target::arch::exit::failed);
+
+#[cfg(target_os = "none")]
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    use fsw_target::board::{Board, LogPort};
+    use fsw_target::{arch::exit, runtime::log};
+
+    let Some(board) = Board::take() else { exit::failure() };
+    log::init(LogPort::new(board.link));
+    match count_on_target(board.syst) {
+        Ok(()) => exit::success(),
+        Err(reason) => {
+            defmt::error!("{=str}", reason);
+            exit::failure()
+        }
+    }
+}
+
+#[cfg(target_os = "none")]
+fn count_on_target(timer: cortex_m::peripheral::SYST) -> Result<(), &'static str> {
+    use core::cell::RefCell;
+    use critical_section::Mutex;
+
+    static PLACES: Mutex<RefCell<Places>> = Mutex::new(RefCell::new(Places::new()));
+
+    let mut counter = Counter::start(timer)
+        .map_err(|_| "counts are exact only in QEMU with -icount shift=8: cargo bench-target")?;
+    critical_section::with(|cs| count_all(&mut counter, &mut PLACES.borrow_ref_mut(cs)))
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() -> Result<(), &'static str> {
+    count_all(&mut Counter, &mut Places::new())
+}

@@ -1,0 +1,272 @@
+//! What plays the parts of a board for the flight computer: each asks through the tunnel.
+
+use super::setup::Unfit;
+use super::{
+    CAPTURES, Captures, FLASH_BYTES, FLASH_ERASE, FLASH_READ, FLASH_WRITE, MAX_TRANSFER,
+    PAGE_BYTES, Port, Setup, TRANSFER, Tunnel, TunnelError, WAIT,
+};
+use crate::drivers::gyro::bmi088::Bmi088;
+use crate::drivers::gyro::bus::Spi;
+use crate::drivers::wheel_tach::{CaptureTimer, Captured, WheelTach};
+use crate::flight::computer::{Computer, Health, Housekeeping, Parts, Reporting};
+use crate::flight::craft::WHEELS;
+use crate::flight::flight_loop::Sensors;
+use crate::flight::selected::Onboard;
+use crate::flight::sensors::{DataReady, TorqueCommand};
+use crate::flight::supervisor::FeedPermit;
+use crate::link::telemetry::{ClockSource, ResetCause};
+use crate::link::wire::{Unreadable, Wire, Writer};
+use crate::runtime::failure::LastLife;
+use core::marker::PhantomData;
+use embedded_hal::delay::DelayNs;
+use embedded_hal::spi::{ErrorType as SpiErrorType, Operation, SpiDevice};
+use embedded_hal_nb::serial::{Read, Write};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use fsw_core::Vec3;
+
+/// How a board is that isn't there: the same on the processor and on the host, but for the stack.
+pub const HEALTH: Health = Health {
+    reset_cause: ResetCause::Unknown,
+    clock: ClockSource::Internal,
+    watchdog: false,
+    stack_high_water_bytes: 0,
+    serial_errors: 0,
+    last_life: LastLife { failure: None, failures: 0 },
+};
+
+/// The parts of a flight computer whose sensors are at the end of a tunnel through the port `P`, and
+/// whose link is `L`.
+#[derive(Debug, Clone, Copy)]
+pub struct Tunnelled<'a, P, L>(PhantomData<(&'a P, L)>);
+
+impl<'a, P, L> Parts for Tunnelled<'a, P, L>
+where
+    P: Port + 'a,
+    L: Read<u8> + Write<u8>,
+{
+    type DataReady = Samples<'a, P>;
+    type Gyro = Bmi088<Spi<Bus<'a, P>>>;
+    type Wheels = WheelTach<Timer<'a, P>, WHEELS>;
+    type Torque = Samples<'a, P>;
+    type Link = L;
+    type Flash = Flash<'a, P>;
+    type Board = NoBoard<'a, P>;
+}
+
+/// The flight computer at this end of a tunnel. It is still to be started. Inline, as [`Computer::new`] is.
+///
+/// `stack_high_water_bytes` says how much of the stack has been used.
+///
+/// # Errors
+/// See [`Unfit`].
+#[inline(always)]
+pub fn computer<'a, P, L>(
+    tunnel: &'a Tunnel<P>,
+    setup: &Setup,
+    onboard: &'a mut Onboard,
+    link: L,
+    stack_high_water_bytes: fn() -> u32,
+) -> Result<Computer<'a, Tunnelled<'a, P, L>>, Unfit>
+where
+    P: Port,
+    L: Read<u8> + Write<u8>,
+{
+    let timer = Timer { tunnel, ticks_per_s: setup.ticks_per_s, has_wheels: setup.has_wheels() };
+    let sensors = Sensors {
+        data_ready: Samples { tunnel },
+        gyro: Bmi088::new(Spi::new(Bus { tunnel }), setup.gyro()?),
+        wheels: setup.tachometers(timer)?,
+        torque: Samples { tunnel },
+    };
+    let board = NoBoard { clock: Bus { tunnel }, stack_high_water_bytes };
+    Ok(Computer::new(onboard, sensors, link, Flash { tunnel }, board, Reporting::EachSample))
+}
+
+/// The data-ready line, and the torque that is commanded at each sample.
+#[derive(Debug)]
+pub struct Samples<'a, P> {
+    tunnel: &'a Tunnel<P>,
+}
+
+impl<P: Port> DataReady for Samples<'_, P> {
+    /// Waits for the simulator: in lock-step there is no time in between.
+    fn take_us(&mut self) -> Option<u64> {
+        self.tunnel.next()
+    }
+
+    fn has_newer(&mut self) -> bool {
+        false
+    }
+
+    /// None is announced but when it is asked for.
+    fn forget(&mut self) {}
+
+    fn overruns(&self) -> u32 {
+        0
+    }
+}
+
+impl<P: Port> TorqueCommand for Samples<'_, P> {
+    fn torque_n_m(&mut self) -> Vec3<f32> {
+        Vec3::from(self.tunnel.torque_n_m())
+    }
+
+    /// The simulator commands.
+    fn command(&mut self, _: Vec3<f32>) {}
+}
+
+/// The gyro's bus, and the clock by which its driver waits.
+#[derive(Debug)]
+pub struct Bus<'a, P> {
+    tunnel: &'a Tunnel<P>,
+}
+
+impl<P> SpiErrorType for Bus<'_, P> {
+    type Error = TunnelError;
+}
+
+impl<P: Port> SpiDevice for Bus<'_, P> {
+    /// Writes, then one read: all that a driver of registers does.
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), TunnelError> {
+        let mut bytes = [0; MAX_TRANSFER];
+        let mut writer = Writer::new(&mut bytes);
+        let mut into: &mut [u8] = &mut [];
+        for operation in operations {
+            match operation {
+                Operation::Write(data) if into.is_empty() => writer.put(data),
+                Operation::Read(buffer) if into.is_empty() => into = buffer,
+                _ => return Err(TunnelError::NotTunnelled),
+            }
+        }
+        let length = writer.finish().ok_or(TunnelError::NotTunnelled)?;
+        let written = bytes.get(..length).unwrap_or_default();
+        let read = u8::try_from(into.len()).map_err(|_| TunnelError::NotTunnelled)?;
+        let fields = |fields: &mut Writer<'_>| {
+            fields.put(&[read]);
+            fields.put(written);
+        };
+        self.tunnel.ask(TRANSFER, fields, |reply| fill(into, reply))
+    }
+}
+
+/// Takes as many bytes as there is room for, and no more may be left.
+fn fill(into: &mut [u8], reply: &mut crate::link::wire::Reader<'_>) -> Result<(), Unreadable> {
+    for byte in into {
+        let [value] = reply.take::<1>()?;
+        *byte = value;
+    }
+    reply.end()
+}
+
+impl<P: Port> DelayNs for Bus<'_, P> {
+    /// A wait that isn't heard of ends at once; the next transaction says what is wrong.
+    fn delay_ns(&mut self, ns: u32) {
+        let _ = self.tunnel.ask(WAIT, |fields| ns.div_ceil(1000).put(fields), |_| Ok(()));
+    }
+}
+
+/// The wheels' timer. Without wheels it holds nothing, and nobody is asked.
+#[derive(Debug)]
+pub struct Timer<'a, P> {
+    tunnel: &'a Tunnel<P>,
+    ticks_per_s: u32,
+    has_wheels: bool,
+}
+
+impl<P: Port> CaptureTimer<WHEELS> for Timer<'_, P> {
+    type Error = TunnelError;
+
+    fn ticks_per_s(&self) -> u32 {
+        self.ticks_per_s
+    }
+
+    fn captured(&mut self) -> Result<[Captured; WHEELS], TunnelError> {
+        if !self.has_wheels {
+            return Ok([Captured::default(); WHEELS]);
+        }
+        let captures = self.tunnel.ask(CAPTURES, |_| (), Captures::take)?;
+        Ok(captures.of_wheels())
+    }
+}
+
+/// The flash memory.
+#[derive(Debug)]
+pub struct Flash<'a, P> {
+    tunnel: &'a Tunnel<P>,
+}
+
+impl<P> ErrorType for Flash<'_, P> {
+    type Error = TunnelError;
+}
+
+impl<P: Port> ReadNorFlash for Flash<'_, P> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), TunnelError> {
+        let mut offset = offset;
+        for part in bytes.chunks_mut(MAX_TRANSFER) {
+            let length = part.len() as u8;
+            let fields = |fields: &mut Writer<'_>| {
+                offset.put(fields);
+                fields.put(&[length]);
+            };
+            self.tunnel.ask(FLASH_READ, fields, |reply| fill(part, reply))?;
+            offset = offset.saturating_add(u32::from(length));
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        FLASH_BYTES as usize
+    }
+}
+
+impl<P: Port> NorFlash for Flash<'_, P> {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = PAGE_BYTES as usize;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), TunnelError> {
+        self.tunnel.ask(FLASH_ERASE, |fields| [from, to].put(fields), |reply| reply.end())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), TunnelError> {
+        let mut offset = offset;
+        for part in bytes.chunks(MAX_TRANSFER) {
+            let fields = |fields: &mut Writer<'_>| {
+                offset.put(fields);
+                fields.put(part);
+            };
+            self.tunnel.ask(FLASH_WRITE, fields, |reply| reply.end())?;
+            offset = offset.saturating_add(part.len() as u32);
+        }
+        Ok(())
+    }
+}
+
+/// The rest of a board: the samples' clock, the stack, and no watchdog.
+#[derive(Debug)]
+pub struct NoBoard<'a, P> {
+    clock: Bus<'a, P>,
+    stack_high_water_bytes: fn() -> u32,
+}
+
+impl<'a, P: Port> Housekeeping for NoBoard<'a, P> {
+    type Delay = Bus<'a, P>;
+
+    fn now_us(&mut self) -> u64 {
+        self.clock.tunnel.now_us()
+    }
+
+    /// The simulator's clock doesn't stop with the computer.
+    fn resume_at(&mut self, _: u64) {}
+
+    fn delay(&mut self) -> &mut Bus<'a, P> {
+        &mut self.clock
+    }
+
+    fn feed(&mut self, _: FeedPermit) {}
+
+    fn health(&mut self) -> Health {
+        Health { stack_high_water_bytes: (self.stack_high_water_bytes)(), ..HEALTH }
+    }
+}
