@@ -5,7 +5,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use fsw_core::estimator::Prior;
+use fsw_core::Prior;
 use fsw_core::estimator::joint_ekf::{AsPublished, Config, Form, JointEkf, StructuredUd};
 use fsw_core::{Estimate, Estimator, Real, Sample, WheelArray};
 use host_sim::campaign::statistics::{Score, Verdict, Yardstick, reduce};

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use fsw_core::estimator::Prior;
+use fsw_core::Prior;
 use fsw_core::estimator::ekf_sgf::rate_ekf;
 use fsw_core::estimator::ekf_sgf::{Config, EkfSgf};
 use fsw_core::math::savgol::Fit;

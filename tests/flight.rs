@@ -4,8 +4,8 @@
 //! be reported, and the loop goes on.
 
 use anyhow::{Context, Result, bail};
+use fsw_core::Prior;
 use fsw_core::Status;
-use fsw_core::estimator::Prior;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::Receiver;
 use fsw_target::link::command::{Command, Function};

@@ -1,7 +1,7 @@
 //! The processor in the loop: the flight computer in QEMU does to the last bit what it does on the host.
 
 use anyhow::{Result, bail};
-use fsw_core::estimator::Prior;
+use fsw_core::Prior;
 use fsw_core::{Estimator, Status};
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::command::Command;

@@ -58,6 +58,10 @@ pub mod estimator;
 
 pub mod monitor;
 
+pub mod estimate;
+pub mod outcome;
+pub mod prior;
+
 pub mod checkpoint;
 
 pub mod telemetry;
@@ -70,8 +74,12 @@ pub mod tensor;
 pub use attitude::Quaternion;
 pub use dynamics::wheels::WheelArray;
 pub use error::ConfigError;
-pub use estimator::{Coasting, Estimate, Estimator, Outcome, Reset, Status};
+pub use estimate::{Estimate, Status};
+pub use estimator::Estimator;
 pub use math::{Mat, Vec3, scalar::Real};
+pub use monitor::innovation::Innovation;
+pub use outcome::{Coasting, Outcome, Reset};
+pub use prior::Prior;
 pub use sample::Sample;
 pub use tensor::Inertia;
 

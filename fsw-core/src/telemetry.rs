@@ -1,7 +1,7 @@
 //! 6. One plain record per step, and counts of what became of the samples.
 
-use crate::estimator::{Coasting, Outcome, Reset};
 use crate::gate::Rejection;
+use crate::outcome::{Coasting, Outcome, Reset};
 
 /// How many samples ended how. Saturates rather than wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

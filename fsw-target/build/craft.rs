@@ -3,7 +3,7 @@
 //! Decimal text is parsed as f64 and rounded to f32 once, here, and emitted as exact bits: the
 //! constant holds what `host-sim replay --precision f32` reads from the same file.
 
-use fsw_core::estimator::{self, window};
+use fsw_core::estimator::window;
 use fsw_core::{Vec3, WheelArray};
 use serde::Deserialize;
 use std::{error::Error, fmt::Write as _, fs, path::Path};
@@ -61,7 +61,7 @@ impl Craft {
             .validate::<9>()
             .map_err(|why| format!("[gyro]: {why}"))?;
         let narrow = |values: [f64; 6]| values.map(|x| x as f32);
-        let prior = self.prior.as_ref().map(|prior| estimator::Prior {
+        let prior = self.prior.as_ref().map(|prior| fsw_core::Prior {
             inertia_kg_m2: narrow(prior.inertia_kg_m2),
             sigma_kg_m2: narrow(prior.sigma_kg_m2),
         });

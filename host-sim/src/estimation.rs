@@ -11,12 +11,12 @@ use fsw_core::estimator::ekf_sgf::{self, EkfSgf};
 use fsw_core::estimator::joint_ekf::{self, InitialRate, JointEkfPublished, JointEkfUd};
 use fsw_core::estimator::momentum::{self, Momentum};
 use fsw_core::estimator::window::{self, Window};
-use fsw_core::estimator::{Innovation, Prior};
 use fsw_core::gate;
 use fsw_core::telemetry::OutcomeCounts;
 use fsw_core::{
     ConfigError, Estimate, Estimator, Inertia, Outcome, Quaternion, Real, Sample, Vec3, WheelArray,
 };
+use fsw_core::{Innovation, Prior};
 use nalgebra::Vector3;
 use thiserror::Error;
 
@@ -152,7 +152,7 @@ pub enum SetUpError {
 }
 
 /// An estimator of the flight core in double-precision clothes.
-pub trait OnBoard {
+pub trait AnyEstimator {
     /// Takes in one sample.
     fn step(&mut self, row: &LogRow) -> Outcome;
     /// What is known by now.
@@ -217,7 +217,7 @@ const TORQUE_RANGE_N_M: f64 = 0.1;
 const BIAS_RANGE_RAD_S: f64 = 0.05;
 
 /// The estimator that was asked for.
-pub fn set_up(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpError> {
+pub fn set_up(setup: &Setup<'_>) -> Result<Box<dyn AnyEstimator>, SetUpError> {
     match setup.precision {
         Precision::F32 => with_wheels::<f32>(setup),
         Precision::F64 => with_wheels::<f64>(setup),
@@ -227,7 +227,7 @@ pub fn set_up(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpError> {
 /// Compiled for no wheels, four and eight, which keeps the build short. What a craft has fewer is
 /// filled up with wheels that stand still: they add exactly zero to the momentum, so that every bit
 /// is as with the exact number.
-fn with_wheels<T: Real>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpError> {
+fn with_wheels<T: Real>(setup: &Setup<'_>) -> Result<Box<dyn AnyEstimator>, SetUpError> {
     match setup.craft.wheels.len() {
         0 => by_name::<T, 0>(setup),
         1..=4 => by_name::<T, 4>(setup),
@@ -236,7 +236,9 @@ fn with_wheels<T: Real>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpErro
     }
 }
 
-fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard>, SetUpError> {
+fn by_name<T: Real, const W: usize>(
+    setup: &Setup<'_>,
+) -> Result<Box<dyn AnyEstimator>, SetUpError> {
     let wheel = |i: usize| setup.craft.wheels.get(i);
     let wheels = WheelArray::<T, W>::new(
         std::array::from_fn(|i| wheel(i).map_or_else(Vec3::x, |w| narrow(&w.axis))),
@@ -275,7 +277,7 @@ fn by_name<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<Box<dyn OnBoard
 fn window<T: Real, const W: usize, const U: usize>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
-) -> Result<Box<dyn OnBoard>, SetUpError> {
+) -> Result<Box<dyn AnyEstimator>, SetUpError> {
     let asked = &setup.craft.solve_for;
     let mut config = window::Config::of_unknown_noise();
     config.gyro_noise_rad_s = setup.gyro_noise_rad_s.map(T::lit);
@@ -314,7 +316,7 @@ fn ekf_sgf<T: Real, const W: usize>(
     published: fn(T, Prior<T>) -> ekf_sgf::Config<T>,
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
-) -> Result<Box<dyn OnBoard>, SetUpError> {
+) -> Result<Box<dyn AnyEstimator>, SetUpError> {
     let missing = SetUpError::NoNominalInertia { estimator: setup.estimator };
     let nominal = prior(setup).ok_or(missing)?;
     let mut config = published(gyro_noise_rad_s(setup)?, nominal);
@@ -343,7 +345,7 @@ fn momentum<T: Real, const W: usize>(
     method: momentum::Method,
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
-) -> Result<Box<dyn OnBoard>, SetUpError> {
+) -> Result<Box<dyn AnyEstimator>, SetUpError> {
     let mut config = momentum::Config::kim_2010(method, gyro_noise_rad_s(setup)?);
     config.prior = prior(setup);
     configure_gate(&mut config.gate, setup);
@@ -398,7 +400,7 @@ fn configure_gate<T: Real>(gate: &mut gate::Config<T>, setup: &Setup<'_>) {
 pub fn on_board<T: Real, E: Estimator<T, W> + 'static, const W: usize>(
     estimator: E,
     gyro_noise_rad_s: Option<f64>,
-) -> Box<dyn OnBoard> {
+) -> Box<dyn AnyEstimator> {
     Box::new(Adapter::<T, E, W>::of(estimator, gyro_noise_rad_s))
 }
 
@@ -421,7 +423,7 @@ impl<T: Real, E: Estimator<T, W>, const W: usize> Adapter<T, E, W> {
     }
 }
 
-impl<T: Real, E: Estimator<T, W>, const W: usize> OnBoard for Adapter<T, E, W> {
+impl<T: Real, E: Estimator<T, W>, const W: usize> AnyEstimator for Adapter<T, E, W> {
     fn step(&mut self, row: &LogRow) -> Outcome {
         // A log has as many speeds as its craft has wheels; the rest stand still.
         let speed = |i: usize| row.wheel_speed_rad_s.get(i).copied().unwrap_or(0.0);
@@ -498,8 +500,8 @@ impl Flown {
 /// Streams a log through an estimator, and shows each step to `watch`.
 pub fn fly(
     rows: &[LogRow],
-    mut on_board: Box<dyn OnBoard>,
-    mut watch: impl FnMut(&LogRow, &Outcome, &dyn OnBoard),
+    mut on_board: Box<dyn AnyEstimator>,
+    mut watch: impl FnMut(&LogRow, &Outcome, &dyn AnyEstimator),
 ) -> Flown {
     let mut counts = OutcomeCounts::default();
     for row in rows {

@@ -2,12 +2,12 @@
 
 use fsw_core::Outcome;
 
-use crate::estimation::OnBoard;
+use crate::estimation::AnyEstimator;
 use crate::input::log::LogRow;
 use crate::report::{AccelerationRow, HistoryRow};
 
 /// What the estimator knows after this sample.
-pub fn history_row(row: &LogRow, outcome: &Outcome, on_board: &dyn OnBoard) -> HistoryRow {
+pub fn history_row(row: &LogRow, outcome: &Outcome, on_board: &dyn AnyEstimator) -> HistoryRow {
     let innovation = on_board.innovation();
     let estimate = on_board.estimate();
     HistoryRow {

@@ -9,8 +9,8 @@ use std::process::Output;
 
 use assert_cmd::Command as Program;
 use embedded_hal_nb::{nb, serial};
+use fsw_core::Prior;
 use fsw_core::Status;
-use fsw_core::estimator::Prior;
 use fsw_core::telemetry::OutcomeCounts;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::telemetry::{

@@ -1,12 +1,14 @@
 use super::*;
 use crate::dynamics::wheels::WheelArray;
+use crate::estimator::Estimator;
 use crate::estimator::ekf_sgf::regression::Elements;
 use crate::estimator::ekf_sgf::{self, EkfSgf};
 use crate::estimator::joint_ekf::{self, JointEkf, JointEkfPublished, JointEkfUd};
 use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
 use crate::estimator::window::{self, Window};
-use crate::estimator::{Estimator, Outcome, Prior, Reset};
 use crate::math::{Vec3, scalar::Real};
+use crate::outcome::{Outcome, Reset};
+use crate::prior::Prior;
 use crate::sample::Sample;
 use proptest::prelude::*;
 use std::vec::Vec;

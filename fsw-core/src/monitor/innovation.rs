@@ -1,7 +1,6 @@
 //! Innovation statistics: whether the filter's own covariance explains what the gyro says.
 
-use crate::estimator::Innovation;
-use crate::math::scalar::Real;
+use crate::math::{Vec3, scalar::Real};
 
 /// Samples that the running mean remembers. The mean NIS per degree of freedom then scatters by
 /// √(2 / (3 · 2 · 256)) = 0.04 about 1 while all is well.
@@ -17,6 +16,45 @@ const DIVERGED: f64 = 2.0;
 
 /// One innovation counts no more than this NIS, so that a single spike can't condemn a filter.
 const CLIP: f64 = 75.0;
+
+/// The difference between a gyro sample and its prediction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovation<T: Real> {
+    /// Measured minus predicted rate, rad/s.
+    pub rate_rad_s: Vec3<T>,
+    /// Its variance on each axis by the filter's own covariance, gyro noise included, rad²/s².
+    pub variance_rad2_s2: Vec3<T>,
+}
+
+crate::persist!([T: Real] Innovation<T> { rate_rad_s, variance_rad2_s2 });
+
+impl<T: Real> Innovation<T> {
+    /// Normalised innovation squared, axis by axis: three degrees of freedom. Leaves out the
+    /// correlation between axes, which is small beside the gyro's noise.
+    pub fn nis(&self) -> T {
+        let [x, y, z] = self.squared_ratios();
+        x + y + z
+    }
+
+    /// Square of the largest ratio of an axis to its sigma.
+    pub fn squared_test_ratio(&self) -> T {
+        let [x, y, z] = self.squared_ratios();
+        x.max(y).max(z)
+    }
+
+    fn squared_ratios(&self) -> [T; 3] {
+        let (r, v) = (&self.rate_rad_s, &self.variance_rad2_s2);
+        [r.x * r.x / v.x, r.y * r.y / v.y, r.z * r.z / v.z]
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl<T: Real + defmt::Format> defmt::Format for Innovation<T> {
+    fn format(&self, f: defmt::Formatter) {
+        let (rate, variance) = (self.rate_rad_s.as_slice(), self.variance_rad2_s2.as_slice());
+        defmt::write!(f, "{} rad/s, variance {} rad2/s2", rate, variance);
+    }
+}
 
 /// Running means of the innovations.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use crate::tally::Tally;
 use fsw_core::estimator::ekf_sgf::{self, EkfSgf};
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Window};
-use fsw_core::estimator::{Coasting, Prior};
+use fsw_core::{Coasting, Prior};
 use fsw_core::{ConfigError, Outcome, Sample, Status, WheelArray};
 use fsw_steps::{BLOCKS, Step, Window9, Window12, Window15, Window18};
 use fsw_target::flight::craft::WHEELS;

@@ -24,7 +24,7 @@ mod on_target {
     use fsw_target::flight::computer::{Computer, Parts, Reporting};
     use fsw_target::flight::craft::{FLOWN, WHEELS};
     use fsw_target::flight::flight_loop::Sensors;
-    use fsw_target::flight::selected::Onboard;
+    use fsw_target::flight::selected::SelectedEstimator;
     use fsw_target::flight::sensors::CommandedTorque;
     use fsw_target::runtime::failure::{Failure, Kind};
     use fsw_target::runtime::restart;
@@ -56,7 +56,8 @@ mod on_target {
 
     /// In static memory, so that the loop has the stack for itself. They are built where they stay,
     /// the estimators when they go on board: there is no room for them on the stack.
-    static ONBOARD: ConstStaticCell<Onboard> = ConstStaticCell::new(Onboard::nowhere());
+    static ONBOARD: ConstStaticCell<SelectedEstimator> =
+        ConstStaticCell::new(SelectedEstimator::nowhere());
     static COMPUTER: StaticCell<Option<Computer<'static, OnStm32f405>>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
@@ -77,7 +78,7 @@ mod on_target {
     /// the loop.
     #[inline(never)]
     fn bring_up(
-        onboard: &'static mut Onboard,
+        onboard: &'static mut SelectedEstimator,
     ) -> Option<&'static mut Computer<'static, OnStm32f405>> {
         let last_life = restart::take_last_life();
         let board = Board::take()?;
@@ -107,7 +108,7 @@ mod on_target {
     }
 
     #[inline(never)]
-    fn estimators() -> Option<&'static mut Onboard> {
+    fn estimators() -> Option<&'static mut SelectedEstimator> {
         let onboard = ONBOARD.try_take()?;
         onboard.board(FLOWN).ok()?;
         Some(onboard)

@@ -17,7 +17,7 @@
 mod on_target {
     use fsw_target::board::{self, Board};
     use fsw_target::flight::computer::Computer;
-    use fsw_target::flight::selected::Onboard;
+    use fsw_target::flight::selected::SelectedEstimator;
     use fsw_target::runtime::{restart, stack};
     use fsw_target::stand_in::tunnel::parts::{self, Tunnelled};
     use fsw_target::stand_in::tunnel::{Setup, Tunnel, TunnelError};
@@ -32,7 +32,8 @@ mod on_target {
     // As in the flight image: in static memory, so that the stack is what it is in flight, and built where
     // they stay.
     static LINE: StaticCell<Line> = StaticCell::new();
-    static ONBOARD: ConstStaticCell<Onboard> = ConstStaticCell::new(Onboard::nowhere());
+    static ONBOARD: ConstStaticCell<SelectedEstimator> =
+        ConstStaticCell::new(SelectedEstimator::nowhere());
     static COMPUTER: StaticCell<Option<PilComputer>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
@@ -89,7 +90,7 @@ mod on_target {
     fn bring_up(
         line: &'static Line,
         setup: &Setup,
-        onboard: &'static mut Onboard,
+        onboard: &'static mut SelectedEstimator,
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let place = COMPUTER.try_init(None).ok_or("the computer is there already")?;
@@ -100,7 +101,7 @@ mod on_target {
 
     /// A function of its own: what it takes of the stack is free again for the loop.
     #[inline(never)]
-    fn estimators(setup: &Setup) -> Option<&'static mut Onboard> {
+    fn estimators(setup: &Setup) -> Option<&'static mut SelectedEstimator> {
         let onboard = ONBOARD.try_take()?;
         onboard.board(setup.craft()).ok()?;
         Some(onboard)

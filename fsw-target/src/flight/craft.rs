@@ -4,7 +4,7 @@
 //! of this crate, in the format of `host-sim replay --craft`, so that the simulator and the firmware
 //! read the same file.
 
-use fsw_core::estimator::Prior;
+use fsw_core::Prior;
 use fsw_core::{ConfigError, Vec3, WheelArray};
 
 pub use fsw_steps::WHEELS;
@@ -35,7 +35,7 @@ impl<const W: usize> Craft<W> {
 mod flown {
     use super::Craft;
     #[allow(unused_imports)] // unused if the craft file has no prior
-    use fsw_core::estimator::Prior;
+    use fsw_core::Prior;
 
     include!(concat!(env!("OUT_DIR"), "/craft.rs"));
 }
@@ -46,10 +46,10 @@ pub const FLOWN: Craft<WHEELS> = flown::CRAFT;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flight::selected::Onboard;
+    use crate::flight::selected::SelectedEstimator;
 
     #[test]
     fn the_flown_craft_is_one_that_the_estimators_accept() {
-        assert_eq!(Onboard::new(FLOWN).map(|onboard| onboard.prior()), Ok(FLOWN.prior));
+        assert_eq!(SelectedEstimator::new(FLOWN).map(|onboard| onboard.prior()), Ok(FLOWN.prior));
     }
 }

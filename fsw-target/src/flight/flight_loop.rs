@@ -145,8 +145,8 @@ fn count(counter: &mut u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fsw_core::estimator::{Estimate, Innovation};
     use fsw_core::{Coasting, Vec3};
+    use fsw_core::{Estimate, Innovation};
 
     /// Remembers what it was given.
     #[derive(Default)]

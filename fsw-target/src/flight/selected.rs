@@ -18,8 +18,8 @@ use fsw_core::estimator::ekf_sgf;
 use fsw_core::estimator::joint_ekf;
 #[cfg(feature = "window")]
 use fsw_core::estimator::window;
-use fsw_core::estimator::{Innovation, Prior};
 use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3};
+use fsw_core::{Innovation, Prior};
 use fsw_steps::Flown;
 
 /// `window` as it flies: momentum and inertia are its unknowns. A torque or a bias would take 1.2 KiB
@@ -94,7 +94,7 @@ impl From<ConfigError> for Refused {
 
 /// The estimators.
 #[derive(Debug, Clone)]
-pub struct Onboard {
+pub struct SelectedEstimator {
     /// As built.
     craft: Craft<WHEELS>,
     /// The craft's, or what the ground has set instead.
@@ -102,7 +102,7 @@ pub struct Onboard {
     flown: Flown,
 }
 
-impl Onboard {
+impl SelectedEstimator {
     /// The estimators of a spacecraft, the first of them selected, all waiting for their first sample.
     ///
     /// # Errors
@@ -251,7 +251,7 @@ fsw_core::persist!([] enum EstimatorId { 0 => Window, 1 => JointEkf, 2 => EkfSgf
 
 /// The prior, which estimator is selected, and its state. The others are started afresh when they
 /// are selected.
-impl Persist for Onboard {
+impl Persist for SelectedEstimator {
     fn layout() -> u32 {
         [
             Option::<Prior<f32>>::layout(),
@@ -270,10 +270,10 @@ impl Persist for Onboard {
         selected.persist(archive);
         // All of its state comes back, its prior too: it only has to be there.
         if selected != self.selected() && self.select(selected).is_err() {
-            return archive.refuse("Onboard");
+            return archive.refuse("SelectedEstimator");
         }
         match &mut self.flown {
-            Flown::Nothing => archive.refuse("Onboard"),
+            Flown::Nothing => archive.refuse("SelectedEstimator"),
             #[cfg(feature = "window")]
             Flown::Window(window) => window.persist(archive),
             #[cfg(feature = "joint-ekf")]
@@ -300,7 +300,7 @@ macro_rules! ask {
     };
 }
 
-impl Estimator<f32, WHEELS> for Onboard {
+impl Estimator<f32, WHEELS> for SelectedEstimator {
     fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
         self.flown.step(sample)
     }
@@ -346,7 +346,7 @@ mod tests {
         sigma_kg_m2: [0.02, 0.02, 0.02, 0.005, 0.005, 0.005],
     };
 
-    fn fly(onboard: &mut Onboard) -> Estimate<f32> {
+    fn fly(onboard: &mut SelectedEstimator) -> Estimate<f32> {
         for row in &ROWS {
             onboard.step(&Sample {
                 time_us: row.time_us,
@@ -361,7 +361,7 @@ mod tests {
 
     #[test]
     fn each_estimator_flies_when_selected() {
-        let mut onboard = Onboard::new(CRAFT).unwrap();
+        let mut onboard = SelectedEstimator::new(CRAFT).unwrap();
         onboard.set_prior(PRIOR).unwrap();
         let mut estimates = std::vec::Vec::new();
         for id in EstimatorId::ALL {
@@ -376,7 +376,7 @@ mod tests {
 
     #[test]
     fn a_reset_forgets_what_was_found() {
-        let mut onboard = Onboard::new(CRAFT).unwrap();
+        let mut onboard = SelectedEstimator::new(CRAFT).unwrap();
         let fresh = onboard.estimate();
         let once = fly(&mut onboard);
         assert_ne!(once.inertia, fresh.inertia);
@@ -387,7 +387,7 @@ mod tests {
 
     #[test]
     fn a_wish_that_can_t_be_granted_changes_nothing() {
-        let mut onboard = Onboard::new(CRAFT).unwrap();
+        let mut onboard = SelectedEstimator::new(CRAFT).unwrap();
         assert_eq!(onboard.select(EstimatorId::EkfSgfRls), Err(Refused::NoNominalInertia));
         assert_eq!(onboard.selected(), EstimatorId::Window);
         let impossible = Prior { inertia_kg_m2: [1.0, 1.0, 3.0, 0.0, 0.0, 0.0], ..PRIOR };
@@ -401,13 +401,13 @@ mod tests {
     #[test]
     fn what_was_kept_comes_back_into_a_fresh_one() {
         for id in EstimatorId::ALL {
-            let mut flown = Onboard::new(CRAFT).unwrap();
+            let mut flown = SelectedEstimator::new(CRAFT).unwrap();
             flown.set_prior(PRIOR).unwrap();
             flown.select(id).unwrap();
             fly(&mut flown);
             let mut words = [0; 8192];
             checkpoint::pass(&mut flown, &mut ToWords::new(&mut words)).unwrap();
-            let mut restored = Onboard::new(Craft { prior: None, ..CRAFT }).unwrap();
+            let mut restored = SelectedEstimator::new(Craft { prior: None, ..CRAFT }).unwrap();
             checkpoint::pass(&mut restored, &mut FromWords::new(&words)).unwrap();
             assert_eq!((restored.selected(), restored.prior()), (id, Some(PRIOR)));
             assert_eq!(restored.estimate(), flown.estimate());

@@ -7,7 +7,7 @@ use super::packet::{COMMAND, Header, Packet, PacketType, SequenceCount};
 use super::wire::{Reader, Unreadable, Wire, codes};
 use crate::flight::selected::EstimatorId;
 use core::fmt;
-use fsw_core::estimator::Prior;
+use fsw_core::Prior;
 
 /// Bytes of the longest telecommand packet, and a few to spare for a later one.
 pub const MAX_COMMAND: usize = 64;

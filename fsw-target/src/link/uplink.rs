@@ -194,7 +194,7 @@ mod tests {
     use crate::link::frame::Frame;
     use crate::link::packet::{Apid, Header, Packet};
     use crate::link::wire::Wire;
-    use fsw_core::estimator::Prior;
+    use fsw_core::Prior;
     use proptest::prelude::*;
     use std::vec::Vec;
 

@@ -97,7 +97,7 @@ pub mod cubesat_pyramid {
     use super::Row;
     use crate::flight::craft::Craft;
     #[allow(unused_imports)] // unused if the craft file has no prior
-    use fsw_core::estimator::Prior;
+    use fsw_core::Prior;
 
     include!(concat!(env!("OUT_DIR"), "/cubesat_pyramid.rs"));
 }

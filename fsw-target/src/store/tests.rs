@@ -8,8 +8,8 @@ use embedded_storage::nor_flash::{
 use fsw_core::estimator::ekf_sgf::{self, EkfSgf};
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Window};
-use fsw_core::estimator::{Outcome, Prior};
 use fsw_core::{Estimator, Sample, Vec3, WheelArray};
+use fsw_core::{Outcome, Prior};
 use proptest::prelude::*;
 use std::vec::Vec;
 

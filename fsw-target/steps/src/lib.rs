@@ -12,7 +12,7 @@ use fsw_core::dynamics::step::Transition;
 use fsw_core::estimator::ekf_sgf::EkfSgf;
 use fsw_core::estimator::joint_ekf::{self, Form, JointEkfUd, State, StructuredUd};
 use fsw_core::estimator::window::Window;
-use fsw_core::estimator::{Coasting, Innovation};
+use fsw_core::{Coasting, Innovation};
 use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3, WheelArray};
 
 /// Wheels that the flight image has room for. A spacecraft with fewer has some of no spin inertia.

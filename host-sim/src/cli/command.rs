@@ -6,7 +6,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand, ValueEnum, value_parser};
-use fsw_core::estimator::Prior;
+use fsw_core::Prior;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::Command;
 use fsw_target::link::frame::Frame;
@@ -47,7 +47,7 @@ enum Asked {
     /// Step this estimator from now on, from a fresh start.
     Select {
         /// Which.
-        estimator: Onboard,
+        estimator: SelectedEstimator,
     },
     /// Write the estimator's state to flash.
     SaveCheckpoint,
@@ -89,7 +89,7 @@ struct PriorArguments {
 
 /// The estimators in the flight image.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Onboard {
+enum SelectedEstimator {
     Window,
     JointEkf,
     EkfSgfRls,
@@ -146,9 +146,9 @@ impl Asked {
             Self::OpenWindow => Command::OpenWindow,
             Self::CloseWindow => Command::CloseWindow,
             Self::Select { estimator } => Command::Select(match estimator {
-                Onboard::Window => EstimatorId::Window,
-                Onboard::JointEkf => EstimatorId::JointEkf,
-                Onboard::EkfSgfRls => EstimatorId::EkfSgfRls,
+                SelectedEstimator::Window => EstimatorId::Window,
+                SelectedEstimator::JointEkf => EstimatorId::JointEkf,
+                SelectedEstimator::EkfSgfRls => EstimatorId::EkfSgfRls,
             }),
             Self::SaveCheckpoint => Command::SaveCheckpoint,
             Self::DumpCheckpoint => Command::DumpCheckpoint,

@@ -2,7 +2,9 @@
 
 use super::PapersFailed;
 use crate::campaign::statistics::Yardstick;
-use crate::estimation::{EstimatorName, Flown, OnBoard, Precision, SetUpError, Setup, fly, set_up};
+use crate::estimation::{
+    AnyEstimator, EstimatorName, Flown, Precision, SetUpError, Setup, fly, set_up,
+};
 use crate::input::log::LogRow;
 use crate::input::{Craft, Scenario};
 use crate::recording::history_row;
@@ -85,7 +87,7 @@ impl Course {
         &self,
         method: Method,
         seed: u64,
-        mut watch: impl FnMut(usize, &dyn OnBoard),
+        mut watch: impl FnMut(usize, &dyn AnyEstimator),
     ) -> Result<Flown, SetUpError> {
         let log = log_of(&self.scenario, &self.flight, seed);
         let mut number = 0;
@@ -109,7 +111,7 @@ impl Course {
         Ok((log, history))
     }
 
-    fn set_up(&self, method: Method) -> Result<Box<dyn OnBoard>, SetUpError> {
+    fn set_up(&self, method: Method) -> Result<Box<dyn AnyEstimator>, SetUpError> {
         set_up(&Setup {
             estimator: method.estimator,
             precision: method.precision,

@@ -32,7 +32,7 @@ use std::time::Instant;
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use fsw_core::telemetry::OutcomeCounts;
 use fsw_target::drivers::gyro::bmi088::register;
-use fsw_target::flight::selected::{EstimatorId, Onboard};
+use fsw_target::flight::selected::{EstimatorId, SelectedEstimator};
 use fsw_target::link::command::Command;
 use fsw_target::link::frame::Frame;
 use fsw_target::link::packet::SequenceCount;
@@ -126,7 +126,7 @@ impl std::fmt::Display for Progress {
 #[derive(Debug)]
 pub struct Flown {
     /// The estimators: the host's, and the firmware's are the same.
-    pub onboard: Onboard,
+    pub onboard: SelectedEstimator,
     /// What became of the samples that were stepped.
     pub outcomes: OutcomeCounts,
     /// Samples skipped because the gyro could not be read.

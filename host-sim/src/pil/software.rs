@@ -18,7 +18,7 @@ use fsw_target::drivers::wheel_tach::{CaptureTimer, Captured, WheelTach};
 use fsw_target::flight::computer::{Computer, Health, Housekeeping, Parts, Reporting};
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::flight::flight_loop::Sensors;
-use fsw_target::flight::selected::Onboard;
+use fsw_target::flight::selected::SelectedEstimator;
 use fsw_target::flight::sensors::{DataReady, Gyro, TorqueCommand, WheelTachometers};
 use fsw_target::flight::supervisor::FeedPermit;
 use fsw_target::link::Receiver;
@@ -59,7 +59,7 @@ impl<'o, 'a> Software<'o, 'a> {
     pub fn start(
         bench: &Rc<RefCell<Bench<'a>>>,
         setup: &Setup,
-        onboard: &'o mut Onboard,
+        onboard: &'o mut SelectedEstimator,
     ) -> Result<Self, Unfit> {
         let lines = Lines::new(Rc::clone(bench), setup.ticks_per_s);
         let gyro = Bmi088::new(Spi::new(lines.wire.clone()), setup.gyro()?);
@@ -110,7 +110,7 @@ impl<'o, 'a> Software<'o, 'a> {
     }
 
     /// The estimators.
-    pub fn onboard(&self) -> &Onboard {
+    pub fn onboard(&self) -> &SelectedEstimator {
         self.computer.onboard()
     }
 }

@@ -1,12 +1,12 @@
 //! What the chain is told.
 
 use crate::error::{ConfigError, Invalid, not_negative, positive};
-use crate::estimator::Prior;
 use crate::estimator::ekf_sgf::rate_ekf;
 use crate::estimator::ekf_sgf::regression::Elements;
 use crate::gate;
 use crate::math::savgol::{Fit, Growth};
 use crate::math::scalar::Real;
+use crate::prior::Prior;
 use crate::tensor::Inertia;
 
 /// Configuration, fixed for the chain's life.

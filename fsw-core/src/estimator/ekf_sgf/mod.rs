@@ -31,14 +31,17 @@ pub use config::{Batch, Config, Readout};
 use rate_ekf::RateEkf;
 use regression::{Instant, Regression};
 
-use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Reset, Status};
 use crate::dynamics::interval::{Drive, DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
+use crate::estimate::{Estimate, Status};
+use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
 use crate::math::savgol::{Differentiator, Fitted, Pushed};
 use crate::math::{Vec3, scalar::Real};
+use crate::monitor::innovation::Innovation;
 use crate::monitor::innovation::InnovationMonitor;
+use crate::outcome::{Coasting, Outcome, Reset};
 use crate::sample::Sample;
 use crate::tensor::Inertia;
 
@@ -294,11 +297,11 @@ impl<T: Real, const W: usize, const C: usize> Estimator<T, W> for EkfSgf<T, W, C
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimator::Prior;
     use crate::estimator::ekf_sgf::regression::Elements;
     use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
     use crate::gate::Rejection;
     use crate::math::savgol::Fit;
+    use crate::prior::Prior;
     use proptest::prelude::*;
     use std::vec::Vec;
 

@@ -12,9 +12,9 @@
 //! under a forgetting factor nor lets a direction without data wind up. For \[Kim2016\], which has
 //! none, it shifts a direction by `(σ_data / σ_prior)²` of the distance between the two.
 
-use crate::estimator::Prior;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, eigen::symmetric_eigen, scalar::Real};
+use crate::prior::Prior;
 use crate::tensor::{Inertia, gyroscopic_regressor, regressor};
 
 /// Rows, at least, before their residuals are believed to tell the noise.

@@ -1,9 +1,9 @@
 //! What the nine-state filter is told.
 
 use crate::error::{ConfigError, Invalid, finite, not_negative, positive};
-use crate::estimator::Prior;
 use crate::gate;
 use crate::math::{Vec3, scalar::Real};
+use crate::prior::Prior;
 
 /// Configuration, fixed for the filter's life.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -21,14 +21,18 @@ pub use structured_ud::StructuredUd;
 
 use start::{NoStart, Start};
 
-use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Prior, Reset, Status};
 use crate::checkpoint::Persist;
 use crate::dynamics::interval::{DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
+use crate::estimate::{Estimate, Status};
+use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
 use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
+use crate::monitor::innovation::Innovation;
 use crate::monitor::innovation::InnovationMonitor;
+use crate::outcome::{Coasting, Outcome, Reset};
+use crate::prior::Prior;
 use crate::sample::Sample;
 use crate::tensor::Inertia;
 use momentum_integral::MomentumIntegral;

@@ -1,9 +1,9 @@
 //! Where tracking starts: from a prior, or from the motion itself.
 
 use super::{Config, InitialRate, State};
-use crate::estimator::Prior;
 use crate::estimator::joint_ekf::momentum_integral::MomentumIntegral;
 use crate::math::{Vec3, scalar::Real, ud::Ud};
+use crate::prior::Prior;
 use crate::tensor::Inertia;
 
 /// The formal sigma of the first estimate leaves out the noise in the integrals: measured over

@@ -36,13 +36,17 @@ mod worth;
 
 pub use formulas::Method;
 
-use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Prior, Reset, Status};
 use crate::attitude::NoAttitude;
 use crate::dynamics::wheels::WheelArray;
 use crate::error::{ConfigError, not_negative, positive};
+use crate::estimate::{Estimate, Status};
+use crate::estimator::Estimator;
 use crate::gate::{self, Gate, Rejection, Verdict};
 use crate::math::{Mat, Vec3, scalar::Real};
+use crate::monitor::innovation::Innovation;
 use crate::monitor::observability::{Observed, observed};
+use crate::outcome::{Coasting, Outcome, Reset};
+use crate::prior::Prior;
 use crate::sample::Sample;
 use crate::tensor::Inertia;
 use sums::Sums;

@@ -12,9 +12,9 @@
 
 use super::formulas::{Formulas, Method, RightHandSide};
 use super::sums::Sums;
-use crate::estimator::Prior;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, scalar::Real};
+use crate::prior::Prior;
 use crate::tensor::{Inertia, regressor};
 
 /// `E[G(v)ᵀ G(v)] = σ² diag(1 1 1 2 2 2)` for white v of σ on each axis.

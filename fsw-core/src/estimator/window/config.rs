@@ -2,9 +2,9 @@
 
 use super::unknowns::{has_bias, has_torque};
 use crate::error::{ConfigError, Invalid, not_negative, positive};
-use crate::estimator::Prior;
 use crate::gate;
 use crate::math::scalar::Real;
+use crate::prior::Prior;
 
 /// Configuration, fixed for the estimator's life.
 #[derive(Clone, Copy, Debug, PartialEq)]

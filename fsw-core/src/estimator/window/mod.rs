@@ -76,11 +76,14 @@ use storage::Storage;
 use unknowns::{Known, is_a_set};
 use work::{Passes, Work};
 
-use super::{Coasting, Estimate, Estimator, Innovation, Outcome, Reset};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
+use crate::estimate::Estimate;
+use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
 use crate::math::{Vec3, scalar::Real};
+use crate::monitor::innovation::Innovation;
+use crate::outcome::{Coasting, Outcome, Reset};
 use crate::sample::Sample;
 
 /// With so many blocks and still no linear start, some directions are unseen: the passes then

@@ -3,9 +3,9 @@
 //! Kept as information of unit variance, and walked forward in time by the random walk that a slow
 //! change (fuel) is taken for.
 
-use crate::estimator::Prior;
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
+use crate::prior::Prior;
 
 /// Information on the six elements.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,9 +5,10 @@ use super::pass::{Pass, Residuals};
 use super::solution::{Solution, Solving, finish, solve_past};
 use super::unknowns::{has_bias, has_torque};
 use super::work::Work;
-use crate::estimator::{Estimate, Prior, Status};
+use crate::estimate::{Estimate, Status};
 use crate::math::{Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
+use crate::prior::Prior;
 use crate::tensor::Inertia;
 
 /// Where noise alone exceeds a sum of squares once in eˣ windows, the model is rejected. Of chi-square

@@ -7,8 +7,8 @@ use super::unknowns::Point;
 use super::work::{Starting, Work};
 use super::{BLOCKS_TO_SEE, Window, contradicts};
 use crate::Reset;
-use crate::estimator::Prior;
 use crate::math::{Vec3, scalar::Real};
+use crate::prior::Prior;
 use crate::tensor::Inertia;
 
 /// No pass before so many blocks: fewer equations than a few per unknown say little.

@@ -1,6 +1,7 @@
 use super::*;
+use crate::estimate::Status;
 use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
-use crate::estimator::{Prior, Status};
+use crate::prior::Prior;
 use proptest::prelude::*;
 use std::vec::Vec;
 

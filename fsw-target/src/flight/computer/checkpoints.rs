@@ -1,7 +1,7 @@
 //! Checkpoints of the estimators: brought back at the start, saved now and then, sent to the ground.
 
 use super::Housekeeping;
-use crate::flight::selected::{FlownWindow, Onboard};
+use crate::flight::selected::{FlownWindow, SelectedEstimator};
 use crate::link::telemetry::{CheckpointPart, CheckpointState, PART_BYTES};
 use crate::store::{self, Store};
 use embedded_storage::nor_flash::NorFlash;
@@ -46,12 +46,12 @@ pub struct Checkpoints<F> {
 /// What is kept: the estimators, and when that was.
 struct Kept<'a> {
     time_us: u64,
-    onboard: &'a mut Onboard,
+    onboard: &'a mut SelectedEstimator,
 }
 
 impl Persist for Kept<'_> {
     fn layout() -> u32 {
-        checkpoint::mix(u64::layout(), Onboard::layout())
+        checkpoint::mix(u64::layout(), SelectedEstimator::layout())
     }
 
     fn persist(&mut self, archive: &mut Archive<'_>) {
@@ -76,7 +76,7 @@ impl<F: NorFlash> Checkpoints<F> {
     }
 
     /// Opens the flash, and brings the estimators and the time back from it.
-    pub fn restore(&mut self, onboard: &mut Onboard, board: &mut impl Housekeeping) {
+    pub fn restore(&mut self, onboard: &mut SelectedEstimator, board: &mut impl Housekeeping) {
         let opened = self.unopened.take().map(Store::open);
         if let Some(Ok(store)) = opened {
             let store = self.store.insert(store);
@@ -96,7 +96,7 @@ impl<F: NorFlash> Checkpoints<F> {
     }
 
     /// Saves one; false if that failed. The next one is due a period after.
-    pub fn save(&mut self, onboard: &mut Onboard, board: &mut impl Housekeeping) -> bool {
+    pub fn save(&mut self, onboard: &mut SelectedEstimator, board: &mut impl Housekeeping) -> bool {
         let mut kept = Kept { time_us: board.now_us(), onboard };
         let saved = self.store.as_mut().is_some_and(|store| store.save(&mut kept).is_ok());
         let counter = if saved { &mut self.saved } else { &mut self.failed };
@@ -146,7 +146,7 @@ impl<F: NorFlash> Checkpoints<F> {
 
 fn bring_back<F: NorFlash>(
     store: &mut Store<F>,
-    onboard: &mut Onboard,
+    onboard: &mut SelectedEstimator,
     board: &mut impl Housekeeping,
 ) -> CheckpointState {
     let mut kept = Kept { time_us: 0, onboard };
@@ -178,14 +178,14 @@ mod tests {
     use super::*;
     use crate::flight::selected::EstimatorId;
     use crate::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS};
+    use fsw_core::Prior;
     use fsw_core::checkpoint::ToWords;
-    use fsw_core::estimator::Prior;
     use fsw_core::{Estimator, Sample, Vec3};
     use std::boxed::Box;
     use std::vec;
 
     /// Words of a checkpoint.
-    fn words(onboard: &mut Onboard) -> u32 {
+    fn words(onboard: &mut SelectedEstimator) -> u32 {
         let mut words = vec![0; 2 * MOST_WORDS as usize];
         let mut noted = ToWords::new(&mut words);
         checkpoint::pass(&mut Kept { time_us: 0, onboard }, &mut noted).unwrap();
@@ -206,7 +206,7 @@ mod tests {
     fn no_checkpoint_takes_more_than_there_is_made_room_for() {
         let prior = Prior::of_size(0.1);
         for id in EstimatorId::ALL {
-            let mut onboard = Box::new(Onboard::new(CRAFT).unwrap());
+            let mut onboard = Box::new(SelectedEstimator::new(CRAFT).unwrap());
             onboard.set_prior(prior).unwrap();
             onboard.select(id).unwrap();
             for (k, row) in (0..).zip(&ROWS) {
@@ -215,7 +215,7 @@ mod tests {
             }
         }
         // Three quarters of the blocks that there is storage for: more make room.
-        let (mut onboard, mut most) = (Box::new(Onboard::new(CRAFT).unwrap()), 0);
+        let (mut onboard, mut most) = (Box::new(SelectedEstimator::new(CRAFT).unwrap()), 0);
         for k in 0..5_000 {
             let noise = [(k % 7) as f32, (k % 5) as f32, (k % 3) as f32].map(|x| 1e-5 * x);
             onboard.step(&sample(k, noise, [0.0; 4]));

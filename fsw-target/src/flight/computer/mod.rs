@@ -3,7 +3,7 @@
 //! ```text
 //!  bytes ─► link ─► Command ─┐
 //!                            ▼
-//!  sensors ─► FlightLoop ─► Onboard ─► reports ─► link ─► bytes
+//!  sensors ─► FlightLoop ─► SelectedEstimator ─► reports ─► link ─► bytes
 //!                            ▲ │
 //!                            │ ▼
 //!                          Store (flash)
@@ -34,7 +34,7 @@ use checkpoints::Checkpoints;
 use crate::drivers::gyro::{RateGyro, StartFault};
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::{FlightLoop, Tick};
-use crate::flight::selected::Onboard;
+use crate::flight::selected::SelectedEstimator;
 use crate::flight::sensors::{DataReady, TorqueCommand};
 use crate::flight::supervisor::{Supervisor, Task};
 use crate::link::command::{Command, MAX_COMMAND};
@@ -57,7 +57,7 @@ const _: () = assert!(BYTES_PER_POLL >= MAX_COMMAND);
 const GYRO_SILENCE_US: u64 = 1_000_000;
 
 type FlightLoopOf<'a, P> = FlightLoop<
-    &'a mut Onboard,
+    &'a mut SelectedEstimator,
     <P as Parts>::DataReady,
     <P as Parts>::Gyro,
     <P as Parts>::Wheels,
@@ -101,7 +101,7 @@ impl<'a, P: Parts> Computer<'a, P> {
     /// stays: it takes more than a kilobyte.
     #[inline(always)]
     pub fn new(
-        onboard: &'a mut Onboard,
+        onboard: &'a mut SelectedEstimator,
         sensors: SensorsOf<P>,
         link: P::Link,
         flash: P::Flash,
@@ -152,7 +152,7 @@ impl<'a, P: Parts> Computer<'a, P> {
     }
 
     /// The estimators.
-    pub fn onboard(&self) -> &Onboard {
+    pub fn onboard(&self) -> &SelectedEstimator {
         self.flight.estimator()
     }
 

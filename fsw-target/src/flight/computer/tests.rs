@@ -16,7 +16,7 @@ use embedded_hal_nb::serial::{ErrorType, Write};
 use embedded_storage::nor_flash::{
     ErrorType as FlashErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use fsw_core::estimator::Prior;
+use fsw_core::Prior;
 use fsw_core::{Estimator, Status, Vec3};
 use std::boxed::Box;
 use std::collections::VecDeque;
@@ -272,7 +272,7 @@ impl Ground {
             wheels: RecordedWheels(recording, world.clone()),
             torque: recording,
         };
-        let onboard = Box::leak(Box::new(Onboard::new(CRAFT).unwrap()));
+        let onboard = Box::leak(Box::new(SelectedEstimator::new(CRAFT).unwrap()));
         let mut computer =
             Computer::new(onboard, sensors, world.clone(), world.clone(), world.clone(), reporting);
         computer.start();
@@ -342,7 +342,7 @@ fn erased() -> Vec<u8> {
 #[test]
 fn each_sample_comes_out_as_an_estimate_of_the_same_bits() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
-    let mut alone = Onboard::new(CRAFT).unwrap();
+    let mut alone = SelectedEstimator::new(CRAFT).unwrap();
     for row in &ROWS {
         let outcome = alone.step(&fsw_core::Sample {
             time_us: row.time_us,

@@ -11,7 +11,7 @@ use crate::drivers::wheel_tach::{CaptureTimer, Captured, WheelTach};
 use crate::flight::computer::{Computer, Health, Housekeeping, Parts, Reporting};
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::Sensors;
-use crate::flight::selected::Onboard;
+use crate::flight::selected::SelectedEstimator;
 use crate::flight::sensors::{DataReady, TorqueCommand};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry::{ClockSource, ResetCause};
@@ -63,7 +63,7 @@ where
 pub fn computer<'a, P, L>(
     tunnel: &'a Tunnel<P>,
     setup: &Setup,
-    onboard: &'a mut Onboard,
+    onboard: &'a mut SelectedEstimator,
     link: L,
     stack_high_water_bytes: fn() -> u32,
 ) -> Result<Computer<'a, Tunnelled<'a, P, L>>, Unfit>

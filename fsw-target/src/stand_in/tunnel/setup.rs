@@ -3,9 +3,9 @@
 use crate::drivers::gyro::bmi088::{Range, Settings};
 use crate::drivers::wheel_tach::{self, CaptureTimer, WheelTach};
 use crate::flight::craft::{Craft, WHEELS};
-use crate::flight::selected::Onboard;
+use crate::flight::selected::SelectedEstimator;
 use crate::link::wire::record;
-use fsw_core::estimator::Prior;
+use fsw_core::Prior;
 use fsw_core::{ConfigError, Mat};
 
 record! {
@@ -63,8 +63,8 @@ impl Setup {
     ///
     /// # Errors
     /// [`Unfit::Craft`].
-    pub fn onboard(&self) -> Result<Onboard, Unfit> {
-        Onboard::new(self.craft()).map_err(Unfit::Craft)
+    pub fn onboard(&self) -> Result<SelectedEstimator, Unfit> {
+        SelectedEstimator::new(self.craft()).map_err(Unfit::Craft)
     }
 
     /// How the gyro is set up. Its data rate is the default: whoever announces samples has the time.

@@ -10,7 +10,7 @@ use super::course::{Course, Method, OWN};
 use super::distribution::Distribution;
 use crate::campaign::statistics::{FAR, SURE, Verdict};
 use crate::campaign::{self, Campaign, RunFailed, Truths};
-use crate::estimation::{EstimatorName, OnBoard, Precision, SetUpError};
+use crate::estimation::{AnyEstimator, EstimatorName, Precision, SetUpError};
 use crate::input::{ELEMENT_NAMES, Scenario};
 use crate::report::published::{PublishedTable, Row};
 
@@ -100,7 +100,7 @@ impl Study {
     fn one_flight(&self, method: Method, seed: u64) -> Result<OneFlight, SetUpError> {
         let truth_kg_m2 = self.course.truth_kg_m2();
         let limit = CONVERGED_WITHIN * truth_kg_m2[..3].iter().sum::<f64>() / 3.0;
-        let is_close = |on_board: &dyn OnBoard| {
+        let is_close = |on_board: &dyn AnyEstimator| {
             let elements = on_board.estimate().inertia.elements_kg_m2();
             (0..6).all(|i| (elements[i] - truth_kg_m2[i]).abs() < limit)
         };
