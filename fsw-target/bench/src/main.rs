@@ -16,7 +16,6 @@ mod covariance;
 mod estimators;
 mod flights;
 mod noise;
-mod peers;
 mod tally;
 
 use counter::Counter;

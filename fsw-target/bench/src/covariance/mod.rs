@@ -9,7 +9,6 @@ mod ours;
 
 use crate::counter::Counter;
 use crate::noise::Noise;
-use crate::peers;
 use crate::tally::Tally;
 use fsw_core::Mat;
 use fsw_core::dynamics::interval::{Drive, Interval};
@@ -65,14 +64,14 @@ impl Problem {
     }
 
     /// Written out, as the others want it.
-    fn of_peers(&self) -> peers::Problem {
+    fn of_peers(&self) -> fsw_peers::Problem {
         let mut transition = Mat::<f32, 9, 9>::identity();
         transition.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.transition.rate);
         transition.fixed_view_mut::<3, 6>(0, 3).copy_from(&self.transition.inertia);
         let walk =
             |i: usize| if i < 3 { RATE_WALK_RAD_S_SQRT_S } else { self.inertia_walk_kg_m2_sqrt_s };
         let q = |i: usize, k: usize| if i == k { walk(i) * walk(i) * DURATION_S } else { 0.0 };
-        peers::Problem {
+        fsw_peers::Problem {
             transition,
             process_noise: Mat::from_fn(q),
             sigma: SIGMA,
@@ -93,7 +92,7 @@ pub fn count_all(counter: &mut Counter, tally: &mut Tally) -> Result<(), &'stati
     bench.count("covariance-ud-walk", &mut ours::StructuredUd::new(&walking))?;
     let mut counted = Ok(());
     if !cfg!(feature = "one-flight") {
-        peers::each(&walking.of_peers(), &mut |name, filter| {
+        fsw_peers::each(&walking.of_peers(), &mut |name, filter| {
             counted = counted.and_then(|()| bench.count(name, &mut Peer(filter)));
         });
     }
@@ -101,7 +100,7 @@ pub fn count_all(counter: &mut Counter, tally: &mut Tally) -> Result<(), &'stati
 }
 
 /// Another's filter.
-struct Peer<'a>(&'a mut dyn peers::Filter);
+struct Peer<'a>(&'a mut dyn fsw_peers::Filter);
 
 impl Filter for Peer<'_> {
     fn step(&mut self, measured_rad_s: &Vec3<f32>) {

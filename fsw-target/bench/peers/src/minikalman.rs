@@ -1,6 +1,6 @@
 //! The crate `minikalman`. Its prediction of the state, `Φ x`, is in the count.
 
-use super::{Filter, Problem};
+use crate::{Filter, Problem};
 use minikalman::prelude::*;
 use minikalman::regular::{RegularKalmanBuilder, RegularObservationBuilder};
 use minikalman::{

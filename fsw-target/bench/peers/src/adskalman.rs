@@ -1,6 +1,6 @@
 //! The crate `adskalman`. Its prediction of the state, `Φ x`, is in the count.
 
-use super::{Filter, Problem};
+use crate::{Filter, Problem};
 use adskalman::{
     CovarianceUpdateMethod, KalmanFilterNoControl, ObservationModel, StateAndCovariance,
     TransitionModelLinearNoControl,

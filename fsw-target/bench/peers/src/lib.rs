@@ -4,6 +4,9 @@
 //! A crate of its own, so that they are compiled for speed, as our steps are, and not for size as the
 //! rest of the firmware.
 
+#![no_std]
+#![forbid(unsafe_code)]
+
 mod adskalman;
 mod dense;
 mod minikalman;

@@ -1,6 +1,6 @@
 //! nalgebra, as the equations stand in a textbook.
 
-use super::{Filter, Problem};
+use crate::{Filter, Problem};
 use nalgebra::{SMatrix, SVector};
 
 /// State and covariance, and the matrices of the model.
