@@ -5,7 +5,8 @@
 //! kept in a ring; nothing is allocated.
 
 use super::kernel::{Fit, Kernel};
-use crate::error::{ConfigError, not_negative};
+use crate::error::ConfigError;
+use crate::math::range::{not_negative, within};
 use crate::math::scalar::Real;
 
 /// How the window fills after a start.
@@ -73,7 +74,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
     /// What [`Fit::validate`] refuses, an `order` of zero, and a negative `period_tolerance`.
     pub fn new(fit: Fit<T>, growth: Growth, period_tolerance: T) -> Result<Self, ConfigError> {
         fit.validate(C)?;
-        crate::error::within("order", fit.order, 1, fit.window - 1)?;
+        within("order", fit.order, 1, fit.window - 1)?;
         not_negative("period_tolerance", period_tolerance)?;
         let [smoothing, differentiation] = Kernel::value_and_slope(&fit);
         Ok(Self {

@@ -16,7 +16,8 @@
 //! Differentiated m times it is the same with `m pₖ⁽ᵐ⁻¹⁾` added on the right. So the weights need
 //! no more memory than a few windows, and no square root.
 
-use crate::error::{ConfigError, within};
+use crate::error::ConfigError;
+use crate::math::range::{finite, within};
 use crate::math::scalar::Real;
 
 /// The longest window.
@@ -57,7 +58,7 @@ impl<T: Real> Fit<T> {
     pub fn validate(&self, capacity: usize) -> Result<(), ConfigError> {
         within("window", self.window, 2, capacity.min(LARGEST_WINDOW))?;
         within("order", self.order, 0, LARGEST_ORDER.min(self.window - 1))?;
-        crate::error::finite("at", self.at)
+        finite("at", self.at)
     }
 }
 
