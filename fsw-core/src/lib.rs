@@ -64,8 +64,6 @@ pub mod prior;
 
 pub mod checkpoint;
 
-pub mod telemetry;
-
 pub mod dynamics;
 pub mod error;
 pub mod math;

@@ -6,7 +6,7 @@ use crate::link::command::Function;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{Coded, Reader, Wire};
 use crate::runtime::failure::Kind;
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Outcome, Status};
 use proptest::prelude::*;
 
