@@ -21,7 +21,6 @@ pub use structured_ud::StructuredUd;
 
 use start::{NoStart, Start};
 
-use crate::checkpoint::Persist;
 use crate::dynamics::interval::{DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
@@ -32,6 +31,7 @@ use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
 use crate::monitor::innovation::Innovation;
 use crate::monitor::innovation::InnovationMonitor;
 use crate::outcome::{Coasting, Outcome, Reset};
+use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
 use crate::tensor::Inertia;
