@@ -12,8 +12,26 @@ pub use crate::persist::{Archive, Invalid, Persist, Words, mix};
 /// Writes a state to a medium, or reads it from there: the medium decides on the direction.
 ///
 /// # Errors
-/// The first rejected value. When reading, the state is then partly overwritten and must be started
-/// afresh.
+/// The first rejected value. After a rejected read the state is partly overwritten and must be
+/// started afresh.
+///
+/// ```
+/// use fsw_core::checkpoint::{FromWords, ToWords, transfer};
+/// use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
+/// use fsw_core::{ConfigError, WheelArray};
+///
+/// let new = || JointEkfUd::<f32, 1>::new(
+///     Config::new(1e-4),
+///     WheelArray::new([fsw_core::Vec3::z()], [1e-3])?,
+/// );
+/// let (mut filter, mut restored) = (new()?, new()?);
+/// let mut words = [0; 256];
+/// let mut medium = ToWords::new(&mut words);
+/// transfer(&mut filter, &mut medium).unwrap();
+/// let length = medium.written();
+/// transfer(&mut restored, &mut FromWords::new(&words[..length])).unwrap();
+/// # Ok::<(), ConfigError>(())
+/// ```
 pub fn transfer<P: Persist>(state: &mut P, words: &mut dyn Words) -> Result<(), Invalid> {
     let mut archive = Archive::new(words);
     state.persist(&mut archive);
@@ -36,14 +54,14 @@ pub fn fingerprint<P: Persist>() -> u32 {
     mix(VERSION, P::layout())
 }
 
-/// Writes words to memory.
+/// Medium that writes words to memory.
 #[derive(Debug)]
 pub struct ToWords<'a> {
     words: &'a mut [u32],
     written: usize,
 }
 
-/// Reads words from memory.
+/// Medium that reads words from memory.
 #[derive(Debug)]
 pub struct FromWords<'a> {
     words: &'a [u32],

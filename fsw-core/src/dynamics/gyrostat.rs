@@ -1,12 +1,31 @@
-//! The gyrostat equation: a rigid body with spinning wheels.
+//! Equation of motion of the gyrostat: a rigid body with spinning wheels.
 //!
-//! `J ω̇ + ḣ_w + ω × (J ω + h_w) = τ`, with `J` including the locked wheels. Only tachometer
-//! speeds are needed: no motor torque, and no derivative of a measured speed.
+//! `J ω̇ + ḣ_w + ω × (J ω + h_w) = τ`, `J` including the locked wheels.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `ω`, `ω̇` | rate, acceleration of the body | rad/s, rad/s² |
+//! | `J` | inertia tensor | kg m² |
+//! | `h_w` | momentum of the wheels relative to the body | N m s |
+//! | `τ` | external torque | N m |
+//!
+//! Tachometer speeds are sufficient: neither motor torque nor the derivative of a measured speed
+//! enters ([`step`](super::step) integrates total momentum).
 
 use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::{Inertia, gyroscopic_regressor, regressor};
 
-/// A body of given inertia, with the inverse at hand.
+/// Body of a given inertia, with its inverse.
+///
+/// ```
+/// use fsw_core::dynamics::gyrostat::Gyrostat;
+/// use fsw_core::{Inertia, Vec3};
+///
+/// // A body that spins about a principal axis without torque keeps its rate.
+/// let body = Gyrostat::new(&Inertia::new([1.0f32, 2.0, 2.5, 0.0, 0.0, 0.0])).unwrap();
+/// let acceleration = body.acceleration_rad_s2(&Vec3::z(), &Vec3::zeros(), &Vec3::zeros());
+/// assert_eq!(acceleration, Vec3::zeros());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gyrostat<T: Real> {
     inertia_kg_m2: Mat<T, 3, 3>,
@@ -15,36 +34,35 @@ pub struct Gyrostat<T: Real> {
 
 crate::persist!([T: Real] Gyrostat<T> { inertia_kg_m2, inverse });
 
-/// `∂ω̇/∂ω` (3×3, 1/s) and `∂ω̇/∂j` (3×6, rad/s² per kg m²).
+/// Derivatives of the acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jacobians<T: Real> {
-    /// By the rate.
+    /// By the rate, `∂ω̇/∂ω`, 3×3, 1/s.
     pub rate: Mat<T, 3, 3>,
-    /// By the six inertia elements.
+    /// By the six inertia elements, `∂ω̇/∂j`, 3×6, rad/s² per kg m².
     pub inertia: Mat<T, 3, 6>,
 }
 
 impl<T: Real> Gyrostat<T> {
-    /// `None` where the tensor has no inverse. It need not be physical: a filter may pass
-    /// through such tensors.
+    /// `None` where the tensor has no inverse. It need not be physical: a filter may pass through
+    /// unphysical tensors.
     pub fn new(inertia: &Inertia<T>) -> Option<Self> {
         Some(Self { inertia_kg_m2: inertia.matrix_kg_m2(), inverse: inertia.inverse()? })
     }
 
-    /// `J`, kg m².
+    /// Inertia tensor `J`, kg m².
     pub fn inertia_kg_m2(&self) -> &Mat<T, 3, 3> {
         &self.inertia_kg_m2
     }
 
-    /// `J⁻¹`, 1/(kg m²).
+    /// Inverse `J⁻¹`, 1/(kg m²).
     pub fn inverse(&self) -> &Mat<T, 3, 3> {
         &self.inverse
     }
 
-    /// `ω̇ = J⁻¹ (τ − ω × (J ω + h_w))`, rad/s².
+    /// Acceleration `ω̇ = J⁻¹ (τ − ω × (J ω + h_w))`, rad/s².
     ///
-    /// `torque_n_m` is what acts on the body beside the gyroscopic torque: external torque,
-    /// less `ḣ_w` where the wheels speed up.
+    /// `torque_n_m` is the external torque, less `ḣ_w` where the wheels accelerate.
     pub fn acceleration_rad_s2(
         &self,
         rate_rad_s: &Vec3<T>,
@@ -55,8 +73,12 @@ impl<T: Real> Gyrostat<T> {
         self.inverse * (torque_n_m - rate_rad_s.cross(&momentum))
     }
 
-    /// Derivatives of the acceleration at a rate, an acceleration (the whole of ω̇, wheels'
-    /// reaction included) and a wheel momentum.
+    /// Jacobians at a rate, an acceleration and a wheel momentum:
+    ///
+    /// `∂ω̇/∂ω = J⁻¹ ([J ω + h_w]^× − ω^× J)`, `∂ω̇/∂j = −J⁻¹ (G(ω̇) + ω^× G(ω))`.
+    ///
+    /// `acceleration_rad_s2` is the whole of `ω̇`, the reaction of the wheels included. G is the
+    /// [`regressor`].
     pub fn jacobians(
         &self,
         rate_rad_s: &Vec3<T>,
@@ -70,7 +92,7 @@ impl<T: Real> Gyrostat<T> {
         }
     }
 
-    /// `∂ω̇/∂ω = J⁻¹ ([J ω + h_w]^× − ω^× J)`; beside it `∂ω̇/∂j = −J⁻¹ (G(ω̇) + ω^× G(ω))`.
+    /// Jacobian by the rate alone, `∂ω̇/∂ω = J⁻¹ ([J ω + h_w]^× − ω^× J)`, 1/s.
     pub fn rate_jacobian(
         &self,
         rate_rad_s: &Vec3<T>,
@@ -86,9 +108,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Central differences with this step, relative to quantities near 1: truncation about
-    /// h² = 1e-10, rounding about ε/h = 2e-11.
+    /// Step of the central differences, for quantities near 1: truncation about h² = 1e-10,
+    /// rounding about ε/h = 2e-11.
     const STEP: f64 = 1e-5;
+    /// Bound on the deviation: a hundred times the truncation error.
     const TOLERANCE: f64 = 1e-8;
 
     fn vector() -> impl Strategy<Value = Vec3<f64>> {
@@ -125,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_tensor_makes_no_gyrostat() {
+    fn a_singular_tensor_is_rejected() {
         assert!(Gyrostat::new(&Inertia::new([0.0f32; 6])).is_none());
     }
 }

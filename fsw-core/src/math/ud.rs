@@ -1,18 +1,37 @@
-//! UD factors of a covariance: `P = U D Uᵀ`, U unit upper triangular, D diagonal.
+//! UD factors of a covariance: `P = U D Uᵀ`, U unit upper triangular, D diagonal. \[Bierman1977\]
 //!
-//! A covariance kept so can't lose symmetry, nor its positive diagonal to rounding, which is
-//! why it flies in single precision. No square root is needed. \[Bierman1977\]
+//! A factorised covariance stays symmetric, and its variances stay positive under rounding, which
+//! makes single precision sufficient. No square root is taken.
+//!
+//! | operation | effect on P | source |
+//! |---|---|---|
+//! | [`Ud::observe`] | `P − K (h P)`, `h = eᵢᵀ` | \[Bierman1977\] section V.3 |
+//! | [`Ud::inflate`] | `P + q eᵢ eᵢᵀ` | \[Agee1972\], \[Bierman1977\] section III.5 |
+//! | [`Ud::transform_first`] | `Φ P Φᵀ` | \[Bierman1977\] section VI.4, \[Thornton1976\] |
 
 use super::{Mat, Vec3, scalar::Real, unroll};
 
-/// The factors in one matrix: D on the diagonal, U above it, nothing below.
+/// UD factors of the N×N covariance of N components, each in its own unit.
+///
+/// Both factors share one matrix: D on the diagonal, U above it, zeros below.
+///
+/// ```
+/// use fsw_core::math::ud::Ud;
+///
+/// // Two components of variance 4 and 1; the first is measured with noise variance 1.
+/// let mut p = Ud::diagonal([4.0f32, 1.0]);
+/// let gain = p.observe(0, 1.0);
+/// assert!((gain[0] - 0.8).abs() < 1e-6); // 4 / (4 + 1)
+/// assert!((p.variance(0) - 0.8).abs() < 1e-6); // 4 · 1 / (4 + 1)
+/// assert_eq!(p.variance(1), 1.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ud<T: Real, const N: usize> {
     pub(crate) packed: Mat<T, N, N>,
 }
 
 impl<T: Real, const N: usize> Ud<T, N> {
-    /// Uncorrelated components of these variances (not negative).
+    /// Factors of uncorrelated components with these variances (unit², not negative).
     pub fn diagonal(variances: [T; N]) -> Self {
         let mut packed = Mat::zeros();
         for i in 0..N {
@@ -21,31 +40,32 @@ impl<T: Real, const N: usize> Ud<T, N> {
         Self { packed }
     }
 
-    /// The unit upper triangular factor's element above the diagonal, `row < column`.
+    /// Element `u_ik` of U above the diagonal, `row < column`: unit of the row over unit of the
+    /// column.
     #[inline]
     pub fn u(&self, row: usize, column: usize) -> T {
         self.packed[(row, column)]
     }
 
-    /// The diagonal factor's element.
+    /// Element `dᵢ` of D, unit²: the variance of component i given the components after it.
     #[inline]
     pub fn d(&self, index: usize) -> T {
         self.packed[(index, index)]
     }
 
-    /// Sets an element of U, `row < column`.
+    /// Sets `u_ik`, `row < column`.
     #[inline]
     pub fn set_u(&mut self, row: usize, column: usize, value: T) {
         self.packed[(row, column)] = value;
     }
 
-    /// Sets an element of D.
+    /// Sets `dᵢ`, which must not be negative.
     #[inline]
     pub fn set_d(&mut self, index: usize, value: T) {
         self.packed[(index, index)] = value;
     }
 
-    /// The covariance, N×N.
+    /// Covariance `P = U D Uᵀ`, N×N: `p_ij = Σ_{k ≥ j} u_ik d_k u_jk` for `i ≤ j`.
     pub fn covariance(&self) -> Mat<T, N, N> {
         let mut p = Mat::zeros();
         for i in 0..N {
@@ -63,7 +83,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
         p
     }
 
-    /// Variance of one component.
+    /// Variance of one component, `pᵢᵢ = dᵢ + Σ_{k > i} u_ik² d_k`, unit².
     #[inline]
     pub fn variance(&self, component: usize) -> T {
         let mut sum = self.d(component);
@@ -74,9 +94,10 @@ impl<T: Real, const N: usize> Ud<T, N> {
         sum
     }
 
-    /// `P b`.
+    /// Product `P b = U (D (Uᵀ b))`, without forming P.
     pub fn times(&self, b: &[T; N]) -> [T; N] {
-        // D Uᵀ b from the last on, each before an element of b that it takes is overwritten; then U.
+        // D Uᵀ b in place from the last element down, then U from the first up: each element is
+        // read before it is overwritten.
         let mut x = *b;
         for k in (0..N).rev() {
             for i in 0..k {
@@ -99,9 +120,9 @@ impl<T: Real, const N: usize> Ud<T, N> {
         }
     }
 
-    /// Every factor is finite and no variance negative.
+    /// True where all factors are finite and no element of D is negative.
     pub fn is_valid(&self) -> bool {
-        // One infinity or NaN spoils the sum, which costs less than to ask each of them.
+        // The sum is finite only where all terms are: cheaper than a test of each.
         let mut sum = T::zero();
         for column in 0..N {
             for row in 0..column + 1 {
@@ -111,13 +132,17 @@ impl<T: Real, const N: usize> Ud<T, N> {
         sum.is_finite() && (0..N).all(|i| self.d(i) >= T::zero())
     }
 
-    /// Updates the factors with a scalar measurement of one component, `z = x[component] + v`,
-    /// `v` of variance `noise_variance` (positive), and returns the Kalman gain for its
-    /// innovation.
+    /// Measurement update with one component, `z = xᵢ + v`, `v` white of variance `r` =
+    /// `noise_variance` (unit², positive). Returns the Kalman gain K for the innovation
+    /// `ν = z − xᵢ`.
     ///
-    /// \[Bierman1977\] section V.3, with the zeros of such a measurement left out: elements of
-    /// `f = Uᵀ h` before `component` vanish.
-    // One copy for every component: the columns are unrolled, and those before it passed over.
+    /// With `f = Uᵀ h`, `h = eᵢ`, and `α₋₁ = r`, for `j = 0 … N−1`:
+    ///
+    /// `αⱼ = αⱼ₋₁ + fⱼ² dⱼ`, `dⱼ⁺ = dⱼ αⱼ₋₁ / αⱼ`, `λⱼ = −fⱼ / αⱼ₋₁`, `uⱼ⁺ = uⱼ + λⱼ K̄ⱼ`,
+    /// `K = K̄ / α_{N−1}`.
+    ///
+    /// \[Bierman1977\] section V.3. Elements of f before component i vanish and are left out.
+    // One copy for all components: the unrolled columns before `component` are skipped at run time.
     #[inline(never)]
     #[allow(clippy::absurd_extreme_comparisons, clippy::reversed_empty_ranges, reason = "unrolled")]
     pub fn observe(&mut self, component: usize, noise_variance: T) -> [T; N] {
@@ -144,9 +169,15 @@ impl<T: Real, const N: usize> Ud<T, N> {
         gain.map(|k| k * scale)
     }
 
-    /// Adds `variance` (not negative) to one component: a random walk.
+    /// Process noise on one component: `P + q eᵢ eᵢᵀ`, `q` = `variance` (unit²; zero or less
+    /// changes nothing).
     ///
-    /// The rank-one update of Agee and Turner, \[Bierman1977\] section III.5.
+    /// With `a = eᵢ` and `c = q`, for `j = N−1 … 0`:
+    ///
+    /// `dⱼ⁺ = dⱼ + c aⱼ²`, `a ← a − aⱼ uⱼ`, `uⱼ⁺ = uⱼ + a (c aⱼ / dⱼ⁺)`, `c ← c dⱼ / dⱼ⁺`.
+    ///
+    /// Rank-one update of \[Agee1972\], \[Bierman1977\] section III.5. Columns after component i
+    /// keep their values and are skipped.
     #[inline(never)]
     pub fn inflate(&mut self, component: usize, variance: T) {
         if variance <= T::zero() {
@@ -155,14 +186,13 @@ impl<T: Real, const N: usize> Ud<T, N> {
         let mut a: [T; N] =
             core::array::from_fn(|i| if i == component { T::one() } else { T::zero() });
         let mut c = variance;
-        // From the last column on, although those after `component` stay as they are.
         unroll!(N, I => {
             let j = N - 1 - I;
             if j <= component {
                 let along = c * a[j];
                 let before = self.d(j);
                 let after = before + along * a[j];
-                // Where nothing is uncertain, and nothing is added, all stays as it is.
+                // Neither variance nor noise in this direction: its factors keep their values.
                 let (per_after, kept) = if after > T::zero() {
                     let per_after = T::one() / after;
                     (per_after, before * per_after)
@@ -183,10 +213,13 @@ impl<T: Real, const N: usize> Ud<T, N> {
 }
 
 impl<T: Real> Ud<T, 9> {
-    /// `P ← Φ P Φᵀ` with `Φ = [[A, B], [0, 1]]`: the first three components become `A x₁ + B x₂`.
+    /// Time update `P ← Φ P Φᵀ`, `Φ = [[A, B], [0, 1]]`: the first three components become
+    /// `A x₁ + B x₂`.
     ///
-    /// In the same blocks `Φ U = [[A U₁₁, A U₁₂ + B U₂₂], [0, U₂₂]]`: the factors of the other six
-    /// stay as they are, and only the 3×3 block `A U₁₁` has to be made triangular again.
+    /// In the same blocks `Φ U = [[A U₁₁, A U₁₂ + B U₂₂], [0, U₂₂]]`. The factors of the other six
+    /// keep their values, and only the 3×3 block `A U₁₁` has to be made triangular again.
+    ///
+    /// `a` is 3×3, `b` 3×6 in the unit of the first block over that of the second.
     #[inline]
     pub fn transform_first(&mut self, a: &Mat<T, 3, 3>, b: &Mat<T, 3, 6>) {
         for column in 3..9 {
@@ -213,8 +246,10 @@ impl<T: Real> Ud<T, 9> {
         self.retriangularise([row(0), row(1), row(2)]);
     }
 
-    /// Weighted Gram-Schmidt from the last row up: U₁₁, D₁ such that
-    /// `U₁₁ D₁' U₁₁ᵀ = W D₁ Wᵀ`. \[Bierman1977\] section VI.4, \[Thornton1976\]
+    /// Weighted Gram-Schmidt from the last row up: U₁₁⁺ and D₁⁺ with `U₁₁⁺ D₁⁺ U₁₁⁺ᵀ = W D₁ Wᵀ`.
+    ///
+    /// `dⱼ⁺ = wⱼ D₁ wⱼᵀ`, `u_ij = wᵢ D₁ wⱼᵀ / dⱼ⁺`, `wᵢ ← wᵢ − u_ij wⱼ`, with `wⱼ` the rows of
+    /// `W = A U₁₁`. \[Bierman1977\] section VI.4, \[Thornton1976\]
     #[inline]
     fn retriangularise(&mut self, mut w: [Vec3<T>; 3]) {
         let d = Vec3::new(self.d(0), self.d(1), self.d(2));
@@ -237,7 +272,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Factors, and their covariance.
+    /// Random factors and the covariance that they form.
     fn random<const N: usize>(x: &[f64]) -> (Ud<f64, N>, Mat<f64, N, N>) {
         let u = Mat::<f64, N, N>::from_fn(|i, k| match k {
             _ if k < i => 0.0,
@@ -308,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_known_direction_stays_known() {
+    fn zero_variance_stays_zero() {
         let mut ud = Ud::diagonal([1.0f32, 1.0, 0.0]);
         ud.observe(0, 0.1);
         assert_eq!(ud.variance(2), 0.0);
