@@ -56,8 +56,8 @@ mod on_target {
 
     /// In static memory, so that the loop has the stack for itself. They are built where they stay,
     /// the estimators when they go on board: there is no room for them on the stack.
-    static ONBOARD: ConstStaticCell<SelectedEstimator> =
-        ConstStaticCell::new(SelectedEstimator::nowhere());
+    static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
+        ConstStaticCell::new(SelectedEstimator::uninitialised());
     static COMPUTER: StaticCell<Option<Computer<'static, OnStm32f405>>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
@@ -78,7 +78,7 @@ mod on_target {
     /// the loop.
     #[inline(never)]
     fn bring_up(
-        onboard: &'static mut SelectedEstimator,
+        estimator: &'static mut SelectedEstimator,
     ) -> Option<&'static mut Computer<'static, OnStm32f405>> {
         let last_life = restart::take_last_life();
         let board = Board::take()?;
@@ -98,7 +98,7 @@ mod on_target {
             torque: CommandedTorque::default(),
         };
         Some(COMPUTER.try_init(None)?.insert(Computer::new(
-            onboard,
+            estimator,
             sensors,
             board.link,
             board.flash,
@@ -109,9 +109,9 @@ mod on_target {
 
     #[inline(never)]
     fn estimators() -> Option<&'static mut SelectedEstimator> {
-        let onboard = ONBOARD.try_take()?;
-        onboard.board(FLOWN).ok()?;
-        Some(onboard)
+        let estimator = ESTIMATOR.try_take()?;
+        estimator.configure(FLOWN).ok()?;
+        Some(estimator)
     }
 
     /// No sensor where there is no wheel.
