@@ -15,6 +15,7 @@
 
 #[cfg(target_os = "none")]
 mod on_target {
+    use fsw_target::arch::exit;
     use fsw_target::board::{self, Board};
     use fsw_target::flight::computer::Computer;
     use fsw_target::flight::selected::SelectedEstimator;
@@ -24,7 +25,7 @@ mod on_target {
     use static_cell::{ConstStaticCell, StaticCell};
 
     // The simulator sees that it starts again, and says so.
-    fsw_target::ends_by!(restart::failed);
+    fsw_target::ends_by!(exit::restart_after);
 
     type Line = Tunnel<board::Tunnel>;
     type PilComputer = Computer<'static, Tunnelled<'static, board::Tunnel, board::Link>>;
