@@ -62,9 +62,9 @@ pub mod estimate;
 pub mod outcome;
 pub mod prior;
 
-pub mod checkpoint;
+pub mod persist;
 
-pub mod telemetry;
+pub mod checkpoint;
 
 pub mod dynamics;
 pub mod error;

@@ -4,8 +4,8 @@
 //! (MOI), the last three the products of inertia (POI). An off-diagonal element is the tensor
 //! entry itself, `Jxy = −∫ x y dm`, as in all four papers; some simulators use the other sign.
 
+use crate::error::NotPhysical;
 use crate::math::{Mat, Vec3, column, eigen::symmetric_eigen, inverse_symmetric, scalar::Real};
-use core::fmt;
 
 /// Inertia tensor about the centre of mass in body axes, kg m², wheels included and locked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,30 +14,6 @@ pub struct Inertia<T: Real> {
 }
 
 crate::persist!([T: Real] Inertia<T> { elements });
-
-/// Why no rigid body has such an inertia tensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum NotPhysical {
-    /// An element is infinite or not a number.
-    NotFinite,
-    /// A principal moment is zero or negative.
-    NotPositiveDefinite,
-    /// A principal moment exceeds the sum of the two others.
-    TriangleInequality,
-}
-
-impl fmt::Display for NotPhysical {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NotFinite => "an inertia element is not finite",
-            Self::NotPositiveDefinite => "the inertia tensor is not positive definite",
-            Self::TriangleInequality => {
-                "a principal moment of inertia exceeds the sum of the two others"
-            }
-        })
-    }
-}
 
 impl<T: Real> Inertia<T> {
     /// From `Jxx Jyy Jzz Jxy Jxz Jyz`, kg m². Any numbers: see [`check`](Self::check).

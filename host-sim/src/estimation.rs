@@ -12,7 +12,7 @@ use fsw_core::estimator::joint_ekf::{self, InitialRate, JointEkfPublished, Joint
 use fsw_core::estimator::momentum::{self, Momentum};
 use fsw_core::estimator::window::{self, Window};
 use fsw_core::gate;
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{
     ConfigError, Estimate, Estimator, Inertia, Outcome, Quaternion, Real, Sample, Vec3, WheelArray,
 };

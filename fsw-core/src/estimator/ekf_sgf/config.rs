@@ -1,9 +1,10 @@
 //! What the chain is told.
 
-use crate::error::{ConfigError, Invalid, not_negative, positive};
+use crate::error::{ConfigError, Invalid};
 use crate::estimator::ekf_sgf::rate_ekf;
 use crate::estimator::ekf_sgf::regression::Elements;
 use crate::gate;
+use crate::math::range::{not_negative, positive};
 use crate::math::savgol::{Fit, Growth};
 use crate::math::scalar::Real;
 use crate::prior::Prior;

@@ -135,11 +135,11 @@ impl<T: Real, const W: usize, const C: usize> EkfSgf<T, W, C> {
     }
 
     fn restart_rate(&mut self, sample: &Sample<T, W>) {
-        self.drive.restart(&self.wheels, sample);
+        let drive = sample.drive(&self.wheels);
+        self.drive.restart(drive);
         self.rate.restart(&sample.rate_rad_s);
         self.mean_innovation_rad_s = Vec3::zeros();
         self.differentiator.restart();
-        let drive = self.drive.at_last_sample(&self.wheels, sample);
         self.differentiate(sample.time_us, &drive);
     }
 
@@ -260,7 +260,7 @@ impl<T: Real, const W: usize, const C: usize> Estimator<T, W> for EkfSgf<T, W, C
             }
             Verdict::After { elapsed_us } => {
                 let duration_s = T::seconds(elapsed_us);
-                let interval = self.drive.advance(&self.wheels, sample, duration_s);
+                let interval = self.drive.advance(sample.drive(&self.wheels), duration_s);
                 self.filter(sample, &interval)
             }
         }

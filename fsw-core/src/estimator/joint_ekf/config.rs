@@ -1,7 +1,8 @@
 //! What the nine-state filter is told.
 
-use crate::error::{ConfigError, Invalid, finite, not_negative, positive};
+use crate::error::{ConfigError, Invalid};
 use crate::gate;
+use crate::math::range::{finite, not_negative, positive};
 use crate::math::{Vec3, scalar::Real};
 use crate::prior::Prior;
 
@@ -130,7 +131,7 @@ impl<T: Real> Config<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tensor::NotPhysical;
+    use crate::error::NotPhysical;
 
     fn refused(change: impl FnOnce(&mut Config<f32>)) -> ConfigError {
         let mut config = Config::bellar_2019(1e-4);

@@ -21,7 +21,6 @@ pub use structured_ud::StructuredUd;
 
 use start::{NoStart, Start};
 
-use crate::checkpoint::Persist;
 use crate::dynamics::interval::{DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
@@ -32,6 +31,7 @@ use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
 use crate::monitor::innovation::Innovation;
 use crate::monitor::innovation::InnovationMonitor;
 use crate::outcome::{Coasting, Outcome, Reset};
+use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
 use crate::tensor::Inertia;
@@ -164,10 +164,10 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
 
     /// Begins, or begins again, from nothing but the prior and this sample.
     fn begin(&mut self, sample: &Sample<T, W>) {
-        self.drive.restart(&self.wheels, sample);
+        let drive = sample.drive(&self.wheels);
+        self.drive.restart(drive);
         self.track_from(Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
         if self.prior.is_none_or(|prior| prior.is_vague(self.config.align_above)) {
-            let drive = self.drive.at_last_sample(&self.wheels, sample);
             let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
             let fit = MomentumIntegral::new(&sample.rate_rad_s, &drive, noise, prior);
             self.phase = Phase::Aligning(fit);
@@ -240,7 +240,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     }
 
     fn bridge_gap(&mut self, sample: &Sample<T, W>) -> Outcome {
-        self.drive.restart(&self.wheels, sample);
+        self.drive.restart(sample.drive(&self.wheels));
         match self.phase {
             Phase::Waiting | Phase::Aligning(_) => self.begin(sample),
             Phase::Tracking => {
@@ -283,7 +283,7 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
             Verdict::Gap => self.bridge_gap(sample),
             Verdict::After { elapsed_us } => {
                 let duration_s = T::seconds(elapsed_us);
-                let interval = self.drive.advance(&self.wheels, sample, duration_s);
+                let interval = self.drive.advance(sample.drive(&self.wheels), duration_s);
                 match self.phase {
                     Phase::Aligning(_) => self.align(sample, &interval),
                     Phase::Waiting | Phase::Tracking => self.track(sample, &interval),

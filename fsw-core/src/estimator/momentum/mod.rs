@@ -38,10 +38,11 @@ pub use formulas::Method;
 
 use crate::attitude::NoAttitude;
 use crate::dynamics::wheels::WheelArray;
-use crate::error::{ConfigError, not_negative, positive};
+use crate::error::ConfigError;
 use crate::estimate::{Estimate, Status};
 use crate::estimator::Estimator;
 use crate::gate::{self, Gate, Rejection, Verdict};
+use crate::math::range::{not_negative, positive};
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::innovation::Innovation;
 use crate::monitor::observability::{Observed, observed};

@@ -5,7 +5,7 @@ use crate::link::packet::STATUS;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{codes, record};
 use crate::runtime::failure::Kind as FailureKind;
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 
 record! {
     /// How the flight computer is, and what the ground has made it do.
