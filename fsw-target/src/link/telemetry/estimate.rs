@@ -1,11 +1,11 @@
 //! What the selected estimator knows.
 
-use crate::flight::selected::EstimatorId;
 use crate::link::packet::ESTIMATE;
 use crate::link::wire::{codes, record};
 use fsw_core::attitude::NoAttitude;
 use fsw_core::gate::Rejection;
 use fsw_core::{Coasting, Estimator, Outcome, Reset, Status};
+use fsw_steps::EstimatorId;
 
 record! {
     /// What the selected estimator knows, and what became of the last sample.
