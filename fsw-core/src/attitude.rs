@@ -6,7 +6,16 @@
 //! `q = (e sin φ/2, cos φ/2)`.
 //!
 //! A body turned by +φ about its x axis has `q₁ = +sin φ/2`. `q` and `−q` are the same attitude.
-//! Only the estimator [`momentum`](crate::estimator::momentum) uses it.
+//!
+//! | other convention | conversion |
+//! |---|---|
+//! | scalar first, `(q₀, q₁, q₂, q₃)` | `(q₁, q₂, q₃, q₀)` |
+//! | body to inertial components | conjugate, `(−q₁, −q₂, −q₃, q₄)` |
+//!
+//! Kinematics with the body rate ω, rad/s: `q̇ = ½ (q₄ ω − ω × ρ, −ω · ρ)`, `ρ = (q₁, q₂, q₃)`.
+//!
+//! Only the estimator [`momentum`](crate::estimator::momentum) uses the attitude. It needs angular
+//! momentum in inertial axes, `H_inertial = Pᵀ (J ω + h_w)`.
 
 use crate::math::{Mat, scalar::Real};
 
@@ -118,6 +127,7 @@ mod tests {
     use crate::math::Vec3;
     use proptest::prelude::*;
 
+    /// Turn by 30° about x: inertial y has the body components (0, cos 30°, −sin 30°).
     #[test]
     fn a_positive_turn_about_x_moves_inertial_y_towards_minus_z() {
         let half = 0.5f64 * 30.0f64.to_radians();
@@ -127,6 +137,7 @@ mod tests {
         assert!((y - Vec3::new(0.0, cos, -sin)).norm() < 1e-15);
     }
 
+    /// Zero, wrong norm, infinite square and NaN.
     #[test]
     fn a_quaternion_that_is_no_rotation_is_rejected_with_the_reason() {
         let to_body = |q: [f32; 4]| Quaternion::new(q).to_body();
@@ -139,6 +150,7 @@ mod tests {
     }
 
     proptest! {
+        /// Orthogonal with determinant 1 for norms within 0.04 % of one.
         #[test]
         fn the_matrix_is_a_rotation_for_any_rounding_of_the_norm(
             q in prop::array::uniform4(-1.0..1.0f64), stretch in 0.9996..1.0004f64,

@@ -3,6 +3,19 @@
 //! Constructors validate their configuration before use. Input: a configuration. Output: `Ok`, or
 //! the first field that is out of its range. This module depends on no other, so that every layer
 //! can report through it.
+//!
+//! | reason | permitted range |
+//! |---|---|
+//! | [`Invalid::NotFinite`] | finite numbers |
+//! | [`Invalid::NotPositive`] | above zero |
+//! | [`Invalid::Negative`] | zero and above |
+//! | [`Invalid::AboveOne`] | one and below |
+//! | [`Invalid::OutOfRange`] | an interval of integers |
+//! | [`Invalid::ZeroAxis`] | vectors of a length above zero |
+//! | [`Invalid::NoRoom`] | unknowns that the estimator's type includes |
+//! | [`Invalid::NotPhysical`] | tensors of a rigid body |
+//!
+//! A rejected configuration is a result of construction alone: no step returns an error.
 
 use core::fmt;
 

@@ -108,7 +108,15 @@ impl<T: Real> Estimate<T> {
         Self::of_inertia(Inertia::new(inertia_kg_m2), covariance, &sigma_kg_m2, T::zero())
     }
 
-    /// One sigma of each element, kg m².
+    /// One sigma of each element, kg m², order `jxx jyy jzz jxy jxz jyz`: square roots of the
+    /// diagonal of the covariance.
+    ///
+    /// ```
+    /// use fsw_core::Estimate;
+    ///
+    /// let sigma_kg_m2 = Estimate::<f64>::nothing().sigma_kg_m2();
+    /// assert_eq!(sigma_kg_m2, [1e4, 1e4, 1e4, 5e3, 5e3, 5e3]);
+    /// ```
     pub fn sigma_kg_m2(&self) -> [T; 6] {
         core::array::from_fn(|i| self.covariance_kg2_m4[(i, i)].max(T::zero()).sqrt())
     }
@@ -117,6 +125,23 @@ impl<T: Real> Estimate<T> {
     ///
     /// Covariance `N P Nᵀ` with `N = ∂n/∂j = (1 − n tᵀ) / tr`, `t = (1 1 1 0 0 0)`. Torque-free
     /// motion without wheels determines these ratios and nothing else.
+    ///
+    /// ```
+    /// use fsw_core::math::Mat;
+    /// use fsw_core::{Estimate, Inertia};
+    ///
+    /// // Known up to a common factor: P = s² j jᵀ leaves no uncertainty of the ratios.
+    /// let j = [1.0, 2.0, 2.0, 0.1, 0.0, 0.0];
+    /// let column = Mat::<f64, 6, 1>::from(j);
+    /// let estimate = Estimate {
+    ///     inertia: Inertia::new(j),
+    ///     covariance_kg2_m4: column * column.transpose() * 0.04,
+    ///     ..Estimate::nothing()
+    /// };
+    /// let (ratio, sigma) = estimate.over_trace();
+    /// assert_eq!(ratio[0], 0.2);
+    /// assert!(sigma.iter().all(|sigma| *sigma < 1e-8));
+    /// ```
     pub fn over_trace(&self) -> ([T; 6], [T; 6]) {
         let scale = T::one() / self.inertia.trace_kg_m2();
         let ratio = self.inertia.elements_kg_m2().map(|x| x * scale);

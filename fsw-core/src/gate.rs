@@ -1,8 +1,20 @@
 //! 2. Gate: usable samples are finite, in range, in order and not repeated.
 //!
 //! Input: each sample as it arrives. Output: the time since the last usable sample, or the reason
-//! for the rejection. The checks run in the order finite, range, order, stuck, gap. Spikes are
-//! detected later, against the prediction ([`monitor`](crate::monitor)).
+//! for the rejection.
+//!
+//! | check, in this order | rejected where | reason |
+//! |---|---|---|
+//! | finite | a rate, wheel speed or torque is infinite or NaN | [`Rejection::NotFinite`] |
+//! | range | a rate is at or beyond the range of the gyro | [`Rejection::OutOfRange`] |
+//! | order | the time stamp is not later than the last one | [`Rejection::OutOfOrder`] |
+//! | stuck | all rates repeat the last reading `stuck_after` times | [`Rejection::Stuck`] |
+//!
+//! A gap in time is not a rejection: the sample is usable, but the rate cannot be predicted to it
+//! ([`Verdict::Gap`]).
+//!
+//! The attitude is not checked here, since most estimators do not use it. Spikes are detected
+//! later, against the prediction ([`monitor::spikes`](crate::monitor::spikes)).
 
 use crate::error::ConfigError;
 use crate::math::{Vec3, range::positive, scalar::Real};
@@ -166,6 +178,7 @@ mod tests {
         }
     }
 
+    /// Order and gaps; the limit of the gap is one second.
     #[test]
     fn time_is_checked_for_order_and_gaps() {
         let mut gate = Gate::new(Config::default());
@@ -177,6 +190,7 @@ mod tests {
         assert_eq!(gate.check(&sample(2_000_000, 0.4)), Verdict::Gap);
     }
 
+    /// The interval to the last usable sample includes rejected samples.
     #[test]
     fn elapsed_time_spans_rejected_samples() {
         let mut gate = Gate::new(Config::default());
@@ -185,6 +199,7 @@ mod tests {
         assert_eq!(gate.check(&sample(200, 0.2)), Verdict::After { elapsed_us: 200 });
     }
 
+    /// One invalid value among rate, wheel speed and torque rejects the sample.
     #[test]
     fn every_value_is_checked() {
         let mut gate = Gate::new(Config::default());
@@ -197,6 +212,7 @@ mod tests {
         assert_eq!(gate.check(&sample(0, -100.0)), Verdict::Rejected(Rejection::OutOfRange));
     }
 
+    /// The first different reading is accepted again.
     #[test]
     fn a_stuck_sensor_is_rejected_until_it_moves() {
         let mut gate = Gate::new(Config { stuck_after: 3, ..Config::default() });

@@ -58,6 +58,46 @@
 //! `cargo run --example window` prints the result of this program. `csv_replay` replays a recorded
 //! log, `custom_loop` embeds an estimator in a control loop.
 //!
+//! # Use
+//!
+//! 1. **Wheels.** [`WheelArray::new`] takes spin axes in body axes and spin inertias. The number of
+//!    wheels is a compile-time constant; zero wheels are permitted.
+//! 2. **Configuration.** Each estimator has a `Config` with defaults for a stated gyro noise. A
+//!    constructor rejects a value out of its range and names the field ([`ConfigError`]).
+//! 3. **Step.** [`Estimator::step`] takes each gyro sample as it arrives, at the rate of the gyro, and
+//!    returns an [`Outcome`]. A sample that is not usable is an outcome too, and needs no filter before
+//!    the estimator.
+//! 4. **Estimate.** [`Estimator::estimate`] is valid at any time. It costs an eigenproblem of six and
+//!    belongs to the rate of telemetry.
+//! 5. **Checkpoint.** [`checkpoint::transfer`] writes the whole state to a medium, and reads it back
+//!    after a reset of the computer.
+//!
+//! # Choice of an estimator
+//!
+//! | estimator | prior | attitude | disturbance torque, gyro bias | after a change of the inertia |
+//! |---|---|---|---|---|
+//! | [`Window`](estimator::window::Window) | none needed | not used | can be unknowns | detected, estimated anew |
+//! | [`JointEkf`](estimator::joint_ekf::JointEkf) | none needed, or given | not used | not modelled | lock-out, estimated anew |
+//! | [`EkfSgf`](estimator::ekf_sgf::EkfSgf) | nominal inertia | not used | not modelled | lock-out |
+//! | [`Momentum`](estimator::momentum::Momentum) | none | needed | not modelled | not detected |
+//!
+//! `Window` is the default: it reaches the Cramér-Rao bound without a prior. `JointEkf` is a published
+//! filter in factorised form. The other two reproduce published methods for comparison.
+//!
+//! # Reading an estimate
+//!
+//! | [`Status`] | meaning | reaction |
+//! |---|---|---|
+//! | `Converged` | six directions observed, residuals explained | use the tensor with its covariance |
+//! | `Partial` | some directions observed | use the observed elements; excite the other axes |
+//! | `Unobservable` | no direction observed | excite the body |
+//! | `Diverged` | residuals not explained | do not use the numbers; look for an unmodelled torque |
+//!
+//! A direction is observed once the data have reduced its sigma to a tenth of the range before the
+//! data ([`monitor::observability`]). Observability depends on the motion: rates about all three axes
+//! must vary independently, and a known torque or a known wheel momentum must set the scale. Motion
+//! without both determines the ratios of the elements alone ([`Estimate::over_trace`]).
+//!
 //! # Layers
 //!
 //! A module depends on the layers above it in this table, never on one below.
@@ -87,6 +127,16 @@
 //! * **Wheels** are included in `J` as if locked; their speeds are relative to the body.
 //! * **Noise** is one sigma. Gyro noise is white and per sample.
 //! * **Time** is in whole microseconds, subtracted as integers before it becomes a float.
+//!
+//! # Numerical rules
+//!
+//! * Covariances are factorised (`U D Uᵀ`, or a square root of the information), so that single
+//!   precision suffices.
+//! * Quantities are scaled to the size of the body where products of small inertias could underflow
+//!   in `f32`.
+//! * Functions come from `libm`, and no operation is fused: host and target agree bit for bit.
+//! * Loops have bounds known at compile time, and no step waits for convergence.
+//! * Comparisons are written so that NaN leads to a rejection or a reset.
 //!
 //! Equation of motion of the gyrostat:
 //!

@@ -2,6 +2,25 @@
 //!
 //! A sample that is not usable is an outcome and not an error: the caller decides on a reaction,
 //! and the counts go into telemetry.
+//!
+//! | outcome | rate | inertia | counted as |
+//! |---|---|---|---|
+//! | `Updated` | updated | updated | accepted |
+//! | `Coasting(Rejected)` | kept | kept | by reason |
+//! | `Coasting(Spike)` | predicted, or the reading (`window`) | kept | `spike` |
+//! | `Coasting(Aligning)` | updated | not yet estimated | accepted |
+//! | `Coasting(Refilling)` | updated | kept | accepted |
+//! | `Coasting(NoAttitude)` | kept | kept | `no_attitude` |
+//! | `Coasting(WaitingForRest)` | kept | kept | `waiting_for_rest` |
+//! | `Reset(FirstSample)` | from the sample | prior | accepted |
+//! | `Reset(Aligned)` | updated | first estimate | accepted |
+//! | `Reset(Gap)` | from the sample | kept | accepted, `gap_resets` |
+//! | `Reset(Lockout)` | from the sample | discarded | accepted, `lockout_resets` |
+//! | `Reset(Changed)` | updated | earlier data discarded | accepted, `change_resets` |
+//! | `Reset(Diverged)` | from the sample | discarded | accepted, `divergence_resets` |
+//!
+//! After `Lockout`, `Changed` and `Diverged` an inertia taken from an earlier estimate is no longer
+//! valid.
 
 use crate::attitude::NoAttitude;
 use crate::gate::Rejection;
@@ -189,6 +208,7 @@ impl OutcomeCounts {
 mod tests {
     use super::*;
 
+    /// Accepted plus rejected equals the number of samples; a reset also counts as accepted.
     #[test]
     fn every_sample_is_either_accepted_or_rejected() {
         let mut counts = OutcomeCounts::default();

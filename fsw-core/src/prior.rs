@@ -1,6 +1,17 @@
 //! Prior: inertia before any data, as expected elements and their sigma.
 //!
-//! The elements are taken as uncorrelated. Observability is judged relative to the sigma.
+//! The elements are taken as uncorrelated, with a normal distribution: covariance `diag(σ²)`, kg²
+//! m⁴. The range before the data, against which observability is judged, is the sigma.
+//!
+//! | knowledge | prior | sigma of a moment |
+//! |---|---|---|
+//! | mass properties of the design | [`Prior`] with its elements | uncertainty of the design |
+//! | size alone | [`Prior::of_size`] | the moment itself |
+//! | none | no prior, or [`Prior::unknown`] | 1e4 kg m² |
+//!
+//! A prior that is too narrow biases the estimate and hides that a direction is unobserved. A vague
+//! prior ([`Prior::is_vague`]) cannot serve as a point of linearisation: the filter then aligns
+//! itself on the motion first.
 
 use crate::error::{ConfigError, Invalid};
 use crate::math::range::{finite, positive};
@@ -33,7 +44,9 @@ crate::persist!(
     [T: Real] Prior<T> { inertia_kg_m2, sigma_kg_m2 } if |prior| prior.validate().is_ok()
 );
 
-/// Range of a product of inertia relative to a moment: no physical product exceeds half of a
+/// Range of a product of inertia relative to a moment.
+///
+/// Derivation: `2 |∫ x y dm| ≤ ∫ (x² + y²) dm = Jzz`, so that no product exceeds half of the third
 /// moment.
 const PRODUCT_RANGE: f64 = 0.5;
 
@@ -43,6 +56,14 @@ const UNKNOWN_RANGE_KG_M2: f64 = 1.0e4;
 impl<T: Real> Prior<T> {
     /// Prior of a body of known size alone: equal moments, no products, each with the largest
     /// possible sigma.
+    ///
+    /// ```
+    /// use fsw_core::Prior;
+    ///
+    /// let prior = Prior::of_size(2.0f32); // kg m²
+    /// assert_eq!(prior.inertia_kg_m2, [2.0, 2.0, 2.0, 0.0, 0.0, 0.0]);
+    /// assert_eq!(prior.sigma_kg_m2, [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]);
+    /// ```
     pub fn of_size(moment_kg_m2: T) -> Self {
         let (m, product) = (moment_kg_m2, moment_kg_m2 * T::lit(PRODUCT_RANGE));
         let inertia_kg_m2 = Inertia::spherical(m).elements_kg_m2();
@@ -55,7 +76,8 @@ impl<T: Real> Prior<T> {
         Self { inertia_kg_m2, ..Self::of_size(T::lit(UNKNOWN_RANGE_KG_M2)) }
     }
 
-    /// True where the sigma of an element exceeds `share` of the mean moment.
+    /// True where the sigma of an element exceeds `share` of the mean moment,
+    /// `σᵢ > share · tr(J) / 3`.
     pub fn is_vague(&self, share: T) -> bool {
         let moment = Inertia::new(self.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
         self.sigma_kg_m2.iter().any(|sigma| *sigma > share * moment)

@@ -5,6 +5,15 @@
 //! itself, `Jxy = −∫ x y dm`, as in all four papers; some simulators use the other sign.
 //!
 //! `J = ∫ (|r|² 1 − r rᵀ) dm`, r from the centre of mass, wheels included and locked.
+//!
+//! | property | condition | function |
+//! |---|---|---|
+//! | invertible | `det J ≠ 0` | [`Inertia::inverse`] |
+//! | positive definite | leading minors positive | [`Inertia::is_positive_definite`] |
+//! | physical | positive definite and `C ≤ A + B` | [`Inertia::check`], [`Inertia::is_physical`] |
+//!
+//! `A ≤ B ≤ C` are the principal moments. The last condition states that
+//! `½ tr(J) 1 − J = ∫ r rᵀ dm`, the second moment of the mass, is positive semidefinite.
 
 use crate::error::NotPhysical;
 use crate::math::{Mat, Vec3, column, eigen::symmetric_eigen, inverse_symmetric, scalar::Real};
@@ -129,6 +138,18 @@ impl<T: Real> Inertia<T> {
 
     /// Principal moments, kg m², ascending, and the matrix whose columns are the principal axes in
     /// body axes: unit vectors, right-handed.
+    ///
+    /// `J = V diag(A, B, C) Vᵀ`.
+    ///
+    /// ```
+    /// use fsw_core::Inertia;
+    /// use fsw_core::math::Mat;
+    ///
+    /// let inertia = Inertia::new([1.5, 1.2, 1.8, 0.1, -0.2, 0.05]);
+    /// let (moments, axes) = inertia.principal();
+    /// let again = axes * Mat::<f64, 3, 3>::from_diagonal(&moments.into()) * axes.transpose();
+    /// assert!((again - inertia.matrix_kg_m2()).abs().max() < 1e-14);
+    /// ```
     pub fn principal(&self) -> ([T; 3], Mat<T, 3, 3>) {
         let (moments, axes) = symmetric_eigen(&self.matrix_kg_m2());
         let of = |i: usize| (moments[i], column(&axes, i));
@@ -231,6 +252,7 @@ mod tests {
     const STSAT_3: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
 
     proptest! {
+        /// Both regressors against matrix products, for random tensors and vectors.
         #[test]
         fn regressors_are_linear_forms_of_the_tensor(
             j in prop::array::uniform6(-2.0..2.0f64), w in prop::array::uniform3(-2.0..2.0f64),
@@ -258,6 +280,7 @@ mod tests {
             prop_assert!((mean - share * (sigma * sigma)).abs().max() < 1e-14);
         }
 
+        /// The tensor of any eight point masses is physical.
         #[test]
         fn a_cloud_of_masses_is_physical(
             points in prop::array::uniform8(prop::array::uniform3(-1.0..1.0f64)),
@@ -271,6 +294,7 @@ mod tests {
             prop_assert!(i.is_positive_definite() && i.is_physical());
         }
 
+        /// Diagonalisation, order and handedness, and agreement with the leading minors.
         #[test]
         fn principal_axes_diagonalise(j in prop::array::uniform6(-2.0..2.0f64)) {
             let inertia = Inertia::new(j);
@@ -283,6 +307,7 @@ mod tests {
         }
     }
 
+    /// Limits of both conditions, in both tests.
     #[test]
     fn physical_means_positive_and_triangular() {
         let check = |j: [f64; 6]| Inertia::new(j).check();
@@ -298,6 +323,7 @@ mod tests {
         assert!(!Inertia::new([f64::NAN, 1.0, 1.0, 0.0, 0.0, 0.0]).is_physical());
     }
 
+    /// Equality `C = A + B` is accepted to rounding, in rotated axes.
     #[test]
     fn a_lamina_is_physical_in_single_precision_in_any_axes() {
         // 1, 2, 3 turned by an arbitrary rotation.

@@ -1,13 +1,32 @@
-//! 5. An estimator's state to and from non-volatile memory, bit for bit.
+//! 6. Checkpoint: an estimator's state to and from non-volatile memory, bit for bit.
 //!
-//! A flight that resumes from a checkpoint continues with the same bits as one without interruption.
-//! [`transfer`] writes or reads a state ([`Persist`]) by way of any medium ([`Words`]);
-//! [`fingerprint`] identifies the layout, so that a medium can be checked before it is read.
+//! A flight that resumes from a checkpoint continues with the same bits as one without
+//! interruption. [`transfer`] writes or reads a state ([`Persist`]) by way of any medium
+//! ([`Words`]); [`fingerprint`] identifies the layout, so that a medium can be checked before it is
+//! read.
+//!
+//! # Use
+//!
+//! 1. At the start: an estimator with its configuration.
+//! 2. If the medium holds a checkpoint with the [`fingerprint`] of the estimator's type:
+//!    [`transfer`] from the medium. After a rejection the state is partly overwritten, and the
+//!    estimator is constructed again.
+//! 3. From time to time: [`transfer`] to the medium, together with the fingerprint and a checksum.
+//!
+//! A checksum is up to the medium: it detects a flipped bit, which validation does not always
+//! reject. Restored numbers are finite in any case.
+//!
+//! # Limits
+//!
+//! * Time stamps are absolute. After an interruption longer than the gate's gap the rate is
+//!   initialised, and the inertia is kept.
+//! * The byte order is that of the medium: a word is a `u32`.
+//! * `f32` and `f64` estimators have different layouts.
 
 #[cfg(test)]
 mod tests;
 
-pub use crate::persist::{Archive, Invalid, Persist, Words, mix};
+pub use crate::persist::{Archive, InvalidWord, Persist, Words, mix};
 
 /// Writes a state to a medium, or reads it from there: the medium decides on the direction.
 ///
@@ -32,7 +51,7 @@ pub use crate::persist::{Archive, Invalid, Persist, Words, mix};
 /// transfer(&mut restored, &mut FromWords::new(&words[..length])).unwrap();
 /// # Ok::<(), ConfigError>(())
 /// ```
-pub fn transfer<P: Persist>(state: &mut P, words: &mut dyn Words) -> Result<(), Invalid> {
+pub fn transfer<P: Persist>(state: &mut P, words: &mut dyn Words) -> Result<(), InvalidWord> {
     let mut archive = Archive::new(words);
     state.persist(&mut archive);
     archive.finish()

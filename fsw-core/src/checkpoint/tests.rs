@@ -1,3 +1,9 @@
+//! Checkpoints of every estimator: resumption, truncation, bit flips, configuration, fingerprints.
+//!
+//! The property under test: a flight that is interrupted after any sample and resumed from a
+//! checkpoint has the outcomes and the state, bit for bit, of the same flight without interruption.
+//! Samples come from [`TestFlight`]; generic cases run in both precisions.
+
 use super::*;
 use crate::dynamics::wheels::WheelArray;
 use crate::estimator::Estimator;
@@ -13,18 +19,24 @@ use crate::sample::Sample;
 use proptest::prelude::*;
 use std::vec::Vec;
 
+/// Elements of the first body, kg m².
 const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+/// Elements of the second body, after the deployment, kg m².
 const DEPLOYED: [f64; 6] = [3.0, 1.6, 2.6, 0.2, -0.1, 0.05];
+/// One sigma of the gyro noise, rad/s.
 const NOISE_RAD_S: f64 = 1e-4;
+/// Sample period, µs.
 const PERIOD_US: u64 = 100_000;
 /// Samples of each of the two bodies.
 const SAMPLES: u64 = 400;
 
+/// One wheel of 1e-3 kg m² along (1, 1, 0).
 fn wheels<T: Real>() -> WheelArray<T, 1> {
     let axis = Vec3::new(T::one(), T::one(), T::zero());
     WheelArray::new([axis], [T::lit(1e-3)]).unwrap()
 }
 
+/// Noise-free flight of a body under [`tumbling_torque_n_m`].
 fn tumble(inertia_kg_m2: [f64; 6]) -> Vec<Sample<f32, 1>> {
     let flight = TestFlight {
         inertia_kg_m2,
@@ -69,6 +81,7 @@ fn noise() -> impl FnMut(u8) -> f32 {
     }
 }
 
+/// Sample in the precision under test.
 fn cast<T: Real>(sample: &Sample<f32, 1>) -> Sample<T, 1> {
     Sample {
         time_us: sample.time_us,
@@ -79,24 +92,29 @@ fn cast<T: Real>(sample: &Sample<f32, 1>) -> Sample<T, 1> {
     }
 }
 
+/// Nine-state filter without a prior: it aligns on the motion.
 fn joint_ekf<T: Real>() -> JointEkfUd<T, 1> {
     JointEkf::new(joint_ekf::Config::new(T::lit(NOISE_RAD_S)), wheels()).unwrap()
 }
 
+/// Nine-state filter as published, with a prior.
 fn published<T: Real>() -> JointEkfPublished<T, 1> {
     let config = joint_ekf::Config { prior: Some(prior()), ..joint_ekf::Config::new(T::lit(1e-4)) };
     JointEkf::new(config, wheels()).unwrap()
 }
 
+/// Recursive least squares for all six elements.
 fn rls<T: Real>() -> EkfSgf<T, 1> {
     let config = ekf_sgf::Config::kim_2013(T::lit(NOISE_RAD_S), prior());
     EkfSgf::new(ekf_sgf::Config { elements: Elements::All, ..config }, wheels()).unwrap()
 }
 
+/// Batch least squares.
 fn lls<T: Real>() -> EkfSgf<T, 1> {
     EkfSgf::new(ekf_sgf::Config::kim_2016(T::lit(NOISE_RAD_S), prior()), wheels()).unwrap()
 }
 
+/// Prior within 30 % of the first body.
 fn prior<T: Real>() -> Prior<T> {
     Prior {
         inertia_kg_m2: [1.2, 1.2, 1.2, 0.0, 0.0, 0.0].map(T::lit),
@@ -107,7 +125,8 @@ fn prior<T: Real>() -> Prior<T> {
 /// Bound on the words of every state in these tests.
 const MOST_WORDS: usize = 8192;
 
-fn try_to_write<P: Persist>(state: &mut P) -> Result<Vec<u32>, Invalid> {
+/// Words of a state, or the rejection of a number that is not finite.
+fn try_to_write<P: Persist>(state: &mut P) -> Result<Vec<u32>, InvalidWord> {
     let mut words = std::vec![0; MOST_WORDS];
     let mut medium = ToWords::new(&mut words);
     transfer(state, &mut medium)?;
@@ -116,11 +135,13 @@ fn try_to_write<P: Persist>(state: &mut P) -> Result<Vec<u32>, Invalid> {
     Ok(words)
 }
 
+/// Words of a state with finite numbers.
 fn written<P: Persist>(state: &mut P) -> Vec<u32> {
     try_to_write(state).unwrap()
 }
 
-fn read_back<P: Persist>(state: &mut P, words: &[u32]) -> Result<(), Invalid> {
+/// Reads a state from words, all of which must be used.
+fn read_back<P: Persist>(state: &mut P, words: &[u32]) -> Result<(), InvalidWord> {
     let mut medium = FromWords::new(words);
     transfer(state, &mut medium)?;
     assert_eq!(medium.remaining(), 0);
@@ -162,10 +183,12 @@ fn resumes<T: Real, E: Estimator<T, 1> + Persist>(
     }
 }
 
+/// Every `step`-th index of a flight.
 fn some_of<T: Real>(samples: &[Sample<T, 1>], step: usize) -> impl Iterator<Item = usize> {
     (0..samples.len()).step_by(step)
 }
 
+/// The flight of these tests leads to every outcome that the estimators distinguish.
 #[test]
 fn the_flight_contains_every_event() {
     let outcomes: Vec<Outcome> =
@@ -179,6 +202,7 @@ fn the_flight_contains_every_event() {
     assert_eq!(aligned, 2);
 }
 
+/// Interruption after every third, eleventh or 37th sample.
 #[test]
 fn joint_ekf_resumes_bit_for_bit() {
     let (single, double) = (eventful::<f32>(), eventful::<f64>());
@@ -187,6 +211,7 @@ fn joint_ekf_resumes_bit_for_bit() {
     resumes(published::<f64>, &double, some_of(&double, 37));
 }
 
+/// Interruption after every fifth to 37th sample.
 #[test]
 fn ekf_sgf_resumes_bit_for_bit() {
     let (single, double) = (eventful::<f32>(), eventful::<f64>());
@@ -242,6 +267,7 @@ fn any_resumes<E: Estimator<f32, 1> + Persist>(
     assert_eq!(std::format!("{:?}", restored.estimate()), std::format!("{:?}", flying.estimate()));
 }
 
+/// Every length below the full one is rejected with the place `end`.
 #[test]
 fn a_truncated_checkpoint_is_rejected() {
     fn all_rejected<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E) {
@@ -249,7 +275,7 @@ fn a_truncated_checkpoint_is_rejected() {
         for (_, words) in uninterrupted(fresh(), &samples).iter().step_by(150) {
             for length in (0..words.len()).step_by(3) {
                 let cut = read_back(&mut fresh(), &words[..length]);
-                assert_eq!(cut, Err(Invalid { place: "end" }), "{length} of {}", words.len());
+                assert_eq!(cut, Err(InvalidWord { place: "end" }), "{length} of {}", words.len());
             }
         }
     }
@@ -296,6 +322,7 @@ fn flipped_bits<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E, at: usize
     assert!(rejected > 0 && finite > 0, "{rejected} rejected, {finite} finite");
 }
 
+/// Bit flips at several times of the flight, in every phase of the estimators.
 #[test]
 fn a_flipped_bit_is_rejected_or_leaves_finite_numbers() {
     for at in [3, 100, 240, 500] {
@@ -314,6 +341,7 @@ fn a_flipped_bit_is_rejected_or_leaves_finite_numbers() {
     }
 }
 
+/// Tags, flags and numbers outside their type, in both directions.
 #[test]
 fn an_undefined_value_is_rejected() {
     fn is_rejected<P: Persist>(mut state: P, word: u32) -> bool {
@@ -330,12 +358,13 @@ fn an_undefined_value_is_rejected() {
     assert!(try_to_write(&mut not_a_number).is_err(), "nor is it written");
 }
 
+/// Another gyro noise, another unknown, another wheel.
 #[test]
 fn another_configuration_is_rejected() {
     let words = written(&mut joint_ekf::<f32>());
     let config = joint_ekf::Config::new(2.0 * NOISE_RAD_S as f32);
     let mut other = JointEkfUd::<f32, 1>::new(config, wheels()).unwrap();
-    let configuration = Err(Invalid { place: "configuration" });
+    let configuration = Err(InvalidWord { place: "configuration" });
     assert_eq!(read_back(&mut other, &words), configuration);
 
     let with_bias = window::Config { gyro_bias_rad_s: Some(1e-3), ..window_config() };
@@ -349,6 +378,7 @@ fn another_configuration_is_rejected() {
     assert_eq!(read_back(&mut other, &words), configuration);
 }
 
+/// A prior set by telecommand is restored into an estimator configured without it.
 #[test]
 fn a_prior_is_part_of_the_state() {
     let config = joint_ekf::Config::new(NOISE_RAD_S as f32);
@@ -382,6 +412,7 @@ fn a_prior_is_part_of_the_state() {
     assert_eq!(restored.estimate(), reference.estimate());
 }
 
+/// The condition of a type is checked on reading.
 #[test]
 fn an_unphysical_prior_is_rejected() {
     let mut prior = prior::<f32>();
@@ -390,6 +421,7 @@ fn an_unphysical_prior_is_rejected() {
     assert!(read_back(&mut prior, &words).is_err());
 }
 
+/// Names, types, order and role of the fields, sizes and precision enter the fingerprint.
 #[test]
 fn each_layout_has_its_own_fingerprint() {
     struct A {
@@ -482,10 +514,12 @@ fn two_manoeuvres<T: Real>() -> Vec<Sample<T, 1>> {
     samples.iter().map(cast).collect()
 }
 
+/// Window with U unknowns and known gyro noise.
 fn window<T: Real, const U: usize>() -> Window<T, 1, 64, U> {
     Window::new(window_config(), wheels()).unwrap()
 }
 
+/// Configuration with a short end of a manoeuvre, so that the test flights close windows.
 fn window_config<T: Real>() -> window::Config<T> {
     let noise = T::lit(NOISE_RAD_S);
     window::Config {
@@ -508,6 +542,7 @@ fn window_18<T: Real>() -> Window<T, 1, 64, 18> {
     Window::new(config, wheels()).unwrap()
 }
 
+/// The two flights lead to open and closed windows, lock-outs, spikes and gaps.
 #[test]
 fn the_flights_of_the_window_contain_every_event() {
     let has_all = |samples: &[Sample<f32, 1>], names: &[&str]| {
@@ -523,6 +558,7 @@ fn the_flights_of_the_window_contain_every_event() {
     has_all(&two_manoeuvres(), &["updated", "closed", "open", "reset_lockout"]);
 }
 
+/// Interruption after every third to 37th sample, for 9, 12 and 18 unknowns.
 #[test]
 fn window_resumes_bit_for_bit() {
     let (single, double) = (eventful::<f32>(), eventful::<f64>());

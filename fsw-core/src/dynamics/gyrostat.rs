@@ -9,6 +9,19 @@
 //! | `h_w` | momentum of the wheels relative to the body | N m s |
 //! | `τ` | external torque | N m |
 //!
+//! # Derivation
+//!
+//! Total angular momentum about the centre of mass is `H = J ω + h_w`: the locked wheels turn with
+//! the body, and `h_w` is their motion relative to it. Its derivative in inertial space equals the
+//! external torque; in body axes, `Ḣ + ω × H = τ`. Insertion of H gives the equation above. Motor
+//! torque is internal and does not appear.
+//!
+//! # Observability
+//!
+//! Both terms with J are linear in its elements, `[G(ω̇) + ω^× G(ω)] j = τ − ḣ_w − ω × h_w`.
+//! Without external torque and wheel momentum the right-hand side is zero, and j is determined up
+//! to a factor: the scale needs a known torque or a known wheel momentum.
+//!
 //! Tachometer speeds are sufficient: neither motor torque nor the derivative of a measured speed
 //! enters ([`step`](super::step) integrates total momentum).
 
@@ -79,6 +92,10 @@ impl<T: Real> Gyrostat<T> {
     ///
     /// `acceleration_rad_s2` is the whole of `ω̇`, the reaction of the wheels included. G is the
     /// [`regressor`].
+    ///
+    /// Derivation: `J ω̇ = τ − ω × (J ω + h_w)`, differentiated. By the rate,
+    /// `J ∂ω̇ = −∂ω × H − ω × J ∂ω = (H^× − ω^× J) ∂ω`; by the elements,
+    /// `J ∂ω̇ + G(ω̇) ∂j = −ω^× G(ω) ∂j`.
     pub fn jacobians(
         &self,
         rate_rad_s: &Vec3<T>,
@@ -119,6 +136,7 @@ mod tests {
     }
 
     proptest! {
+        /// Both Jacobians against central differences, for random motion and products of inertia.
         #[test]
         fn jacobians_agree_with_finite_differences(
             rate in vector(), wheel in vector(), torque in vector(),

@@ -2,6 +2,14 @@
 //!
 //! Input: the drive at each usable sample. Output: the interval to the next sample, with the drive
 //! at its start, middle and end, as a Runge-Kutta step needs it.
+//!
+//! | quantity | between samples | error for a sine of frequency f |
+//! |---|---|---|
+//! | torque | straight line | `(π f Δt)² / 2` of its amplitude |
+//! | wheel momentum | parabola through three samples | `(π f Δt)³ / 2` of its amplitude |
+//!
+//! `Δt` is the sample period. The first interval after a restart has no earlier sample, and takes a
+//! straight line for both.
 
 use crate::math::{Vec3, scalar::Real};
 
@@ -103,6 +111,7 @@ fn parabola_midpoint<T: Real>(a: &Vec3<T>, b: &Vec3<T>, c: &Vec3<T>, r: T) -> Ve
 mod tests {
     use super::*;
 
+    /// Ratios of the two intervals from 0.25 to 2.5.
     #[test]
     fn the_midpoint_of_a_parabola_is_exact_at_any_spacing() {
         let h = |t: f64| Vec3::new(1.0, 0.0, 0.0) * (3.0 + 2.0 * t - 0.7 * t * t);
@@ -112,6 +121,7 @@ mod tests {
         }
     }
 
+    /// The first interval has equal drives at its start, middle and end.
     #[test]
     fn without_an_earlier_sample_the_drive_is_constant() {
         let drive = Drive { torque_n_m: Vec3::y(), wheel_momentum_n_m_s: Vec3::x() * 2.0f32 };

@@ -2,6 +2,16 @@
 //!
 //! Input: rate at the start, [`Interval`]. Output: rate at the end; derivatives of it by the rate
 //! at the start and by the inertia.
+//!
+//! | item | order | use |
+//! |---|---|---|
+//! | [`runge_kutta_4`] | error of a step `O(Δt⁵)` | prediction of the rate |
+//! | [`AdamsBashforth2`] | error of a step `O(Δt³)` | prediction as published in \[Bellar2019\] |
+//! | [`Transition`] | error `O(Δt³)` | prediction of the covariance |
+//!
+//! Total momentum `H = J ω + h_w` obeys `Ḣ = τ − ω × H`. In inertial space this is `dH/dt = τ`:
+//! wheel torque is internal and drops out. Integration of H therefore needs the wheels' speed at
+//! three instants of the interval, and no acceleration of a wheel.
 
 use crate::dynamics::gyrostat::{Gyrostat, Jacobians};
 use crate::dynamics::interval::Interval;
@@ -60,7 +70,17 @@ pub fn runge_kutta_4<T: Real>(
 ///
 /// `x₁ = x₀ + ((1 + r) ẋ₀ − r ẋ₋₁) Δt₀`.
 ///
-/// For equal steps it is the printed formula.
+/// For equal steps it is the printed formula. Derivation: integral over the step of the straight
+/// line through the last two slopes.
+///
+/// ```
+/// use fsw_core::dynamics::step::AdamsBashforth2;
+///
+/// // Exact where the slope is linear in time: ẋ = 2 t, x = t².
+/// let mut rule = AdamsBashforth2::<f64, 1>::default();
+/// rule.change([0.0], 1.0); // from t = 0, Euler's rule
+/// assert_eq!(rule.change([2.0], 1.0), [3.0]); // from t = 1: 2² − 1²
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdamsBashforth2<T: Real, const N: usize> {
     /// Slope at the start of the last step, unit/s, and the length of that step, s.
@@ -98,6 +118,26 @@ impl<T: Real, const N: usize> AdamsBashforth2<T, N> {
 }
 
 /// Transition of errors over an interval: `δω₁ = A δω₀ + B δj`.
+///
+/// The covariance of rate and inertia follows as `Φ P Φᵀ`, `Φ = [[A, B], [0, 1]]`
+/// ([`Ud::transform_first`](crate::math::ud::Ud::transform_first)).
+///
+/// ```
+/// use fsw_core::dynamics::gyrostat::Gyrostat;
+/// use fsw_core::dynamics::interval::{Drive, Interval};
+/// use fsw_core::dynamics::step::Transition;
+/// use fsw_core::{Inertia, Vec3};
+///
+/// // A sphere without wheels: errors of the rate are constant.
+/// let body = Gyrostat::new(&Inertia::spherical(2.0f64)).unwrap();
+/// let drive = Drive { torque_n_m: Vec3::x(), wheel_momentum_n_m_s: Vec3::zeros() };
+/// let interval = Interval { duration_s: 0.1, start: drive, middle: drive, end: drive };
+/// let end = Vec3::new(0.05, 0.0, 0.0);
+/// let transition = Transition::between(&body, &Vec3::zeros(), &end, &interval);
+/// assert!((transition.rate.trace() - 3.0).abs() < 1e-15);
+/// // The rate gained, τ Δt / Jxx = 0.05 rad/s, falls by 0.025 rad/s per kg m² of Jxx.
+/// assert!((transition.inertia[(0, 0)] + 0.025).abs() < 1e-15);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition<T: Real> {
     /// Matrix `A = ∂ω₁/∂ω₀`, 3×3.
@@ -179,6 +219,7 @@ mod tests {
         assert!((3.7..4.3).contains(&order), "order {order}");
     }
 
+    /// Length of the total momentum over 1000 steps, relative to 1e-10.
     #[test]
     fn the_magnitude_of_momentum_is_conserved_without_torque() {
         let body = Gyrostat::new(&Inertia::new(INERTIA)).unwrap();
@@ -194,6 +235,8 @@ mod tests {
         assert!((length(&w) / before - 1.0).abs() < 1e-10);
     }
 
+    /// Central differences of the step against both matrices, at two step lengths: the error falls
+    /// with the third power.
     #[test]
     fn the_transition_is_the_derivative_of_the_step_to_third_order() {
         let rate = Vec3::new(0.4, -0.3, 0.5);
@@ -227,6 +270,7 @@ mod tests {
         assert!((2.6..3.5).contains(&order), "order {order}");
     }
 
+    /// The rule integrates a linear slope exactly, at steps of 0.3 s and 0.1 s.
     #[test]
     fn adams_bashforth_is_exact_for_a_parabola_at_unequal_steps() {
         let mut rule = AdamsBashforth2::<f64, 1>::default();
@@ -237,6 +281,7 @@ mod tests {
         assert!((change - exact).abs() < 1e-15);
     }
 
+    /// Equal steps: \[Bellar2019\] Eq. (18).
     #[test]
     fn adams_bashforth_is_the_printed_formula_at_equal_steps() {
         let mut rule = AdamsBashforth2::<f64, 1>::default();

@@ -65,6 +65,7 @@ impl<T: Real, const W: usize> WheelArray<T, W> {
 mod tests {
     use super::*;
 
+    /// Axis (0, 3, 4) of length 5, 2e-3 kg m² at 100 rad/s.
     #[test]
     fn momentum_is_along_the_axis() {
         let axis = Vec3::new(0.0, 3.0, 4.0);
@@ -73,6 +74,7 @@ mod tests {
         assert!((h - Vec3::new(0.0, 0.12, 0.16)).norm() < 1e-15);
     }
 
+    /// A place with zero spin inertia at any speed equals an array without it, bit for bit.
     #[test]
     fn a_wheel_without_spin_inertia_adds_no_momentum() {
         let axes = [Vec3::new(0.0, 3.0, 4.0), Vec3::x()];
@@ -85,6 +87,7 @@ mod tests {
         assert_eq!(alone, one.momentum_n_m_s(&[100.0]));
     }
 
+    /// Zero axis, NaN in an axis, negative and NaN spin inertia.
     #[test]
     fn an_error_names_the_field() {
         let new = |axis, inertia| WheelArray::<f32, 1>::new([axis], [inertia]).unwrap_err();

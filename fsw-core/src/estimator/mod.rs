@@ -6,6 +6,21 @@
 //! | [`joint_ekf`] | nine-state extended Kalman filter | a prior, or motion to align on | \[Bellar2019\] |
 //! | [`ekf_sgf`] | rate filter, derivative, least squares | a nominal inertia | \[Kim2013\], \[Kim2016\] |
 //! | [`momentum`] | conservation of angular momentum | attitude, start from rest | \[Kim2010\] |
+//!
+//! # Contract of an estimator
+//!
+//! * It owns a [`gate`](crate::gate), and its monitors.
+//! * A step has a bounded amount of work, for any content of the sample.
+//! * No sample makes it panic. A state that is no longer finite is reset and reported as
+//!   [`Reset::Diverged`](crate::Reset::Diverged).
+//! * The estimate states covariance, observed directions and status at any time, before the first
+//!   sample too.
+//! * Its state implements [`Persist`](crate::persist::Persist) where it flies.
+//!
+//! # An estimator of one's own
+//!
+//! It implements [`Estimator`], lives in a folder beside the four, and takes gate, dynamics,
+//! algebra and monitors from the shared modules. It depends on none of the other systems.
 
 pub mod ekf_sgf;
 pub mod joint_ekf;

@@ -17,10 +17,15 @@ const FINER: u64 = 20;
 
 /// Body, wheels and sampling of a flight.
 pub struct TestFlight<const W: usize> {
+    /// Elements of the true inertia, kg m².
     pub inertia_kg_m2: [f64; 6],
+    /// Rate at the first sample, rad/s.
     pub initial_rate_rad_s: Vec3<f64>,
+    /// Wheels.
     pub wheels: WheelArray<f64, W>,
+    /// Sample period, µs; a multiple of twenty.
     pub period_us: u64,
+    /// Number of samples.
     pub samples: u64,
 }
 

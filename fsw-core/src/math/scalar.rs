@@ -3,6 +3,16 @@
 //! Every item of this crate is generic over one trait, [`Real`]. The caller picks the precision
 //! once, at the edge. Functions come from `libm` on every platform and no operation is fused, so
 //! that host and target agree to the last bit.
+//!
+//! | | `f32` | `f64` |
+//! |---|---|---|
+//! | ε | 2⁻²³ = 1.2e-7 | 2⁻⁵² = 2.2e-16 |
+//! | largest number | 3.4e38 | 1.8e308 |
+//! | smallest normal number | 1.2e-38 | 2.2e-308 |
+//! | exact integers | up to 2²⁴ | up to 2⁵³ |
+//!
+//! Squares of quantities below 1e-19 underflow in `f32`. Formulas with products of small inertias
+//! divide by a typical size first.
 
 use core::fmt::Debug;
 use core::ops::Neg;

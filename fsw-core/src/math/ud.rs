@@ -3,11 +3,29 @@
 //! A factorised covariance stays symmetric, and its variances stay positive under rounding, which
 //! makes single precision sufficient. No square root is taken.
 //!
-//! | operation | effect on P | source |
-//! |---|---|---|
-//! | [`Ud::observe`] | `P − K (h P)`, `h = eᵢᵀ` | \[Bierman1977\] section V.3 |
-//! | [`Ud::inflate`] | `P + q eᵢ eᵢᵀ` | \[Agee1972\], \[Bierman1977\] section III.5 |
-//! | [`Ud::transform_first`] | `Φ P Φᵀ` | \[Bierman1977\] section VI.4, \[Thornton1976\] |
+//! # Operations
+//!
+//! | operation | effect on P | products | source |
+//! |---|---|---|---|
+//! | [`Ud::observe`] | `P − K (h P)`, `h = eᵢᵀ` | about `N² + 5 N` | \[Bierman1977\] section V.3 |
+//! | [`Ud::inflate`] | `P + q eᵢ eᵢᵀ` | about `N²` | \[Agee1972\], \[Bierman1977\] section III.5 |
+//! | [`Ud::transform_first`] | `Φ P Φᵀ` | about 150 | \[Bierman1977\] section VI.4, \[Thornton1976\] |
+//! | [`Ud::times`] | `P b`, without forming P | `N²` | |
+//!
+//! # Meaning of the factors
+//!
+//! `x = U e` with uncorrelated e of variances `dᵢ`. Element `dᵢ` is the variance of component i
+//! given the components after it, and `u_ik` the regression of component i on the innovation of
+//! component k. The order of the components therefore matters: those that are transformed at every
+//! step come first, so that the factors of the others keep their values.
+//!
+//! # Numerical properties
+//!
+//! * Symmetry holds by construction: P is not stored.
+//! * A variance `pᵢᵢ = dᵢ + Σ u_ik² d_k` is a sum of terms that are not negative. It loses no
+//!   digits to cancellation, unlike the difference in `P − K h P`.
+//! * The condition number of `U √D` is the square root of that of P: single precision with
+//!   factors resembles double precision with P.
 
 use super::{Mat, Vec3, scalar::Real, unroll};
 
@@ -31,7 +49,8 @@ pub struct Ud<T: Real, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Ud<T, N> {
-    /// Factors of uncorrelated components with these variances (unit², not negative).
+    /// Factors of uncorrelated components with these variances (unit², not negative): U is the
+    /// identity.
     pub fn diagonal(variances: [T; N]) -> Self {
         let mut packed = Mat::zeros();
         for i in 0..N {
@@ -54,6 +73,8 @@ impl<T: Real, const N: usize> Ud<T, N> {
     }
 
     /// Sets `u_ik`, `row < column`.
+    ///
+    /// The covariance of two components that are the last ones is `u_ik d_k`.
     #[inline]
     pub fn set_u(&mut self, row: usize, column: usize, value: T) {
         self.packed[(row, column)] = value;
@@ -65,7 +86,18 @@ impl<T: Real, const N: usize> Ud<T, N> {
         self.packed[(index, index)] = value;
     }
 
-    /// Covariance `P = U D Uᵀ`, N×N: `p_ij = Σ_{k ≥ j} u_ik d_k u_jk` for `i ≤ j`.
+    /// Covariance `P = U D Uᵀ`, N×N: `p_ij = Σ_{k ≥ j} u_ik d_k u_jk` for `i ≤ j`, unit of i times
+    /// unit of j.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// let mut p = Ud::diagonal([3.0f64, 2.0]);
+    /// p.set_u(0, 1, 0.5);
+    /// let p = p.covariance();
+    /// assert_eq!(p[(0, 0)], 3.5); // 3 + 0.5² · 2
+    /// assert_eq!((p[(0, 1)], p[(1, 0)], p[(1, 1)]), (1.0, 1.0, 2.0));
+    /// ```
     pub fn covariance(&self) -> Mat<T, N, N> {
         let mut p = Mat::zeros();
         for i in 0..N {
@@ -95,6 +127,14 @@ impl<T: Real, const N: usize> Ud<T, N> {
     }
 
     /// Product `P b = U (D (Uᵀ b))`, without forming P.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// let mut p = Ud::diagonal([3.0f64, 2.0]);
+    /// p.set_u(0, 1, 0.5);
+    /// assert_eq!(p.times(&[1.0, 0.0]), [3.5, 1.0]); // first column of P
+    /// ```
     pub fn times(&self, b: &[T; N]) -> [T; N] {
         // D Uᵀ b in place from the last element down, then U from the first up: each element is
         // read before it is overwritten.
@@ -113,7 +153,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
         x
     }
 
-    /// Multiplies the covariance by `share` (not negative).
+    /// Multiplies the covariance by `share` (not negative): only D changes.
     pub fn scale(&mut self, share: T) {
         for i in 0..N {
             self.packed[(i, i)] *= share;
@@ -121,6 +161,8 @@ impl<T: Real, const N: usize> Ud<T, N> {
     }
 
     /// True where all factors are finite and no element of D is negative.
+    ///
+    /// A filter tests this after each update and resets itself where it fails.
     pub fn is_valid(&self) -> bool {
         // The sum is finite only where all terms are: cheaper than a test of each.
         let mut sum = T::zero();
@@ -138,11 +180,27 @@ impl<T: Real, const N: usize> Ud<T, N> {
     ///
     /// With `f = Uᵀ h`, `h = eᵢ`, and `α₋₁ = r`, for `j = 0 … N−1`:
     ///
-    /// `αⱼ = αⱼ₋₁ + fⱼ² dⱼ`, `dⱼ⁺ = dⱼ αⱼ₋₁ / αⱼ`, `λⱼ = −fⱼ / αⱼ₋₁`, `uⱼ⁺ = uⱼ + λⱼ K̄ⱼ`,
-    /// `K = K̄ / α_{N−1}`.
+    /// `αⱼ = αⱼ₋₁ + fⱼ² dⱼ`, `dⱼ⁺ = dⱼ αⱼ₋₁ / αⱼ`, `λⱼ = −fⱼ / αⱼ₋₁`,
     ///
-    /// \[Bierman1977\] section V.3. Elements of f before component i vanish and are left out.
-    // One copy for all components: the unrolled columns before `component` are skipped at run time.
+    /// `uⱼ⁺ = uⱼ + λⱼ K̄ⱼ`, `K̄ⱼ₊₁ = K̄ⱼ + dⱼ fⱼ uⱼ`, `K = K̄_N / α_{N−1}`.
+    ///
+    /// `α_{N−1} = hᵀ P h + r` is the innovation variance S. Each `dⱼ` is multiplied by a ratio
+    /// between 0 and 1 and stays positive. \[Bierman1977\] section V.3; elements of f before
+    /// component i vanish and are left out.
+    ///
+    /// Three components of a vector measurement with uncorrelated noise are processed one after the
+    /// other.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// // The second component is measured; the first one follows by its correlation.
+    /// let mut p = Ud::diagonal([1.0f64, 4.0]);
+    /// p.set_u(0, 1, 0.5); // covariance 0.5 · 4 = 2
+    /// let gain = p.observe(1, 4.0);
+    /// assert_eq!(gain, [0.25, 0.5]); // [2, 4] / (4 + 4)
+    /// assert_eq!(p.covariance()[(0, 0)], 1.5); // 2 − 2² / 8
+    /// ```
     #[inline(never)]
     #[allow(clippy::absurd_extreme_comparisons, clippy::reversed_empty_ranges, reason = "unrolled")]
     pub fn observe(&mut self, component: usize, noise_variance: T) -> [T; N] {
@@ -178,6 +236,14 @@ impl<T: Real, const N: usize> Ud<T, N> {
     ///
     /// Rank-one update of \[Agee1972\], \[Bierman1977\] section III.5. Columns after component i
     /// keep their values and are skipped.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// let mut p = Ud::diagonal([1.0f32, 1.0]);
+    /// p.inflate(1, 0.25);
+    /// assert_eq!((p.variance(0), p.variance(1)), (1.0, 1.25));
+    /// ```
     #[inline(never)]
     pub fn inflate(&mut self, component: usize, variance: T) {
         if variance <= T::zero() {
@@ -291,6 +357,7 @@ mod tests {
     }
 
     proptest! {
+        /// Product of the factors, variances and matrix-vector product against dense algebra.
         #[test]
         fn factors_reassemble_the_covariance(x in prop::array::uniform25(-1.0..1.0f64)) {
             let (ud, p) = random::<5>(&x);
@@ -301,6 +368,7 @@ mod tests {
             prop_assert!((Mat::from(ud.times(&b)) - expected).abs().max() < 1e-12);
         }
 
+        /// Gain and covariance against `K = P h / (hᵀ P h + r)`, `P − K hᵀ P`.
         #[test]
         fn an_observation_is_the_kalman_update(
             x in prop::array::uniform25(-1.0..1.0f64), i in 0..5usize, r in 0.01..1.0f64,
@@ -316,6 +384,7 @@ mod tests {
             prop_assert!((ud.covariance() - joseph).abs().max() < 1e-11);
         }
 
+        /// Covariance against `P + q eᵢ eᵢᵀ`.
         #[test]
         fn inflating_adds_variance_to_one_component(
             x in prop::array::uniform25(-1.0..1.0f64), i in 0..5usize, q in 0.0..1.0f64,
@@ -326,6 +395,7 @@ mod tests {
             prop_assert!((ud.covariance() - p).abs().max() < 1e-11);
         }
 
+        /// Covariance against the dense product `Φ P Φᵀ`, relative to its largest element.
         #[test]
         fn the_transformation_is_the_dense_one(
             x in prop::array::uniform32(-1.0..1.0f64), y in prop::array::uniform27(-1.0..1.0f64),

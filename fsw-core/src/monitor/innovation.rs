@@ -5,12 +5,25 @@
 //!
 //! `NIS = Σᵢ νᵢ² / Sᵢ`, chi-square of three degrees of freedom for a consistent filter.
 //!
+//! | mean NIS per degree of freedom | meaning |
+//! |---|---|
+//! | 0.8 to 1.2 | consistent |
+//! | below 0.8 | covariance or stated gyro noise too large |
+//! | 1.2 to 2 | gyro noise up to 1.4 times the stated one |
+//! | above 2 | the model does not explain the data |
+//!
+//! The mean has a memory of 256 innovations, `m ← m + (NIS / 3 − m) / n`, `n ≤ 256`. A single NIS
+//! is clipped at 75, five sigma on each axis, so that an isolated spike has little effect.
+//!
 //! Assumption: correlation between the axes of ν is small beside the gyro's noise and left out.
 
 use crate::math::{Vec3, scalar::Real};
 
-/// Samples in the memory of the running mean. The mean NIS per degree of freedom then scatters by
-/// √(2 / (3 · 2 · 256)) = 0.04 about 1 for a consistent filter.
+/// Samples in the memory of the running mean.
+///
+/// The NIS of three degrees of freedom has the variance 6; that of NIS / 3 is 2/3. An exponential
+/// mean of memory n has the variance of a mean over 2 n samples: √(2 / (3 · 2 · 256)) = 0.04 about
+/// 1 for a consistent filter.
 const MEMORY: u16 = 256;
 
 /// Innovations before the mean is tested.
@@ -174,6 +187,7 @@ mod tests {
         Innovation { rate_rad_s: Vec3::repeat(2.0 * sigmas), variance_rad2_s2: Vec3::repeat(4.0) }
     }
 
+    /// A NIS of 3 in every sample gives a mean of 1 and the RMS of the innovation.
     #[test]
     fn innovations_of_one_sigma_are_consistent() {
         let mut m = InnovationMonitor::default();
@@ -185,6 +199,7 @@ mod tests {
         assert!(m.is_consistent());
     }
 
+    /// A mean NIS per degree of freedom of 9.
     #[test]
     fn innovations_of_three_sigma_are_inconsistent() {
         let mut m = InnovationMonitor::default();
@@ -194,6 +209,7 @@ mod tests {
         assert!(!m.is_consistent());
     }
 
+    /// A rejected spike of 10⁶ sigma changes neither consistency nor the residual RMS.
     #[test]
     fn a_single_spike_keeps_consistency() {
         let mut m = InnovationMonitor::default();

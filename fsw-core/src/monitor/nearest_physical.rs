@@ -4,16 +4,25 @@
 //! `(j − ĵ)ᵀ P⁻¹ (j − ĵ)` among the physical tensors: well-known combinations of elements stay,
 //! vague ones change.
 //!
-//! `j` is physical where `Σ = ½ tr(J) 1 − J` is positive semidefinite, that is `vᵀ Σ v ≥ 0` for
-//! every direction v. `vᵀ Σ v = aᵀ j` is linear in j: each v defines a plane that cuts off
-//! unphysical tensors.
+//! # Physical set
+//!
+//! `Σ = ½ tr(J) 1 − J = ∫ r rᵀ dm` is the second moment of the mass. `j` is physical where it is
+//! positive semidefinite, that is `vᵀ Σ v ≥ 0` for every direction v. The set is convex. Since
+//! `vᵀ Σ v = aᵀ j` is linear in j, each v defines a plane that cuts off unphysical tensors:
+//!
+//! `a = ½ (1 1 1 0 0 0) − (v_x² v_y² v_z² 2v_x v_y 2v_x v_z 2v_y v_z)` for a unit vector v.
+//!
+//! # Method
 //!
 //! * Cutting planes \[Kelley1960\]: each cut is along the eigenvector of the most negative
 //!   eigenvalue of Σ; the planes close in on the physical set.
 //! * The nearest point behind a few planes by cyclic projection \[Hildreth1957\]:
 //!   `j = ĵ + P Σᵢ λᵢ aᵢ`, each `λᵢ ≥ 0` in turn such that `aᵢᵀ j = 0` or `λᵢ = 0`.
 //!
-//! Work is bounded by 24 cuts of 64 rounds each.
+//! # Limits
+//!
+//! Work is bounded by 24 cuts of 64 rounds each. The squared distance exceeds the smallest one by
+//! less than 0.2 % (test against random physical tensors). P must be positive definite.
 
 use crate::math::{Mat, Vec3, column, eigen::symmetric_eigen, scalar::Real};
 use crate::tensor::Inertia;
@@ -128,7 +137,10 @@ impl<T: Real> Plane<T> {
         is_usable.then_some((Self { direction, pa, apa, multiplier: T::zero() }, lowest))
     }
 
-    /// Moves j onto the plane, or back by the full earlier displacement along its normal.
+    /// Hildreth's step for one plane: moves j onto the plane, or back by the full earlier
+    /// displacement along its normal.
+    ///
+    /// `λ⁺ = max(0, λ − aᵀ j / (aᵀ P a))`, `j⁺ = j + P a (λ⁺ − λ)`. \[Hildreth1957\]
     fn push(&mut self, j: &mut Mat<T, 6, 1>) {
         let wanted = self.multiplier - normal(&self.direction).dot(j) / self.apa;
         let multiplier = wanted.max(T::zero());

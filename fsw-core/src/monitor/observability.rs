@@ -75,6 +75,7 @@ mod tests {
         Mat::<f64, 6, 6>::from_diagonal(&PRIOR.map(|s| s * s).into())
     }
 
+    /// Posterior equal to the prior.
     #[test]
     fn the_prior_alone_observes_nothing() {
         assert_eq!(observed(&prior_covariance(), &PRIOR), Observed::default());
@@ -86,9 +87,9 @@ mod tests {
         assert_eq!(o, Observed { directions: 6, element: [true; 6], scale: true });
     }
 
+    /// `Jxx − Jyy` known to 1 %, the sum unknown: one direction, no element.
     #[test]
     fn a_difference_is_observable_without_its_terms() {
-        // Jxx − Jyy known to 1 %, their sum not at all.
         let mut p = prior_covariance();
         p[(0, 1)] = 0.9999 * p[(0, 0)];
         p[(1, 0)] = p[(0, 1)];
@@ -98,6 +99,7 @@ mod tests {
         assert!(!o.scale);
     }
 
+    /// Prior sigma of 3e-8 kg m², in single precision.
     #[test]
     fn the_result_is_independent_of_size_in_single_precision() {
         let prior = PRIOR.map(|s| s as f32 * 1e-9);

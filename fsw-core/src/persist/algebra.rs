@@ -2,6 +2,13 @@
 //!
 //! Implemented here, so that the algebra does not depend on checkpoints. Fields of these types are
 //! visible within the crate for this purpose alone.
+//!
+//! | type | condition on reading |
+//! |---|---|
+//! | [`SquareRootInformation`] | weights not negative |
+//! | [`Ud`] | variances not negative, factors below 1e12 |
+//! | [`Kernel`] | window within the capacity |
+//! | [`Differentiator`] | ring index and number of samples within their limits |
 
 use crate::math::savgol::{Differentiator, Fit, Growth, Kernel};
 use crate::math::scalar::Real;

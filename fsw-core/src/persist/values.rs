@@ -1,15 +1,28 @@
 //! Numbers and containers of numbers as words.
 //!
-//! | type | words |
-//! |---|---|
-//! | `bool`, `u8`, `u16`, `u32`, `usize` | one |
-//! | `u64` | two, low word first |
-//! | `f32`, `f64` | bits, one or two words |
-//! | `Option` | tag 0 or 1, then the value if there is one |
-//! | array, matrix, pair | elements in order; a matrix by columns |
+//! | type | words | rejected on reading |
+//! |---|---|---|
+//! | `bool` | one, 0 or 1 | any other value |
+//! | `u8`, `u16`, `usize` | one | a value beyond the type |
+//! | `u32` | one | – |
+//! | `u64` | two, low word first | – |
+//! | `f32`, `f64` | bits: one word, or two with the low one first | infinity, NaN |
+//! | `Option` | tag 0 or 1, then the value if there is one | any other tag |
+//! | array, matrix, pair | elements in order; a matrix by columns | – |
+//!
+//! The layout of a container contains that of its elements and its length.
 //!
 //! Functions for numbers and arrays are not inlined: each stands once in an image, and a state is a
 //! list of calls.
+//!
+//! ```
+//! use fsw_core::checkpoint::{ToWords, transfer};
+//!
+//! let mut state = (Some(1.0f32), [2u64, 3]);
+//! let mut words = [0; 6];
+//! transfer(&mut state, &mut ToWords::new(&mut words)).unwrap();
+//! assert_eq!(words, [1, 0x3f80_0000, 2, 0, 3, 0]);
+//! ```
 
 use super::{Archive, Blank, Persist, mix, name};
 use crate::math::{Mat, scalar::Real};
@@ -122,12 +135,14 @@ impl<P: Persist + Blank> Persist for Option<P> {
     }
 }
 
+/// No value.
 impl<P> Blank for Option<P> {
     fn blank() -> Self {
         None
     }
 }
 
+/// Elements in order.
 impl<P: Persist, const N: usize> Persist for [P; N] {
     fn layout() -> u32 {
         mix(mix(const { name("array") }, N as u32), P::layout())
@@ -144,6 +159,7 @@ impl<P: Blank, const N: usize> Blank for [P; N] {
     }
 }
 
+/// Elements by columns.
 impl<T: Real, const R: usize, const C: usize> Persist for Mat<T, R, C> {
     fn layout() -> u32 {
         mix(mix(mix(const { name("matrix") }, R as u32), C as u32), T::layout())
@@ -160,6 +176,7 @@ impl<T: Real, const R: usize, const C: usize> Blank for Mat<T, R, C> {
     }
 }
 
+/// First element, second element.
 impl<P: Persist, Q: Persist> Persist for (P, Q) {
     fn layout() -> u32 {
         mix(mix(const { name("pair") }, P::layout()), Q::layout())

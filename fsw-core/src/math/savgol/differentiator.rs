@@ -1,10 +1,21 @@
 //! Stream of evenly spaced samples, smoothed and differentiated.
 //!
 //! Input: time stamp, µs, and N channels. Output: value and first derivative of each channel, both
-//! of the same polynomial at the same instant, and the age of that instant. Assumption: samples are
-//! evenly spaced within a tolerance; a sample that is not restarts the window.
+//! of the same polynomial at the same instant, and the age of that instant.
 //!
-//! The newest C samples are kept in a ring. A full window of n samples costs `2 n N` products.
+//! `y(t) = Σᵢ wᵢ yᵢ`, `ẏ(t) = Σᵢ w'ᵢ yᵢ / Δt`, with the weights of [`kernel`](super::kernel) and
+//! the mean sample period `Δt` of the window.
+//!
+//! Assumption: samples are evenly spaced within a tolerance; a sample that is not restarts the
+//! window.
+//!
+//! The newest C samples are kept in a ring, and nothing is allocated. A full window of n samples
+//! costs `2 n N` products per sample. While the window grows, each sample also takes new weights.
+//!
+//! | evaluation point | delay | noise gain of the derivative |
+//! |---|---|---|
+//! | [`Fit::centred`] | half the window | smallest |
+//! | [`Fit::newest`] | none | largest |
 
 use super::kernel::{Fit, Kernel};
 use crate::error::ConfigError;
@@ -114,6 +125,12 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
     }
 
     /// Adds the sample of `time_us`, and fits the window that it completes.
+    ///
+    /// | state of the window | result |
+    /// |---|---|
+    /// | the interval deviates from the mean by more than the tolerance | [`Pushed::Restarted`] |
+    /// | too few samples | [`Pushed::Filling`] |
+    /// | complete, or growing by [`Growth::Odd`] | [`Pushed::Fitted`] |
     pub fn push(&mut self, time_us: u64, channels: [T; N]) -> Pushed<T, N> {
         let is_even = self.is_even(time_us);
         if !is_even {
@@ -133,6 +150,16 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
 
     /// Noise gain of the derivative, `Σᵢⱼ wᵢ wⱼ ρ^|i−j|`, per sample period²: see
     /// [`Kernel::noise_gain`].
+    ///
+    /// ```
+    /// use fsw_core::math::savgol::{Differentiator, Fit, Growth};
+    ///
+    /// // Parabola through five samples: 12 / (n (n² − 1)) = 0.1 for white noise.
+    /// let fit = Fit::<f64>::centred(5, 2, 1);
+    /// let rate = Differentiator::<f64, 3, 8>::new(fit, Growth::Odd, 0.1)?;
+    /// assert!((rate.derivative_noise_gain(0.0) - 0.1).abs() < 1e-15);
+    /// # Ok::<(), fsw_core::ConfigError>(())
+    /// ```
     pub fn derivative_noise_gain(&self, correlation: T) -> T {
         self.differentiation.noise_gain(correlation)
     }
@@ -225,6 +252,7 @@ mod tests {
         [1.0 - 2.0 * t + 3.0 * t * t]
     }
 
+    /// Window lengths from the delay of a centred fit, `(n − 1) / 2` periods.
     #[test]
     fn the_window_grows_as_in_kim_2013() {
         let mut d = kim_2013();
@@ -240,6 +268,7 @@ mod tests {
         assert_eq!(delays[2..], windows);
     }
 
+    /// A parabola is reproduced exactly at the evaluation point: centred, newest and in between.
     #[test]
     fn value_and_derivative_belong_to_the_stated_instant() {
         for fit in
@@ -270,6 +299,7 @@ mod tests {
         assert!((f.delay_s - 0.05).abs() < 1e-15);
     }
 
+    /// Jitter of 4 % passes a tolerance of 10 %; a doubled interval does not.
     #[test]
     fn jitter_within_tolerance_passes_and_a_gap_restarts() {
         let mut d = kim_2013();

@@ -6,9 +6,19 @@
 //!
 //! `wᵢ = Σₖ pₖ(xᵢ) pₖ⁽ᵈ⁾(x(t)) (dx/dt)ᵈ / ‖pₖ‖²`, `x = (t − (n−1)/2) / ((n−1)/2)`.
 //!
-//! This is the formula of \[Kim2016\] Eqs. (8), (9) without its normal matrix `BᵀB` of monomials,
-//! whose condition number exceeds single precision. The `pₖ` of even spacing are Gram's polynomials
-//! (\[Gorry1990\]), given by a three-term recurrence:
+//! | symbol | meaning | range |
+//! |---|---|---|
+//! | n | samples in the window | 2 to [`LARGEST_WINDOW`] |
+//! | p | order of the polynomial | 0 to n − 1, at most [`LARGEST_ORDER`] |
+//! | d | order of the derivative | 0 smooths |
+//! | t | evaluation point, sample periods | finite; 0 is the oldest sample, n − 1 the newest |
+//! | x | the same, from −1 at the oldest sample to 1 at the newest | – |
+//!
+//! # Recurrence
+//!
+//! The formula above is that of \[Kim2016\] Eqs. (8), (9) without its normal matrix `BᵀB` of
+//! monomials, whose condition number exceeds single precision. The `pₖ` of even spacing are Gram's
+//! polynomials (\[Gorry1990\]), given by a three-term recurrence:
 //!
 //! `pₖ₊₁ = x pₖ − bₖ² pₖ₋₁`, `bₖ² = k² (n² − k²) / ((4k² − 1) (n−1)²)`, `p₀ = 1`,
 //!
@@ -17,12 +27,29 @@
 //! Differentiated m times, the recurrence gains the term `m pₖ⁽ᵐ⁻¹⁾` on the right. The weights need
 //! no more memory than a few windows, and no square root.
 //!
-//! | symbol | meaning | range |
-//! |---|---|---|
-//! | n | samples in the window | 2 to [`LARGEST_WINDOW`] |
-//! | p | order of the polynomial | 0 to n − 1, at most [`LARGEST_ORDER`] |
-//! | d | order of the derivative | 0 smooths |
-//! | t | evaluation point, sample periods | finite; 0 is the oldest sample, n − 1 the newest |
+//! # Noise and delay
+//!
+//! White noise of variance σ² in the samples gives an output of variance `σ² Σ wᵢ²`
+//! ([`Kernel::noise_gain`]). For a straight line or a parabola in the middle of the window:
+//!
+//! | output | variance over σ² |
+//! |---|---|
+//! | mean, `p = 0` or `1` | `1 / n` |
+//! | first derivative, `p = 1` or `2`, per period² | `12 / (n (n² − 1))` |
+//!
+//! A longer window reduces the variance of a derivative with the third power of its length, and
+//! averages the motion over that length: a signal `sin ωt` is attenuated once `ω (n − 1) Δt`
+//! approaches 1.
+//!
+//! # Weights of common windows
+//!
+//! | window | weights of the first derivative, `p = 1` or `2`, centred |
+//! |---|---|
+//! | 3 | (−1 0 1) / 2 |
+//! | 4 | (−3 −1 1 3) / 10 |
+//! | 5 | (−2 −1 0 1 2) / 10 |
+//! | 6 | (−5 −3 −1 1 3 5) / 35 |
+//! | 7 | (−3 −2 −1 0 1 2 3) / 28 |
 
 use crate::error::ConfigError;
 use crate::math::range::{finite, within};
@@ -63,6 +90,16 @@ pub struct Fit<T: Real> {
 impl<T: Real> Fit<T> {
     /// Evaluation in the middle of the window: at a sample for an odd window, between two for an
     /// even one.
+    ///
+    /// The delay is `(n − 1) / 2` sample periods, and the noise gain of the derivative is the
+    /// smallest.
+    ///
+    /// ```
+    /// use fsw_core::math::savgol::Fit;
+    ///
+    /// assert_eq!(Fit::<f32>::centred(6, 2, 1).at, 2.5);
+    /// assert_eq!(Fit::<f32>::newest(6, 2, 1).at, 5.0);
+    /// ```
     pub fn centred(window: usize, order: usize, derivative: usize) -> Self {
         let at = periods::<T>(window) * T::lit(0.5);
         Self { window, order, derivative, at }
@@ -246,6 +283,8 @@ mod tests {
         }
     }
 
+    /// Tables of \[Kim2016\], \[Kim2013\] and \[Savitzky1964\] as integers over a common
+    /// denominator.
     fn published_tables<T: Real>() {
         // [Kim2016] Table 2, printed as quartic: the straight line's or the parabola's.
         for order in [1, 2] {
@@ -267,12 +306,15 @@ mod tests {
         assert_weights::<T>(&Fit::newest(3, 2, 1), &[1, -4, 3], 2);
     }
 
+    /// Weights in both precisions against published tables.
     #[test]
     fn weights_are_those_of_the_published_tables() {
         published_tables::<f32>();
         published_tables::<f64>();
     }
 
+    /// \[Kim2016\] Table 2 is printed as that of a quartic; its weights are those of a straight
+    /// line or a parabola.
     #[test]
     fn kim_2016_table_2_differs_from_a_quartic() {
         let kernel = Kernel::<f64, 6>::new(&Fit::centred(6, 4, 1)).unwrap();
@@ -307,6 +349,8 @@ mod tests {
     const POLYNOMIAL_ROUNDINGS: f64 = 500.0;
 
     proptest! {
+        /// A polynomial of the fitted order is reproduced to rounding, at any place and for any
+        /// derivative.
         #[test]
         fn a_polynomial_up_to_the_order_is_differentiated_exactly(
             window in 2..=64usize, order in 0..=12usize, derivative in 0..=4usize,
@@ -327,6 +371,7 @@ mod tests {
             prop_assert!(error_over_rounding(&middle, a) < POLYNOMIAL_ROUNDINGS);
         }
 
+        /// Recursive sum against the double sum of its definition.
         #[test]
         fn the_noise_gain_is_the_double_sum(window in 2..=16usize, rho in 0.0..1.0f64) {
             let kernel = Kernel::<f64, 16>::new(&Fit::centred(window, 1, 1)).unwrap();
