@@ -69,7 +69,7 @@ impl<T: Real> Quaternion<T> {
         Self { elements }
     }
 
-    /// Body axes along inertial axes: `(0, 0, 0, 1)`.
+    /// Body axes along inertial axes: `(0, 0, 0, 1)`, `P = 1`.
     pub fn identity() -> Self {
         let o = T::zero();
         Self::new([o, o, o, T::one()])

@@ -34,6 +34,13 @@ impl Status {
 
 /// Inertia with its covariance, and further unknowns where they are estimated.
 ///
+/// | field | known to |
+/// |---|---|
+/// | `inertia`, `covariance_kg2_m4`, `observed`, `status` | every estimator |
+/// | `residual_rms_rad_s` | every estimator |
+/// | `disturbance_torque_n_m`, `gyro_bias_rad_s` | `window`, where they are unknowns |
+/// | `residuals_white`, `projected` | `window` |
+///
 /// ```
 /// use fsw_core::{Estimate, Status};
 ///

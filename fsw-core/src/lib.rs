@@ -106,7 +106,7 @@
 //! |---|---|---|
 //! | errors | [`error`] | nothing |
 //! | algebra | [`math`]: scalar, UD factors, square-root information, eigenvalues, Savitzky-Golay | errors |
-//! | words | [`persist`]: state as a stream of words | algebra |
+//! | words | [`persist`](mod@persist): state as a stream of words | algebra |
 //! | physics | [`tensor`], [`dynamics`], [`attitude`] | algebra, words |
 //! | input | [`sample`], [`gate`] | physics |
 //! | vocabulary | [`outcome`], [`prior`], [`estimate`]; [`monitor`] | input, physics |

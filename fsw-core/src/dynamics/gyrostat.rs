@@ -76,6 +76,17 @@ impl<T: Real> Gyrostat<T> {
     /// Acceleration `ω̇ = J⁻¹ (τ − ω × (J ω + h_w))`, rad/s².
     ///
     /// `torque_n_m` is the external torque, less `ḣ_w` where the wheels accelerate.
+    ///
+    /// ```
+    /// use fsw_core::dynamics::gyrostat::Gyrostat;
+    /// use fsw_core::{Inertia, Vec3};
+    ///
+    /// // A wheel along z with 0.5 N m s precesses a body that turns about x at 0.1 rad/s.
+    /// let body = Gyrostat::new(&Inertia::spherical(2.0f64)).unwrap();
+    /// let (rate, wheel) = (Vec3::new(0.1, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.5));
+    /// let acceleration = body.acceleration_rad_s2(&rate, &wheel, &Vec3::zeros());
+    /// assert!((acceleration.y - 0.025).abs() < 1e-15); // −(ω × h_w) / J
+    /// ```
     pub fn acceleration_rad_s2(
         &self,
         rate_rad_s: &Vec3<T>,

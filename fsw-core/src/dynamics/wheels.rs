@@ -2,6 +2,18 @@
 //!
 //! Input: speeds relative to the body, rad/s. Output: momentum relative to the body, N m s, body
 //! axes.
+//!
+//! `h_w = Σᵢ Iₛᵢ Ωᵢ aᵢ`
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `aᵢ` | unit spin axis in body axes | – |
+//! | `Iₛᵢ` | moment of inertia about the spin axis | kg m² |
+//! | `Ωᵢ` | speed relative to the body, positive about `aᵢ` | rad/s |
+//!
+//! The transverse inertia of a wheel, and its spin inertia when locked, are part of the tensor `J`.
+//! An error of the spin inertias scales `h_w`, and with it the estimated tensor where no external
+//! torque is known.
 
 use crate::error::{ConfigError, Invalid};
 use crate::math::{Vec3, norm, range::not_negative, scalar::Real};

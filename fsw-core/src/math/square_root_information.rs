@@ -614,6 +614,7 @@ mod tests {
         }
     }
 
+    /// The last two of three unknowns, by themselves and among all.
     #[test]
     fn marginal_equations_keep_solution_and_variance() {
         let mut s = SquareRootInformation::<f64, 3>::default();
@@ -634,6 +635,7 @@ mod tests {
         }
     }
 
+    /// `of_each` against two added equations, bit for bit.
     #[test]
     fn one_equation_per_unknown_equals_their_sum() {
         let mut added = SquareRootInformation::<f64, 2>::default();
@@ -642,6 +644,7 @@ mod tests {
         assert_eq!(SquareRootInformation::of_each([3.0, 5.0], [2.0, 7.0]), added);
     }
 
+    /// One equation for two unknowns.
     #[test]
     fn an_unobserved_direction_has_no_solution() {
         let mut s = SquareRootInformation::<f32, 2>::default();

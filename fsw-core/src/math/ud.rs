@@ -412,6 +412,7 @@ mod tests {
         }
     }
 
+    /// An observation of another component leaves a known one known.
     #[test]
     fn zero_variance_stays_zero() {
         let mut ud = Ud::diagonal([1.0f32, 1.0, 0.0]);

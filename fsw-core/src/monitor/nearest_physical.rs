@@ -219,15 +219,16 @@ mod tests {
         }
     }
 
+    /// No projection is reported.
     #[test]
     fn a_physical_tensor_is_unchanged() {
         let inertia = Inertia::new([1.0, 2.0, 2.5, 0.1, 0.0, 0.0]);
         assert_eq!(nearest_physical(&inertia, &Mat::<f64, 6, 6>::identity()), None);
     }
 
+    /// `Jzz` exceeds the sum of the others, and only `Jyy` is vague: it alone changes.
     #[test]
     fn well_known_elements_stay() {
-        // Jzz exceeds the sum of the others; only Jyy is vague.
         let inertia = Inertia::new([1.0f32, 1.0, 2.2, 0.0, 0.0, 0.0]);
         let mut covariance = Mat::<f32, 6, 6>::identity() * 1e-8;
         covariance[(1, 1)] = 1.0;

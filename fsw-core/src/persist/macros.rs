@@ -1,6 +1,16 @@
 //! Implementation of [`Persist`](super::Persist) by a list of fields.
 //!
-//! A macro, so that a forgotten field does not compile.
+//! A macro, so that a forgotten field does not compile. It expands to two functions:
+//!
+//! | function | struct | enum |
+//! |---|---|---|
+//! | `layout` | hash of the type's name, and of name and layout of each field | the same with each variant and tag |
+//! | `persist` | the configured fields, then the state, then the condition | tag, fields of the variant, condition |
+//!
+//! The name of the type in the hash is the one written in the macro, generics included.
+//!
+//! A variant that differs from the present one is constructed from blank values first and then read
+//! into.
 
 /// Implements [`Persist`](crate::persist::Persist) for a struct or an enum, field by field in the
 /// order given.

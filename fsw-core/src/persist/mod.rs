@@ -71,6 +71,8 @@ pub trait Persist {
 }
 
 /// A value to be overwritten: the place into which an optional part or a variant is read.
+///
+/// Zero for numbers, `None` for an option, the first variant of an enum.
 pub trait Blank {
     /// A value without meaning.
     fn blank() -> Self;
@@ -110,6 +112,13 @@ pub struct InvalidWord {
 }
 
 /// Connects a state with its words.
+///
+/// | situation | effect of [`word`](Self::word) |
+/// |---|---|
+/// | state, medium is written to | the word is stored |
+/// | state, medium is read from | the word is replaced by the stored one |
+/// | configuration | the word is compared with the stored one, or stored |
+/// | after a rejection | none |
 pub struct Archive<'a> {
     words: &'a mut dyn Words,
     is_configuration: bool,

@@ -244,10 +244,12 @@ mod tests {
 
     const PERIOD_US: u64 = 100_000;
 
+    /// Window of seven samples that grows, parabola, one channel: \[Kim2013\].
     fn kim_2013() -> Differentiator<f64, 1, 8> {
         Differentiator::new(Fit::centred(7, 2, 1), Growth::Odd, 0.1).unwrap()
     }
 
+    /// Test signal `1 − 2 t + 3 t²`.
     fn parabola(t: f64) -> [f64; 1] {
         [1.0 - 2.0 * t + 3.0 * t * t]
     }
@@ -289,6 +291,8 @@ mod tests {
         }
     }
 
+    /// Two samples give the mean value and the difference quotient, half a period before the newest
+    /// one.
     #[test]
     fn the_first_difference_is_exact_for_a_line() {
         let mut d = kim_2013();
@@ -313,6 +317,7 @@ mod tests {
         assert!(matches!(d.push(now + PERIOD_US, [0.0]), Pushed::Fitted(_)));
     }
 
+    /// Equal and earlier time stamps.
     #[test]
     fn non_increasing_time_restarts_the_window() {
         let mut d = kim_2013();
@@ -321,6 +326,7 @@ mod tests {
         assert_eq!(d.push(PERIOD_US, [0.0]), Pushed::Restarted);
     }
 
+    /// Window above the capacity, order zero, negative tolerance.
     #[test]
     fn an_invalid_fit_or_tolerance_is_rejected() {
         let new = |fit| Differentiator::<f32, 1, 8>::new(fit, Growth::Odd, 0.1).unwrap_err();

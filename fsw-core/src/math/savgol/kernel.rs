@@ -273,6 +273,7 @@ mod tests {
     /// Bound on the error against exact rational weights, in units of ε.
     const ROUNDINGS: f64 = 16.0;
 
+    /// Compares weights with `integers / norm`.
     fn assert_weights<T: Real>(fit: &Fit<T>, integers: &[i32], norm: i32) {
         let kernel = Kernel::<T, 64>::new(fit).unwrap();
         let tolerance = ROUNDINGS * T::EPSILON.to_f64();
@@ -386,12 +387,14 @@ mod tests {
         }
     }
 
+    /// The third derivative of a parabola.
     #[test]
     fn a_derivative_above_the_order_is_zero() {
         let kernel = Kernel::<f32, 8>::new(&Fit::centred(6, 2, 3)).unwrap();
         assert_eq!(kernel.weights(), [0.0; 6]);
     }
 
+    /// One value beyond each limit.
     #[test]
     fn an_error_names_the_parameter_out_of_range() {
         let refused = |fit: Fit<f32>| Kernel::<f32, 8>::new(&fit).unwrap_err();
