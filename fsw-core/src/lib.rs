@@ -61,6 +61,8 @@ pub mod estimate;
 pub mod outcome;
 pub mod prior;
 
+pub mod persist;
+
 pub mod checkpoint;
 
 pub mod dynamics;

@@ -406,9 +406,9 @@ mod tests {
             flown.select(id).unwrap();
             fly(&mut flown);
             let mut words = [0; 8192];
-            checkpoint::pass(&mut flown, &mut ToWords::new(&mut words)).unwrap();
+            checkpoint::transfer(&mut flown, &mut ToWords::new(&mut words)).unwrap();
             let mut restored = SelectedEstimator::new(Craft { prior: None, ..CRAFT }).unwrap();
-            checkpoint::pass(&mut restored, &mut FromWords::new(&words)).unwrap();
+            checkpoint::transfer(&mut restored, &mut FromWords::new(&words)).unwrap();
             assert_eq!((restored.selected(), restored.prior()), (id, Some(PRIOR)));
             assert_eq!(restored.estimate(), flown.estimate());
         }

@@ -42,7 +42,6 @@ pub use config::{Config, InitialRate};
 pub use state::{Form, State};
 pub use structured_ud::StructuredUd;
 
-use crate::checkpoint::Persist;
 use crate::dynamics::interval::{DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
@@ -53,6 +52,7 @@ use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::innovation::{Innovation, InnovationMonitor};
 use crate::monitor::spikes::{Decision, SpikeGate};
 use crate::outcome::{Coasting, Outcome, Reset};
+use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
 use alignment::Alignment;

@@ -20,8 +20,6 @@ pub enum Growth {
     Odd,
 }
 
-crate::persist!([] enum Growth { 0 => WaitUntilFull, 1 => Odd });
-
 /// What the window holds after a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pushed<T: Real, const N: usize> {
@@ -50,21 +48,17 @@ pub struct Fitted<T: Real, const N: usize> {
 /// N channels, a window of up to C samples.
 #[derive(Clone, Debug)]
 pub struct Differentiator<T: Real, const N: usize, const C: usize> {
-    fit: Fit<T>,
-    growth: Growth,
+    pub(crate) fit: Fit<T>,
+    pub(crate) growth: Growth,
     /// An interval may differ from the mean of those before it by this share.
-    period_tolerance: T,
-    ring: [([T; N], u64); C],
+    pub(crate) period_tolerance: T,
+    pub(crate) ring: [([T; N], u64); C],
     /// Where the next sample goes.
-    next: usize,
-    filled: usize,
-    smoothing: Kernel<T, C>,
-    differentiation: Kernel<T, C>,
+    pub(crate) next: usize,
+    pub(crate) filled: usize,
+    pub(crate) smoothing: Kernel<T, C>,
+    pub(crate) differentiation: Kernel<T, C>,
 }
-
-crate::persist!([T: Real, const N: usize, const C: usize] Differentiator<T, N, C> {
-    ring, next, filled, smoothing, differentiation; unchanged fit, growth, period_tolerance
-} if |this| this.next < C && this.filled <= this.fit.window);
 
 impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
     /// Fits as `fit` says; its `derivative` is not looked at, since value and first derivative

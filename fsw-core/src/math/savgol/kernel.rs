@@ -40,8 +40,6 @@ pub struct Fit<T: Real> {
     pub at: T,
 }
 
-crate::persist!([T: Real] Fit<T> { window, order, derivative, at });
-
 impl<T: Real> Fit<T> {
     /// Evaluated in the middle of the window: at a sample if it is odd, between two if even.
     pub fn centred(window: usize, order: usize, derivative: usize) -> Self {
@@ -70,13 +68,9 @@ fn periods<T: Real>(window: usize) -> T {
 /// Weights for a window of up to C samples, oldest first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kernel<T: Real, const C: usize> {
-    weights: [T; C],
-    window: usize,
+    pub(crate) weights: [T; C],
+    pub(crate) window: usize,
 }
-
-crate::persist!(
-    [T: Real, const C: usize] Kernel<T, C> { weights, window } if |kernel| kernel.window <= C
-);
 
 impl<T: Real, const C: usize> Kernel<T, C> {
     /// Takes about `n p` products.

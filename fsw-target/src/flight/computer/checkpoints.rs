@@ -188,8 +188,8 @@ mod tests {
     fn words(onboard: &mut SelectedEstimator) -> u32 {
         let mut words = vec![0; 2 * MOST_WORDS as usize];
         let mut noted = ToWords::new(&mut words);
-        checkpoint::pass(&mut Kept { time_us: 0, onboard }, &mut noted).unwrap();
-        noted.noted() as u32
+        checkpoint::transfer(&mut Kept { time_us: 0, onboard }, &mut noted).unwrap();
+        noted.written() as u32
     }
 
     fn sample(k: u64, rate_rad_s: [f32; 3], wheel_speed_rad_s: [f32; 4]) -> Sample<f32, 4> {
