@@ -59,7 +59,7 @@ impl<const W: usize> DataReady for &Recording<'_, W> {
     }
 
     /// A row that hasn't been taken isn't announced yet.
-    fn forget(&mut self) {}
+    fn discard(&mut self) {}
 
     fn overruns(&self) -> u32 {
         0

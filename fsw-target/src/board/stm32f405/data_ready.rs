@@ -46,7 +46,7 @@ fn EXTI4() {
 /// After interrupts were masked for long: forgets the stamps from before, whose samples newer ones
 /// have replaced, and the edge that waits to be served, since nobody knows when it came.
 pub(super) fn drop_pending() {
-    drop_with(Stamps::drop_all);
+    drop_with(Stamps::discard_as_overruns);
 }
 
 fn drop_with(drop_stamps: fn(&mut Stamps)) {
@@ -98,8 +98,8 @@ impl DataReady for GyroDataReady {
         LINE.with(|line| !line.stamps.is_empty()).unwrap_or_default()
     }
 
-    fn forget(&mut self) {
-        drop_with(Stamps::forget);
+    fn discard(&mut self) {
+        drop_with(Stamps::discard);
     }
 
     fn overruns(&self) -> u32 {

@@ -63,7 +63,7 @@ where
 pub fn computer<'a, P, L>(
     tunnel: &'a Tunnel<P>,
     setup: &Setup,
-    onboard: &'a mut SelectedEstimator,
+    estimator: &'a mut SelectedEstimator,
     link: L,
     stack_high_water_bytes: fn() -> u32,
 ) -> Result<Computer<'a, Tunnelled<'a, P, L>>, Unfit>
@@ -79,7 +79,7 @@ where
         torque: Samples { tunnel },
     };
     let board = NoBoard { clock: Bus { tunnel }, stack_high_water_bytes };
-    Ok(Computer::new(onboard, sensors, link, Flash { tunnel }, board, Reporting::EachSample))
+    Ok(Computer::new(estimator, sensors, link, Flash { tunnel }, board, Reporting::EachSample))
 }
 
 /// The data-ready line, and the torque that is commanded at each sample.
@@ -99,7 +99,7 @@ impl<P: Port> DataReady for Samples<'_, P> {
     }
 
     /// None is announced but when it is asked for.
-    fn forget(&mut self) {}
+    fn discard(&mut self) {}
 
     fn overruns(&self) -> u32 {
         0

@@ -63,7 +63,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Unfit::Craft`].
-    pub fn onboard(&self) -> Result<SelectedEstimator, Unfit> {
+    pub fn estimator(&self) -> Result<SelectedEstimator, Unfit> {
         SelectedEstimator::new(self.craft()).map_err(Unfit::Craft)
     }
 
