@@ -118,7 +118,7 @@ impl Board {
             .apb2enr()
             .modify(|_, w| w.usart1en().enabled().spi1en().enabled().syscfgen().enabled());
         let _ = chip.RCC.apb2enr().read();
-        let (chip_select, levels) = pins::set_up(&chip.RCC, chip.GPIOA, chip.GPIOB, chip.GPIOC);
+        let (chip_select, levels) = pins::configure(&chip.RCC, chip.GPIOA, chip.GPIOB, chip.GPIOC);
 
         time::start(chip.TIM5, &chip.RCC, &clocks);
         let (link, tunnel) = usart::open(chip.USART1, chip.USART2, &clocks);
