@@ -93,7 +93,7 @@ impl OnThread {
         computer.start();
         while tunnel.end().is_none() {
             computer.poll();
-            tunnel.hold(computer.waiting_bytes() > 0);
+            tunnel.pause(computer.waiting_bytes() > 0);
         }
         tunnel.end()
     }
@@ -242,7 +242,7 @@ fn a_firmware_that_gives_up_says_why() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         tunnel.hello().unwrap();
-        tunnel.give_up("the estimators refuse the craft").unwrap();
+        tunnel.report_failure("the estimators refuse the craft").unwrap();
         lines.link
     });
     assert!(error.starts_with("the firmware gave up: the estimators refuse the craft"), "{error}");
