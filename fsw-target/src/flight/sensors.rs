@@ -16,7 +16,7 @@ pub trait DataReady {
     /// hold one sample; the estimator bridges the gap.
     fn take_us(&mut self) -> Option<u64>;
 
-    /// Whether a sample has arrived since the last [`take_us`](Self::take_us): a gyro reading in between
+    /// True if a sample has arrived since the last [`take_us`](Self::take_us): a gyro reading in between
     /// may belong to the newer sample.
     fn has_newer(&mut self) -> bool;
 

@@ -71,7 +71,7 @@ impl Supervisor {
         Some(FeedPermit(()))
     }
 
-    /// Whether the report of `task` is missing in this round.
+    /// True while the report of `task` is missing in this round.
     pub fn awaits(&self, task: Task) -> bool {
         self.reported & task.bit() == 0
     }

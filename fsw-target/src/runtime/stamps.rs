@@ -59,7 +59,7 @@ impl Stamps {
         }
     }
 
-    /// Whether the queue is empty.
+    /// True if the queue is empty.
     pub fn is_empty(&self) -> bool {
         self.queue.is_empty()
     }

@@ -27,7 +27,7 @@ struct Line {
 
 static LINE: Shared<Line> = Shared::new();
 
-/// Whether a sample also pends PendSV.
+/// True if a sample also pends PendSV.
 static PENDS_SV: AtomicBool = AtomicBool::new(false);
 
 #[interrupt]

@@ -39,7 +39,7 @@ pub struct Checkpoints<F> {
     pub failed: u32,
     /// Time of the next save, µs.
     next_us: u64,
-    /// Whether space for the next save has been erased.
+    /// True once space for the next save has been erased.
     erased_ahead: bool,
     /// Index of the next part to send, during a dump.
     next_part: Option<u16>,
@@ -87,7 +87,7 @@ impl<F: NorFlash> Checkpoints<F> {
         self.next_us = board.now_us().saturating_add(PERIOD_US);
     }
 
-    /// Whether a checkpoint is due.
+    /// True if a checkpoint is due.
     pub fn is_due(&self, now_us: u64) -> bool {
         now_us >= self.next_us
     }
@@ -112,7 +112,7 @@ impl<F: NorFlash> Checkpoints<F> {
         saved
     }
 
-    /// Whether the next save may need an erasure.
+    /// True if the next save may need an erasure.
     pub fn may_need_erasure(&self) -> bool {
         !self.erased_ahead
     }

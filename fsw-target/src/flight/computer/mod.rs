@@ -81,7 +81,7 @@ pub struct Computer<'a, P: Parts> {
     gyro: Gyro,
     /// Time stamp, µs, and outcome of the last step.
     last_step: Option<(u64, Outcome)>,
-    /// Whether the last telecommand was executed; `None` before the first.
+    /// Result of the last telecommand, true if executed; `None` before the first.
     last_executed: Option<bool>,
     /// A telecommand awaits its status report.
     status_due: bool,

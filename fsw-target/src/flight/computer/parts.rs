@@ -63,7 +63,7 @@ pub struct Health {
     pub last_run: LastRun,
     /// Clock source in use.
     pub clock: ClockSource,
-    /// Whether the watchdog is running.
+    /// True if the watchdog is running.
     pub watchdog: bool,
     /// High-water mark of the stack, bytes; 0 if not measured.
     pub stack_high_water_bytes: u32,

@@ -304,7 +304,7 @@ impl Ground {
     }
 
     /// Sends a telecommand and returns its status report.
-    fn ask(&mut self, command: Command) -> StatusReport {
+    fn command(&mut self, command: Command) -> StatusReport {
         self.sequence_count = crate::link::packet::next(self.sequence_count);
         let packet = command.packet(self.sequence_count).unwrap();
         let frame = Frame::of(packet.bytes()).unwrap();
@@ -371,7 +371,7 @@ fn the_telemetry_period_is_commandable() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::Every(1_000));
     let sent = ground.poll(100);
     assert_eq!((statuses(&sent).len(), estimates(&sent).len()), (10, 10));
-    ground.ask(Command::SetTelemetryPeriod { ms: 200 });
+    ground.command(Command::SetTelemetryPeriod { ms: 200 });
     let sent = ground.poll(100);
     assert_eq!((statuses(&sent).len(), estimates(&sent).len()), (50, 50));
 }
@@ -379,14 +379,14 @@ fn the_telemetry_period_is_commandable() {
 #[test]
 fn every_telecommand_has_a_status_report_with_its_result() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
-    assert_eq!(ground.ask(Command::Ping).last_command_done, Some(true));
-    let no_nominal = ground.ask(Command::Select(EstimatorId::EkfSgfRls));
+    assert_eq!(ground.command(Command::Ping).last_command_done, Some(true));
+    let no_nominal = ground.command(Command::Select(EstimatorId::EkfSgfRls));
     assert_eq!(no_nominal.last_command_done, Some(false));
-    assert_eq!(ground.ask(Command::SetPrior(PRIOR)).last_command_done, Some(true));
-    let selected = ground.ask(Command::Select(EstimatorId::EkfSgfRls));
+    assert_eq!(ground.command(Command::SetPrior(PRIOR)).last_command_done, Some(true));
+    let selected = ground.command(Command::Select(EstimatorId::EkfSgfRls));
     assert_eq!(selected.last_command_done, Some(true));
-    assert_eq!(ground.ask(Command::OpenWindow).last_command_done, Some(false), "no windows");
-    assert_eq!(ground.ask(Command::SetTorque([0.1, 0.0, 0.0])).torque_n_m, [0.1, 0.0, 0.0]);
+    assert_eq!(ground.command(Command::OpenWindow).last_command_done, Some(false), "no windows");
+    assert_eq!(ground.command(Command::SetTorque([0.1, 0.0, 0.0])).torque_n_m, [0.1, 0.0, 0.0]);
     assert_eq!(estimates(&ground.poll(1))[0].estimator, EstimatorId::EkfSgfRls);
 }
 
@@ -394,12 +394,12 @@ fn every_telecommand_has_a_status_report_with_its_result() {
 fn a_restarted_computer_continues_from_its_checkpoint() {
     for id in EstimatorId::ALL {
         let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
-        ground.ask(Command::SetPrior(PRIOR));
-        ground.ask(Command::Select(id));
+        ground.command(Command::SetPrior(PRIOR));
+        ground.command(Command::Select(id));
         ground.poll(300);
         // Telecommands are executed before the next sample.
         let before = ground.computer.estimator().estimate();
-        let saved = ground.ask(Command::SaveCheckpoint);
+        let saved = ground.command(Command::SaveCheckpoint);
         // The first one was saved ten seconds after the telecommands.
         assert_eq!((saved.last_command_done, saved.checkpoints_saved), (Some(true), 2));
         let flash = ground.world.0.flash.borrow().clone();
@@ -408,7 +408,7 @@ fn a_restarted_computer_continues_from_its_checkpoint() {
         let after = again.computer.estimator();
         assert_eq!((after.selected(), after.estimate()), (id, before));
         assert!(again.world.0.now_us.get() > ground.world.0.now_us.get());
-        let status = again.ask(Command::Ping);
+        let status = again.command(Command::Ping);
         assert!(
             status.uptime_s < 2,
             "{} s since the start, not since the first one",
@@ -420,14 +420,18 @@ fn a_restarted_computer_continues_from_its_checkpoint() {
 #[test]
 fn a_dump_contains_the_whole_checkpoint() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
-    ground.ask(Command::Select(EstimatorId::JointEkf));
-    assert_eq!(ground.ask(Command::DumpCheckpoint).last_command_done, Some(false), "no checkpoint");
-    ground.ask(Command::SaveCheckpoint);
-    ground.ask(Command::DumpCheckpoint);
+    ground.command(Command::Select(EstimatorId::JointEkf));
+    assert_eq!(
+        ground.command(Command::DumpCheckpoint).last_command_done,
+        Some(false),
+        "no checkpoint"
+    );
+    ground.command(Command::SaveCheckpoint);
+    ground.command(Command::DumpCheckpoint);
     let mut bytes = Vec::new();
     let (mut next, mut parts) = (0, 0);
     // Starts again: the first parts were sent with the status report.
-    ground.ask(Command::DumpCheckpoint);
+    ground.command(Command::DumpCheckpoint);
     for telemetry in ground.poll(200) {
         if let Telemetry::Checkpoint(part) = telemetry {
             next = part.index + 1;
@@ -501,10 +505,10 @@ fn queued_telecommands_have_one_status_report_each() {
 fn a_checkpoint_follows_a_change_by_telecommand() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
     ground.poll(10);
-    ground.ask(Command::SetPrior(PRIOR));
-    ground.ask(Command::Select(EstimatorId::EkfSgfRls));
+    ground.command(Command::SetPrior(PRIOR));
+    ground.command(Command::Select(EstimatorId::EkfSgfRls));
     ground.poll(101);
-    assert_eq!(ground.ask(Command::Ping).checkpoints_saved, 1, "one for both telecommands");
+    assert_eq!(ground.command(Command::Ping).checkpoints_saved, 1, "one for both telecommands");
     let flash = ground.world.0.flash.borrow().clone();
     let again = Ground::new(&ROWS[303..], flash, Reporting::EachSample);
     let estimator = again.computer.estimator();
@@ -525,7 +529,7 @@ fn an_erasure_does_not_restart_the_gyro() {
     ground.world.0.erasure_us.set(ERASURE_US);
     let (starts, erasures) = (ground.world.0.gyro_starts.get(), ground.world.0.erasures.get());
     for _ in 0..10 {
-        ground.ask(Command::SaveCheckpoint);
+        ground.command(Command::SaveCheckpoint);
         ground.poll(5);
     }
     assert!(ground.world.0.erasures.get() > erasures);
@@ -557,7 +561,7 @@ fn space_for_a_save_is_erased_at_rest() {
     for manoeuvre in 1..=3 {
         ground.poll(MANOEUVRE as u32 - 50);
         assert!(!ground.computer.estimator().is_at_rest());
-        assert_eq!(ground.ask(Command::SaveCheckpoint).last_command_done, Some(true));
+        assert_eq!(ground.command(Command::SaveCheckpoint).last_command_done, Some(true));
         assert_eq!(erasures(&ground), manoeuvre, "no erasure in the manoeuvre");
         ground.poll(QUIET as u32 + 49);
         assert!(ground.computer.estimator().is_at_rest());
@@ -575,7 +579,7 @@ fn noise_on_the_link_is_counted_and_ignored() {
     });
     ground.world.0.to_computer.borrow_mut().extend(noise.take(3_000));
     assert_eq!(estimates(&ground.poll(60)).len(), 60);
-    let status = ground.ask(Command::Ping);
+    let status = ground.command(Command::Ping);
     let uplink = status.uplink;
     assert_eq!(uplink.accepted, 1);
     assert!(uplink.truncated + uplink.malformed + uplink.wrong_checksum > 0, "{uplink:?}");
@@ -585,7 +589,7 @@ fn noise_on_the_link_is_counted_and_ignored() {
 fn the_computer_runs_without_flash() {
     let mut ground = Ground::new(&ROWS, Vec::new(), Reporting::EachSample);
     assert_eq!(estimates(&ground.poll(10)).len(), 10);
-    let status = ground.ask(Command::SaveCheckpoint);
+    let status = ground.command(Command::SaveCheckpoint);
     assert_eq!((status.last_command_done, status.checkpoints_failed), (Some(false), 1));
     assert_eq!(status.checkpoint, CheckpointState::Failed);
 }

@@ -95,7 +95,7 @@ impl Setup {
         WheelTach::new(timer, &config).map_err(Unfit::Tachometers)
     }
 
-    /// Whether the spacecraft has a wheel.
+    /// True if the spacecraft has a wheel.
     pub fn has_wheels(&self) -> bool {
         self.edges_per_turn.iter().any(|edges| *edges > 0)
     }
