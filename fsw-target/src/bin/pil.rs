@@ -45,7 +45,7 @@ mod on_target {
                 Err(why) => {
                     defmt::error!("{=str}", why);
                     // If that isn't heard either, the log has it.
-                    let _ = line.give_up(why);
+                    let _ = line.report_failure(why);
                 }
             }
         }
@@ -66,7 +66,7 @@ mod on_target {
         computer.start();
         while line.end().is_none() {
             computer.poll();
-            line.hold(computer.waiting_bytes() > 0);
+            line.pause(computer.waiting_bytes() > 0);
         }
         match line.end() {
             Some(TunnelError::No) => Ok(()),
