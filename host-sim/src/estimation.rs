@@ -12,7 +12,7 @@ use fsw_core::estimator::joint_ekf::{self, InitialRate, JointEkfPublished, Joint
 use fsw_core::estimator::momentum::{self, Momentum};
 use fsw_core::estimator::window::{self, Window};
 use fsw_core::gate;
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{
     ConfigError, Estimate, Estimator, Inertia, Outcome, Quaternion, Real, Sample, Vec3, WheelArray,
 };
@@ -326,7 +326,7 @@ fn ekf_sgf<T: Real, const W: usize>(
         config.rate_ekf.acceleration_doubt = T::zero();
     }
     if !setup.refuse_spikes {
-        config.spike_sigma = T::MAX;
+        config.spikes.limit_sigma = T::MAX;
     }
     configure_gate(&mut config.gate, setup);
     let adapter = Adapter::<T, _, W>::new(EkfSgf::<T, W>::new(config, wheels)?, setup);
@@ -376,7 +376,7 @@ fn configure<T: Real>(mut config: joint_ekf::Config<T>, setup: &Setup<'_>) -> jo
         config.inertia_walk_kg_m2_sqrt_s = [walk; 6];
     }
     if !setup.refuse_spikes {
-        config.spike_sigma = T::MAX;
+        config.spikes.limit_sigma = T::MAX;
     }
     configure_gate(&mut config.gate, setup);
     config

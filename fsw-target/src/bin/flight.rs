@@ -15,6 +15,7 @@
 
 #[cfg(target_os = "none")]
 mod on_target {
+    use fsw_target::arch::exit;
     use fsw_target::board::{
         Board, CheckpointFlash, GyroBus, GyroDataReady, Link, Services, WheelCaptures,
     };
@@ -30,7 +31,7 @@ mod on_target {
     use fsw_target::runtime::restart;
     use static_cell::{ConstStaticCell, StaticCell};
 
-    fsw_target::ends_by!(restart::failed);
+    fsw_target::ends_by!(exit::restart_after);
 
     /// Edges per turn, both edges of one channel: twelve pulses, as from Hall sensors on a motor with
     /// six pole pairs.
@@ -55,18 +56,18 @@ mod on_target {
         type Board = Services;
     }
 
-    /// Estimators and computer in static memory, built in place: they exceed the stack.
-    static ESTIMATORS: ConstStaticCell<SelectedEstimator> =
-        ConstStaticCell::new(SelectedEstimator::nowhere());
+    /// Estimator and computer in static memory, built in place: they exceed the stack.
+    static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
+        ConstStaticCell::new(SelectedEstimator::uninitialised());
     static COMPUTER: StaticCell<Option<Computer<'static, OnStm32f405>>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         // Two functions in sequence: each uses the stack alone.
-        let Some(computer) = estimators().and_then(bring_up) else {
+        let Some(computer) = estimator().and_then(bring_up) else {
             // The image is inconsistent in itself; the tests exclude this.
             defmt::error!("board already taken, or craft or tachometer configuration rejected");
-            restart::failed(Failure { kind: Kind::Panic, at: 0, from: 0 })
+            exit::restart_after(Failure { kind: Kind::Panic, at: 0, from: 0 })
         };
         computer.start();
         loop {
@@ -77,13 +78,13 @@ mod on_target {
     /// Computer on its board. Not inlined: its stack is free again in the loop.
     #[inline(never)]
     fn bring_up(
-        estimators: &'static mut SelectedEstimator,
+        estimator: &'static mut SelectedEstimator,
     ) -> Option<&'static mut Computer<'static, OnStm32f405>> {
-        let last_life = restart::take_last_life();
+        let last_run = restart::take_last_run();
         let board = Board::take()?;
         let report = board.report();
-        defmt::info!("flight, after {}: {}", last_life, report);
-        let services = Services::start(board.watchdog, report.reset_cause, last_life);
+        defmt::info!("flight, after {}: {}", last_run, report);
+        let services = Services::start(board.watchdog, report.reset_cause, last_run);
         let tachometers = Config {
             edges_per_turn: FLOWN.spin_inertia_kg_m2.map(edges_per_turn),
             reversed: [false; WHEELS],
@@ -97,7 +98,7 @@ mod on_target {
             torque: CommandedTorque::default(),
         };
         Some(COMPUTER.try_init(None)?.insert(Computer::new(
-            estimators,
+            estimator,
             sensors,
             board.link,
             board.flash,
@@ -106,12 +107,12 @@ mod on_target {
         )))
     }
 
-    /// Configured estimators. Not inlined: its stack is free again in the loop.
+    /// Configured estimator. Not inlined: its stack is free again in the loop.
     #[inline(never)]
-    fn estimators() -> Option<&'static mut SelectedEstimator> {
-        let estimators = ESTIMATORS.try_take()?;
-        estimators.board(FLOWN).ok()?;
-        Some(estimators)
+    fn estimator() -> Option<&'static mut SelectedEstimator> {
+        let estimator = ESTIMATOR.try_take()?;
+        estimator.configure(FLOWN).ok()?;
+        Some(estimator)
     }
 
     /// Edges per turn of a wheel; zero for a place without a wheel.

@@ -15,6 +15,7 @@
 
 #[cfg(target_os = "none")]
 mod on_target {
+    use fsw_target::arch::exit;
     use fsw_target::board::{self, Board};
     use fsw_target::flight::computer::Computer;
     use fsw_target::flight::selected::SelectedEstimator;
@@ -24,15 +25,15 @@ mod on_target {
     use static_cell::{ConstStaticCell, StaticCell};
 
     // The simulator detects and reports the restart.
-    fsw_target::ends_by!(restart::failed);
+    fsw_target::ends_by!(exit::restart_after);
 
     type Line = Tunnel<board::Tunnel>;
     type PilComputer = Computer<'static, Tunnelled<'static, board::Tunnel, board::Link>>;
 
     // In static memory and built in place, as in the flight image, so that the stack is the same.
     static LINE: StaticCell<Line> = StaticCell::new();
-    static ESTIMATORS: ConstStaticCell<SelectedEstimator> =
-        ConstStaticCell::new(SelectedEstimator::nowhere());
+    static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
+        ConstStaticCell::new(SelectedEstimator::uninitialised());
     static COMPUTER: StaticCell<Option<PilComputer>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
@@ -76,15 +77,15 @@ mod on_target {
         }
     }
 
-    /// Computer with its estimators. Calls in sequence: each uses the stack alone.
+    /// Computer with its estimator. Calls in sequence: each uses the stack alone.
     #[inline(never)]
     fn set_up(
         line: &'static Line,
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let setup = line.hello().map_err(|_| "no setup from the simulator")?;
-        let estimators = estimators(&setup).ok_or("the estimators reject the craft")?;
-        bring_up(line, &setup, estimators, link)
+        let estimator = self::estimator(&setup).ok_or("the estimator rejects the craft")?;
+        bring_up(line, &setup, estimator, link)
     }
 
     /// Computer on the tunnel. Not inlined: its stack is free again in the loop.
@@ -92,21 +93,21 @@ mod on_target {
     fn bring_up(
         line: &'static Line,
         setup: &Setup,
-        estimators: &'static mut SelectedEstimator,
+        estimator: &'static mut SelectedEstimator,
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let place = COMPUTER.try_init(None).ok_or("the computer exists already")?;
-        let computer = parts::computer(line, setup, estimators, link, stack::high_water_bytes)
+        let computer = parts::computer(line, setup, estimator, link, stack::high_water_bytes)
             .map_err(|_| "the sensors reject their setup")?;
         Ok(place.insert(computer))
     }
 
-    /// Configured estimators. Not inlined: its stack is free again in the loop.
+    /// Configured estimator. Not inlined: its stack is free again in the loop.
     #[inline(never)]
-    fn estimators(setup: &Setup) -> Option<&'static mut SelectedEstimator> {
-        let estimators = ESTIMATORS.try_take()?;
-        estimators.board(setup.craft()).ok()?;
-        Some(estimators)
+    fn estimator(setup: &Setup) -> Option<&'static mut SelectedEstimator> {
+        let estimator = ESTIMATOR.try_take()?;
+        estimator.configure(setup.craft()).ok()?;
+        Some(estimator)
     }
 }
 

@@ -4,7 +4,5 @@
 //! 1. [`gyro`]: rate gyros on SPI or I²C.
 //! 2. [`wheel_tach`]: reaction-wheel speed from the edges of a Hall sensor or encoder.
 
-pub mod extended_time;
 pub mod gyro;
-pub mod stamps;
 pub mod wheel_tach;

@@ -4,10 +4,10 @@
 //! finite, in range, and an inertia that a rigid body can have. Layout: `link.md`.
 
 use super::packet::{COMMAND, Header, Packet, PacketType, SequenceCount};
-use super::wire::{Reader, Unreadable, Wire, codes};
-use crate::flight::selected::EstimatorId;
+use super::wire::{Coded, Reader, Unreadable, Wire, codes};
 use core::fmt;
 use fsw_core::Prior;
+use fsw_steps::EstimatorId;
 
 /// Longest telecommand packet, bytes, with reserve for further functions.
 pub const MAX_COMMAND: usize = 64;
@@ -98,11 +98,18 @@ codes! { Function {
     11 "set_torque" => SetTorque;
 } }
 
-codes! { EstimatorId {
-    0 "window" => Window;
-    1 "joint-ekf" => JointEkf;
-    2 "ekf-sgf-rls" => EkfSgfRls;
-} }
+impl Coded for EstimatorId {
+    const NAME: &'static str = "EstimatorId";
+    const CODES: &'static [(u8, &'static str)] = Self::CODES;
+
+    fn code(self) -> (u8, &'static str) {
+        (self as u8, self.name())
+    }
+
+    fn of_code(code: u8) -> Option<Self> {
+        Self::from_number(code)
+    }
+}
 
 /// Reason for user data that is not a valid telecommand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

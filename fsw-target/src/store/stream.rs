@@ -78,7 +78,7 @@ impl<'a, F: NorFlash> Stream<'a, F> {
     }
 
     fn pass_all<P: Persist>(&mut self, state: &mut P) -> Result<(), Error<F::Error>> {
-        let passed = checkpoint::pass(state, self);
+        let passed = checkpoint::transfer(state, self);
         if let Some(failure) = self.failure.take() {
             return Err(Error::Flash(failure));
         }
@@ -115,7 +115,7 @@ impl<'a, F: NorFlash> Stream<'a, F> {
 }
 
 impl<F: NorFlash> Words for Stream<'_, F> {
-    fn pass(&mut self, word: &mut u32) -> bool {
+    fn transfer(&mut self, word: &mut u32) -> bool {
         if self.words >= self.end {
             return false;
         }

@@ -2,7 +2,6 @@
 
 extern crate std;
 use super::*;
-use crate::flight::selected::FlownWindow;
 use crate::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS, WHEELS};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
@@ -404,12 +403,12 @@ fn joint_ekf() -> JointEkfUd<f32, WHEELS> {
     JointEkfUd::new(joint_ekf::Config::new(CRAFT.gyro_noise_rad_s), wheels()).unwrap()
 }
 
-fn ekf_sgf() -> EkfSgf<f32, WHEELS> {
+fn ekf_sgf_rls() -> EkfSgf<f32, WHEELS> {
     let prior = Prior { inertia_kg_m2: [0.05, 0.05, 0.03, 0.0, 0.0, 0.0], sigma_kg_m2: [0.02; 6] };
     EkfSgf::new(ekf_sgf::Config::kim_2013(CRAFT.gyro_noise_rad_s, prior), wheels()).unwrap()
 }
 
-fn window() -> FlownWindow {
+fn window() -> fsw_steps::Window9 {
     Window::new(window::Config::new(CRAFT.gyro_noise_rad_s), wheels()).unwrap()
 }
 
@@ -444,6 +443,6 @@ fn continues_after_resets<E: Estimator<f32, WHEELS> + Persist>(
 fn estimators_continue_bit_for_bit_after_resets() {
     let resets: Vec<usize> = (0..600).step_by(13).collect();
     continues_after_resets(joint_ekf, &resets);
-    continues_after_resets(ekf_sgf, &resets);
+    continues_after_resets(ekf_sgf_rls, &resets);
     continues_after_resets(window, &resets);
 }

@@ -241,10 +241,10 @@ fn a_firmware_that_gives_up_says_why() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         tunnel.hello().unwrap();
-        tunnel.give_up("the estimators reject the craft").unwrap();
+        tunnel.give_up("the estimator rejects the craft").unwrap();
         lines.link
     });
-    assert!(error.starts_with("the firmware gave up: the estimators reject the craft"), "{error}");
+    assert!(error.starts_with("the firmware gave up: the estimator rejects the craft"), "{error}");
 }
 
 #[test]

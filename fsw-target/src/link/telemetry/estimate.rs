@@ -1,11 +1,11 @@
 //! Estimate report: result of the selected estimator.
 
-use crate::flight::selected::EstimatorId;
 use crate::link::packet::ESTIMATE;
 use crate::link::wire::{codes, record};
 use fsw_core::attitude::NoAttitude;
 use fsw_core::gate::Rejection;
 use fsw_core::{Coasting, Estimator, Outcome, Reset, Status};
+use fsw_steps::EstimatorId;
 
 record! {
     /// Result of the selected estimator after its last step.

@@ -1,13 +1,13 @@
 //! Test reports.
 
 use super::{CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause, StatusReport};
-use crate::flight::selected::EstimatorId;
 use crate::link::command::Function;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{Coded, Reader, Wire};
 use crate::runtime::failure::Kind;
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Outcome, Status};
+use fsw_steps::EstimatorId;
 use proptest::prelude::*;
 
 /// A report with a value in every field.

@@ -5,7 +5,7 @@ use crate::link::packet::STATUS;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{codes, record};
 use crate::runtime::failure::Kind as FailureKind;
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 
 record! {
     /// Health of the flight computer and effect of telecommands.
