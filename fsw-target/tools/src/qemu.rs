@@ -69,28 +69,22 @@ fn run_with(
     let errors = if trace.is_some() { Stdio::piped() } else { Stdio::inherit() };
     let (mut qemu, serial) = start(elf, machine, options, errors)?;
     let chunks = read_in_background(serial);
-    let deadline = Instant::now() + limit;
 
     let mut lines = Vec::new();
     std::thread::scope(|scope| {
         let reading = trace
             .zip(qemu.stderr.take())
             .map(|(trace, log)| scope.spawn(|| trace.read(BufReader::new(log))));
-        loop {
-            match chunks.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
-                Ok(chunk) => {
-                    decoder.received(&chunk);
-                    for line in decode(decoder.as_mut()) {
-                        on_line(&line);
-                        lines.push(line);
-                    }
-                }
-                Err(RecvTimeoutError::Disconnected) => break,
-                Err(RecvTimeoutError::Timeout) => {
-                    stop(&mut qemu)?;
-                    bail!("the image did not end within {} s", limit.as_secs());
-                }
+        let received = receive(&chunks, limit, |chunk| {
+            decoder.received(chunk);
+            for line in decode(decoder.as_mut()) {
+                on_line(&line);
+                lines.push(line);
             }
+        });
+        if received.is_err() {
+            stop(&mut qemu)?;
+            return received;
         }
         if let Some(Ok(read)) = reading.map(|reading| reading.join()) {
             read?;
@@ -137,6 +131,20 @@ fn read_in_background(mut serial: ChildStdout) -> Receiver<Vec<u8>> {
         }
     });
     receiver
+}
+
+/// Passes the chunks to `take` until the sender ends, or fails after `limit`.
+fn receive(chunks: &Receiver<Vec<u8>>, limit: Duration, mut take: impl FnMut(&[u8])) -> Result<()> {
+    let deadline = Instant::now() + limit;
+    loop {
+        match chunks.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+            Ok(chunk) => take(&chunk),
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            Err(RecvTimeoutError::Timeout) => {
+                bail!("the image did not end within {} s", limit.as_secs())
+            }
+        }
+    }
 }
 
 /// Complete log lines received. A corrupt frame becomes a line of its own.
