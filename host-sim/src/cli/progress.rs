@@ -1,4 +1,4 @@
-//! What the verbs that fly many times share: an early end, and a progress bar.
+//! Interrupt and progress bar of the verbs that take long.
 
 use std::io::{self, IsTerminal};
 use std::process;
@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Exit code of a program that is interrupted and doesn't end by itself: 128 + SIGINT.
+/// Exit code of an interrupted program: 128 + SIGINT.
 const INTERRUPTED: i32 = 130;
 
-/// A flag that Ctrl-C sets. The second time it ends the program at once: a run may be long.
+/// Flag that Ctrl-C sets. A second Ctrl-C ends the program at once, since a run may take long.
 pub(super) fn stop_on_ctrl_c() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -20,17 +20,24 @@ pub(super) fn stop_on_ctrl_c() -> Arc<AtomicBool> {
         }
     };
     if let Err(error) = ctrlc::set_handler(handler) {
-        eprintln!("note: Ctrl-C will end this without a result ({error})");
+        eprintln!("note: Ctrl-C ends this program without a result ({error})");
     }
     stop
 }
 
-/// A bar on stderr over so many runs or samples, if a person is looking.
-pub(super) fn progress_bar(count: u64, what: &str) -> ProgressBar {
+/// Note of a campaign that Ctrl-C ended early.
+pub(super) fn note_if_stopped(complete: u64, requested: u64) {
+    if complete < requested {
+        eprintln!("note: stopped after {complete} of {requested} runs; the result is of these");
+    }
+}
+
+/// Progress bar on stderr over `count` items; hidden unless stderr is a terminal.
+pub(super) fn progress_bar(count: u64, items: &str) -> ProgressBar {
     if !io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let template = format!("{{wide_bar}} {{pos}} of {{len}} {what}, {{eta}} left");
+    let template = format!("{{wide_bar}} {{pos}} of {{len}} {items}, {{eta}} left");
     let style = ProgressStyle::with_template(&template);
     let bar = ProgressBar::new(count);
     match style {

@@ -1,79 +1,70 @@
-//! What a constant body torque does to a fit that doesn't know of it, and how well it is seen.
+//! Effect of a constant body torque on a fit that does not model it, and its detectability.
 //!
-//! Such a torque `τ` changes the rates by `S_τ τ`, to first order. A least-squares fit of the other
-//! unknowns, with sensitivities `S`, takes up what looks like them and leaves the rest:
+//! A constant torque `τ`, N m, changes the rates by `S_τ τ` to first order. A least-squares fit of the
+//! other unknowns with sensitivities `S` absorbs the part within the span of `S` as an error of the
+//! unknowns, and leaves the rest in the residuals:
 //!
-//! `B = (Sᵀ S)⁻¹ Sᵀ S_τ`, error of the unknowns per torque; `S_τ τ − S B τ`, left in the residuals.
+//! ```text
+//! B = (Sᵀ S)⁻¹ Sᵀ S_τ      error of the unknowns per torque
+//! (S_τ − S B) τ            residual
+//! ```
 //!
-//! Along a commanded torque that keeps its direction, all of it looks like another inertia, and
-//! nothing is left.
+//! A torque along a commanded torque of constant direction is absorbed completely: it is
+//! indistinguishable from another inertia.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::bound::{NO_INFORMATION_SIGMA, UNSEEN_SIGMA};
+use super::unknowns::{INERTIA, NO_INFORMATION_SIGMA, TORQUE, UNOBSERVED_SIGMA};
 
-/// Less than this share of a torque's effect on the rates is left by rounding alone: the
+/// Residual, as a share of the torque's effect on the rates, below which it is rounding error: the
 /// sensitivities are integrated to about twelve digits.
-const IMITATED: f64 = 1e-8;
+const MIN_RESIDUAL_SHARE: f64 = 1e-8;
 
-/// What a constant torque about each body axis does.
+/// Effect of a constant torque about each body axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TorqueEffect {
-    /// Error of each element per torque about x, y and z, kg m² per N m, if all three are taken to be
-    /// zero: to first order. None where the motion doesn't show the element.
+    /// Error of each element per unmodelled torque about x, y and z, kg m² per N m, to first order;
+    /// none where the element is unobserved.
     pub inertia_error_kg_m2_per_n_m: [Option<[f64; 3]>; 6],
-    /// One sigma, N m, with which a torque about each axis stands out of the residuals, if there is none
-    /// about the others: the bound of this torque, all but the others unknown. None where the other
-    /// unknowns imitate it.
+    /// Bound of a torque about each axis, one sigma, N m, with no torque about the other axes; none
+    /// where the other unknowns absorb it.
     pub alone_n_m: [Option<f64>; 3],
-    /// The same with the torques about the others unknown too.
+    /// Bound of a torque about each axis, one sigma, N m, with unknown torques about the other axes.
     pub together_n_m: [Option<f64>; 3],
 }
 
-/// Columns of the triangular factor of the sensitivities, by what they belong to.
-pub(super) struct Columns {
-    /// The six elements.
-    pub inertia: usize,
-    /// The three axes of the torque.
-    pub torque: usize,
-}
-
 impl TorqueEffect {
-    /// From the triangular factor of the sensitivities to all unknowns, the torque among them, which
-    /// is scaled by the mean moment as the inertia is; `sigma_rad_s` is the gyro's noise.
-    pub(super) fn new(
-        factor: &DMatrix<f64>,
-        columns: &Columns,
-        sigma_rad_s: f64,
-        typical_kg_m2: f64,
-    ) -> Self {
-        let others = factor.clone().remove_columns(columns.torque, 3);
+    /// Effect from the triangular factor of the sensitivities to all unknowns, the torque included.
+    /// Inertia and torque are scaled by `mean_moment_kg_m2`; `sigma_rad_s` is the gyro noise.
+    pub(super) fn new(factor: &DMatrix<f64>, sigma_rad_s: f64, mean_moment_kg_m2: f64) -> Self {
+        let others = factor.clone().remove_columns(TORQUE, 3);
         let fit = Fit::new(&others, sigma_rad_s);
-        let torque = |axis: usize| factor.column(columns.torque + axis).into_owned();
-        let imitation: [DVector<f64>; 3] = std::array::from_fn(|axis| fit.solve(&torque(axis)));
-        // Both scaled by the mean moment, so that the error per torque isn't.
-        let of_element =
-            |i: usize| std::array::from_fn(|axis| imitation[axis][columns.inertia + i]);
-        let sigma_n_m = |left: Option<f64>| left.map(|left| sigma_rad_s * typical_kg_m2 / left);
+        let torque = |axis: usize| factor.column(TORQUE + axis).into_owned();
+        let absorbed: [DVector<f64>; 3] = std::array::from_fn(|axis| fit.solve(&torque(axis)));
+        // Both are scaled by the mean moment, which cancels in the error per torque.
+        let of_element = |i: usize| std::array::from_fn(|axis| absorbed[axis][INERTIA + i]);
+        let sigma_n_m = |residual: Option<f64>| {
+            residual.map(|residual| sigma_rad_s * mean_moment_kg_m2 / residual)
+        };
         Self {
             inertia_error_kg_m2_per_n_m: std::array::from_fn(|i| {
-                (fit.sigma[columns.inertia + i] < UNSEEN_SIGMA).then(|| of_element(i))
+                (fit.sigma[INERTIA + i] < UNOBSERVED_SIGMA).then(|| of_element(i))
             }),
-            alone_n_m: std::array::from_fn(|axis| sigma_n_m(fit.left_of(&torque(axis)))),
+            alone_n_m: std::array::from_fn(|axis| sigma_n_m(fit.residual(&torque(axis)))),
             together_n_m: std::array::from_fn(|axis| {
-                let others = factor.clone().remove_column(columns.torque + axis);
-                sigma_n_m(Fit::new(&others, sigma_rad_s).left_of(&torque(axis)))
+                let others = factor.clone().remove_column(TORQUE + axis);
+                sigma_n_m(Fit::new(&others, sigma_rad_s).residual(&torque(axis)))
             }),
         }
     }
 }
 
-/// A least-squares fit, in which directions that the data leaves unseen are held.
+/// Least-squares fit with its unobserved directions held at zero.
 struct Fit {
-    /// Orthonormal columns that span what the unknowns can do to the rates.
-    reach: DMatrix<f64>,
-    /// From these to the unknowns.
-    back: DMatrix<f64>,
+    /// Orthonormal basis of the rate changes that the unknowns can produce.
+    basis: DMatrix<f64>,
+    /// Map from coordinates in the basis to the unknowns.
+    to_unknowns: DMatrix<f64>,
     /// One sigma of each unknown.
     sigma: DVector<f64>,
 }
@@ -84,10 +75,10 @@ impl Fit {
         let empty = || DMatrix::from_element(0, 0, f64::NAN);
         let (u, v_t) = (svd.u.unwrap_or_else(empty), svd.v_t.unwrap_or_else(empty));
         let singular = &svd.singular_values;
-        let seen: Vec<usize> =
-            (0..singular.len()).filter(|i| sigma_rad_s / singular[*i] < UNSEEN_SIGMA).collect();
-        let mut back = v_t.select_rows(&seen).transpose();
-        for (mut column, i) in back.column_iter_mut().zip(&seen) {
+        let observed: Vec<usize> =
+            (0..singular.len()).filter(|i| sigma_rad_s / singular[*i] < UNOBSERVED_SIGMA).collect();
+        let mut to_unknowns = v_t.select_rows(&observed).transpose();
+        for (mut column, i) in to_unknowns.column_iter_mut().zip(&observed) {
             column /= singular[*i];
         }
         let mut variance = DVector::zeros(sensitivities.ncols());
@@ -95,18 +86,18 @@ impl Fit {
             let deviation = (sigma_rad_s / size).min(NO_INFORMATION_SIGMA);
             variance += direction.map(|x| (x * deviation).powi(2)).transpose();
         }
-        Self { reach: u.select_columns(&seen), back, sigma: variance.map(f64::sqrt) }
+        Self { basis: u.select_columns(&observed), to_unknowns, sigma: variance.map(f64::sqrt) }
     }
 
-    /// The unknowns that come nearest to these changes of the rates.
+    /// Unknowns that fit these changes of the rates best.
     fn solve(&self, change: &DVector<f64>) -> DVector<f64> {
-        &self.back * self.reach.tr_mul(change)
+        &self.to_unknowns * self.basis.tr_mul(change)
     }
 
-    /// The size of what they leave; none if that is rounding.
-    fn left_of(&self, change: &DVector<f64>) -> Option<f64> {
-        let left = (change - &self.reach * self.reach.tr_mul(change)).norm();
-        (left > IMITATED * change.norm()).then_some(left)
+    /// Norm of the residual of these changes; none if it is rounding error.
+    fn residual(&self, change: &DVector<f64>) -> Option<f64> {
+        let residual = (change - &self.basis * self.basis.tr_mul(change)).norm();
+        (residual > MIN_RESIDUAL_SHARE * change.norm()).then_some(residual)
     }
 }
 
