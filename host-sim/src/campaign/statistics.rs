@@ -59,7 +59,7 @@ pub fn reduce<'a>(scores: impl IntoIterator<Item = &'a Score>) -> Statistics {
     sums.statistics()
 }
 
-/// Counts and moments of the scores so far.
+/// Counts and moments of the scores.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     runs: usize,

@@ -1,4 +1,4 @@
-//! `window`: maximum-likelihood fit of each manoeuvre.
+//! `window`: Gauss-Newton fit of each manoeuvre as a whole.
 
 use fsw_core::estimator::window::{Config, Window};
 use fsw_core::{Real, WheelArray};

@@ -16,7 +16,8 @@
 //! - After a sudden change of the inertia, the sum starts again: the bound is of the data after the
 //!   last change, without knowledge from before.
 //! - A drift of the inertia is known: the unknown is a constant offset of its course. No estimator
-//!   knows the drift, so that its error may exceed the bound by some factor; NEES judges it instead.
+//!   has this knowledge, so that its error may exceed the bound by some factor. NEES is the measure
+//!   in this case.
 //!
 //! [`torque_effect`] has the error that an unmodelled constant torque causes.
 
