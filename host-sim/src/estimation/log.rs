@@ -1,6 +1,6 @@
 //! A log streamed through an estimator.
 
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Estimate, Outcome};
 
 use super::adapter::AnyEstimator;

@@ -39,7 +39,7 @@ fn of_published<T: Real, const W: usize>(
         config.rate_ekf.acceleration_doubt = T::zero();
     }
     if !setup.refuse_spikes {
-        config.spike_sigma = T::MAX;
+        config.spikes.limit_sigma = T::MAX;
     }
     setup.configure_gate(&mut config.gate);
     let estimator = EkfSgf::<T, W>::new(config, wheels)?;

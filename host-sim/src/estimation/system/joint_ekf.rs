@@ -60,7 +60,7 @@ fn configure<T: Real>(mut config: Config<T>, setup: &Setup<'_>) -> Config<T> {
         config.inertia_walk_kg_m2_sqrt_s = [walk; 6];
     }
     if !setup.refuse_spikes {
-        config.spike_sigma = T::MAX;
+        config.spikes.limit_sigma = T::MAX;
     }
     setup.configure_gate(&mut config.gate);
     config

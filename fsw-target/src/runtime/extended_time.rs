@@ -1,10 +1,9 @@
-//! Time in 64 bits from a counter of 32: what a board's clock is made of.
+//! 64-bit time from a 32-bit microsecond counter.
 //!
-//! Input: the counter, microseconds, whenever somebody asks for the time. Output: microseconds
-//! since the first reading of zero, as long as no two readings are further apart than a wrap of
-//! the counter (71 minutes).
+//! Input: the counter, at each request for the time. Output: microseconds since counter zero.
+//! Assumption: two readings are less than one wrap of the counter apart (71 minutes).
 
-/// The time of the last reading.
+/// Time of the last reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ExtendedTime {
     us: u64,
@@ -14,21 +13,21 @@ impl ExtendedTime {
     /// Time zero.
     pub const START: Self = Self { us: 0 };
 
-    /// The time at which the counter reads `count_us`: the first such after the last reading.
+    /// First time after the last reading at which the counter reads `count_us`.
     pub const fn advanced_to(self, count_us: u32) -> Self {
         let elapsed_us = count_us.wrapping_sub(self.us as u32);
         Self { us: self.us.wrapping_add(elapsed_us as u64) }
     }
 
-    /// The first time from `time_us` on at which the counter reads what it does now: further on by
-    /// whole wraps of it.
+    /// First time from `time_us` on at which the counter reads its present value: a whole number of
+    /// wraps ahead.
     pub const fn resumed_at(self, time_us: u64) -> Self {
         let behind_us = time_us.saturating_sub(self.us);
         let wraps = behind_us.div_ceil(1 << 32);
         Self { us: self.us.wrapping_add(wraps << 32) }
     }
 
-    /// Microseconds.
+    /// Time, µs.
     pub const fn us(self) -> u64 {
         self.us
     }
@@ -39,9 +38,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_goes_on_over_wraps_of_the_counter() {
+    fn time_continues_over_wraps_of_the_counter() {
         let mut time = ExtendedTime::START;
-        let step_us: u32 = 1_000_000_007; // more than four steps to a wrap, never twice the same
+        let step_us: u32 = 1_000_000_007; // more than four steps per wrap, at varying counts
         for readings in 1..=100_u64 {
             time = time.advanced_to((time.us() as u32).wrapping_add(step_us));
             assert_eq!(time.us(), readings * u64::from(step_us));
@@ -49,7 +48,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_resumes_is_never_behind_and_goes_on_from_its_counter() {
+    fn resumed_clock_is_never_behind_and_follows_its_counter() {
         let time = ExtendedTime::START.advanced_to(1_000);
         assert_eq!(time.resumed_at(900), time);
         let later = time.resumed_at(10_000_000_000);
@@ -58,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_count_is_the_same_time() {
+    fn same_count_is_the_same_time() {
         let time = ExtendedTime::START.advanced_to(u32::MAX);
         assert_eq!(time.advanced_to(u32::MAX), time);
         assert_eq!(time.advanced_to(0).us(), 1 << 32);

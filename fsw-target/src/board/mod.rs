@@ -31,12 +31,15 @@
 //! themselves, `Delay` waits and `now_us` tells the time. What restarts tell each other is in RAM that a reset
 //! leaves alone (`.uninit`).
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "stm32f405"))]
 pub mod stm32f405;
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "stm32f405"))]
 pub use stm32f405::*;
 
-/// Of the board's files, the one that the host can test.
+#[cfg(all(target_os = "none", not(any(feature = "stm32f405"))))]
+compile_error!("no board is selected: enable the cargo feature of one, for example `stm32f405`");
+
+/// The part of the board that is pure arithmetic, for its tests on the host.
 #[cfg(all(test, not(target_os = "none")))]
-#[path = "board/stm32f405/rates.rs"]
+#[path = "stm32f405/rates.rs"]
 mod rates;

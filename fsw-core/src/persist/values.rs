@@ -48,12 +48,34 @@ persist_number!(bool: false, |value, archive| match one(value.into(), archive) {
     1 => Some(true),
     _ => None,
 });
-persist_number!(f32: 0.0, |value, archive| {
-    Some(f32::from_bits(one(value.to_bits(), archive))).filter(|value| value.is_finite())
-});
-persist_number!(f64: 0.0, |value, archive| {
-    Some(f64::from_bits(two(value.to_bits(), archive))).filter(|value| value.is_finite())
-});
+/// A float: the words of its bits. A number that is not finite is rejected.
+impl<T: Real> Persist for T {
+    fn layout() -> u32 {
+        const { name(T::NAME) }
+    }
+
+    #[inline(never)]
+    fn persist(&mut self, archive: &mut Archive<'_>) {
+        let bits = self.to_bits();
+        let value = T::from_bits(if size_of::<T>() == size_of::<u32>() {
+            one(bits as u32, archive).into()
+        } else {
+            two(bits, archive)
+        });
+        if value.is_finite() {
+            *self = value;
+        } else {
+            archive.refuse(T::NAME);
+        }
+    }
+}
+
+impl<T: Real> Blank for T {
+    #[inline]
+    fn blank() -> Self {
+        T::zero()
+    }
+}
 
 fn one(mut word: u32, archive: &mut Archive<'_>) -> u32 {
     archive.word(&mut word);

@@ -1,15 +1,14 @@
-//! Time stamps of gyro samples, between the interrupt that takes them and the loop.
+//! Time stamps of gyro samples, from the interrupt to the flight loop.
 //!
-//! A gyro's registers hold its newest sample only. So only the newest stamp is of any use: with an
-//! older one the newest reading would be paired with a wrong time. A loop that comes late loses
-//! the samples in between, and they are counted.
+//! The gyro's registers hold its newest sample alone, so only the newest stamp belongs to a reading.
+//! Samples before it are lost to a late loop and count as overruns.
 
 use heapless::spsc::Queue;
 
-/// Stamps that wait, and one place that stays free. More would only be more to throw away.
+/// Capacity of the queue plus one free place. A longer queue would hold only stamps to discard.
 const PLACES: usize = 4;
 
-/// The stamps.
+/// Queue of time stamps.
 #[derive(Debug)]
 pub struct Stamps {
     queue: Queue<u64, PLACES>,
@@ -23,21 +22,21 @@ impl Default for Stamps {
 }
 
 impl Stamps {
-    /// None yet.
+    /// An empty queue.
     pub const fn new() -> Self {
         Self { queue: Queue::new(), overruns: 0 }
     }
 
-    /// A sample is ready, since `time_us`. If there is no room, the oldest stamp makes it.
+    /// Adds the stamp of a new sample. A full queue discards its oldest stamp as an overrun.
     pub fn push(&mut self, time_us: u64) {
         if self.queue.is_full() && self.queue.dequeue().is_some() {
             self.count_overrun();
         }
-        // There is room now.
+        // The queue has a free place here.
         let _ = self.queue.enqueue(time_us);
     }
 
-    /// The newest stamp, microseconds. Those that were older are counted as overruns.
+    /// Takes the newest stamp, µs. Older stamps count as overruns.
     pub fn take_newest(&mut self) -> Option<u64> {
         let mut newest = self.queue.dequeue()?;
         while let Some(newer) = self.queue.dequeue() {
@@ -47,24 +46,25 @@ impl Stamps {
         Some(newest)
     }
 
-    /// Throws away what waits, and counts none of it: those were no samples of a gyro that is set up.
+    /// Empties the queue without counting: stamps from before the gyro was configured.
     pub fn forget(&mut self) {
         while self.queue.dequeue().is_some() {}
     }
 
-    /// Throws away what waits: its samples are no longer in the gyro.
+    /// Empties the queue and counts every stamp as an overrun: their samples have been overwritten in
+    /// the gyro.
     pub fn drop_all(&mut self) {
         while self.queue.dequeue().is_some() {
             self.count_overrun();
         }
     }
 
-    /// Whether no stamp waits.
+    /// Whether the queue is empty.
     pub fn is_empty(&self) -> bool {
         self.queue.is_empty()
     }
 
-    /// Stamps that were thrown away since start-up. Stops at its maximum.
+    /// Discarded stamps since start-up; saturates.
     pub const fn overruns(&self) -> u32 {
         self.overruns
     }
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_loop_in_time_gets_every_stamp() {
+    fn loop_in_time_gets_every_stamp() {
         let mut stamps = Stamps::new();
         for time_us in (0..100).map(|sample| sample * 10_000) {
             stamps.push(time_us);
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_dropped_is_never_taken() {
+    fn discarded_stamps_are_never_taken() {
         let mut stamps = Stamps::new();
         stamps.push(1);
         stamps.push(2);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_late_loop_gets_the_newest_and_the_others_are_counted() {
+    fn late_loop_gets_the_newest_stamp_and_counts_the_others() {
         for late in 1..20_u32 {
             let mut stamps = Stamps::new();
             (1..=late).for_each(|sample| stamps.push(u64::from(sample)));

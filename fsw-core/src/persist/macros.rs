@@ -11,27 +11,27 @@
 ///
 /// All fields of a struct must be named, or it doesn't compile. Those after `unchanged` are
 /// configuration; without them the type is also
-/// [`Blank`](crate::checkpoint::Blank). What fails the condition is refused.
+/// [`Blank`](crate::persist::Blank). What fails the condition is refused.
 #[macro_export]
 macro_rules! persist {
     ([$($generics:tt)*] enum $type:ty { $(
         $tag:literal => $variant:ident
             $(($($item:ident: $of_item:ty),+))? $({$($part:ident: $of_part:ty),+})?
     ),+ $(,)? } $(if |$this:ident| $valid:expr)?) => {
-        impl<$($generics)*> $crate::checkpoint::Persist for $type {
+        impl<$($generics)*> $crate::persist::Persist for $type {
             fn layout() -> u32 {
-                use $crate::checkpoint as kept;
-                let layout = const { kept::name(stringify!($type)) };
+                use $crate::persist as stream;
+                let layout = const { stream::name(stringify!($type)) };
                 $(
-                    let layout = kept::mix(layout, const { kept::mix(kept::name(stringify!($variant)), $tag) });
-                    $($(let layout = kept::mix(layout, <$of_item as kept::Persist>::layout());)+)?
-                    $($(let layout = kept::mix(layout, <$of_part as kept::Persist>::layout());)+)?
+                    let layout = stream::mix(layout, const { stream::mix(stream::name(stringify!($variant)), $tag) });
+                    $($(let layout = stream::mix(layout, <$of_item as stream::Persist>::layout());)+)?
+                    $($(let layout = stream::mix(layout, <$of_part as stream::Persist>::layout());)+)?
                 )+
                 layout
             }
 
             #[inline(never)]
-            fn persist(&mut self, archive: &mut $crate::checkpoint::Archive<'_>) {
+            fn persist(&mut self, archive: &mut $crate::persist::Archive<'_>) {
                 let before: u32 = match self {
                     $(Self::$variant $(($($item),+))? $({$($part),+})? => {
                         $($(let _ = $item;)+)?
@@ -44,15 +44,15 @@ macro_rules! persist {
                 if tag != before {
                     *self = match tag {
                         $($tag => Self::$variant
-                            $(($(<$of_item as $crate::checkpoint::Blank>::blank()),+))?
-                            $({$($part: <$of_part as $crate::checkpoint::Blank>::blank()),+})?,)+
+                            $(($(<$of_item as $crate::persist::Blank>::blank()),+))?
+                            $({$($part: <$of_part as $crate::persist::Blank>::blank()),+})?,)+
                         _ => return archive.refuse(stringify!($type)),
                     };
                 }
                 match self {
                     $(Self::$variant $(($($item),+))? $({$($part),+})? => {
-                        $($($crate::checkpoint::Persist::persist($item, archive);)+)?
-                        $($($crate::checkpoint::Persist::persist($part, archive);)+)?
+                        $($($crate::persist::Persist::persist($item, archive);)+)?
+                        $($($crate::persist::Persist::persist($part, archive);)+)?
                     })+
                 }
                 $(
@@ -65,12 +65,12 @@ macro_rules! persist {
             }
         }
 
-        impl<$($generics)*> $crate::checkpoint::Blank for $type {
+        impl<$($generics)*> $crate::persist::Blank for $type {
             fn blank() -> Self {
                 $crate::persist!(@first $(
                     Self::$variant
-                        $(($(<$of_item as $crate::checkpoint::Blank>::blank()),+))?
-                        $({$($part: <$of_part as $crate::checkpoint::Blank>::blank()),+})?
+                        $(($(<$of_item as $crate::persist::Blank>::blank()),+))?
+                        $({$($part: <$of_part as $crate::persist::Blank>::blank()),+})?
                 );+)
             }
         }
@@ -78,18 +78,18 @@ macro_rules! persist {
     (@unchanged $archive:ident) => {};
     (@unchanged $archive:ident $($configured:ident)+) => {
         let before = $archive.set_configuration(true);
-        $($crate::checkpoint::Persist::persist($configured, $archive);)+
+        $($crate::persist::Persist::persist($configured, $archive);)+
         $archive.set_configuration(before);
     };
     (@first $first:expr $(; $other:expr)*) => { $first };
     ([$($generics:tt)*] $type:ty { $($field:ident),+ $(,)? } $(if |$this:ident| $valid:expr)?) => {
         $crate::persist!(
-            @kept [$($generics)*] $type { $($field),+; } $(if |$this| $valid)?
+            @fields [$($generics)*] $type { $($field),+; } $(if |$this| $valid)?
         );
 
-        impl<$($generics)*> $crate::checkpoint::Blank for $type {
+        impl<$($generics)*> $crate::persist::Blank for $type {
             fn blank() -> Self {
-                Self { $($field: $crate::checkpoint::Blank::blank()),+ }
+                Self { $($field: $crate::persist::Blank::blank()),+ }
             }
         }
     };
@@ -97,34 +97,34 @@ macro_rules! persist {
         $($field:ident),+; unchanged $($configured:ident),+ $(,)?
     } $(if |$this:ident| $valid:expr)?) => {
         $crate::persist!(
-            @kept [$($generics)*] $type { $($field),+; $($configured),+ } $(if |$this| $valid)?
+            @fields [$($generics)*] $type { $($field),+; $($configured),+ } $(if |$this| $valid)?
         );
     };
-    (@kept [$($generics:tt)*] $type:ty {
+    (@fields [$($generics:tt)*] $type:ty {
         $($field:ident),+; $($configured:ident),*
     } $(if |$this:ident| $valid:expr)?) => {
-        impl<$($generics)*> $crate::checkpoint::Persist for $type {
+        impl<$($generics)*> $crate::persist::Persist for $type {
             fn layout() -> u32 {
-                use $crate::checkpoint as kept;
-                let layout = const { kept::name(stringify!($type)) };
+                use $crate::persist as stream;
+                let layout = const { stream::name(stringify!($type)) };
                 $(
                     let layout =
-                        kept::mix(layout, const { !kept::name(stringify!($configured)) });
-                    let layout = kept::mix(layout, kept::layout_of(|this: &Self| &this.$configured));
+                        stream::mix(layout, const { !stream::name(stringify!($configured)) });
+                    let layout = stream::mix(layout, stream::layout_of(|this: &Self| &this.$configured));
                 )*
                 $(
-                    let layout = kept::mix(layout, const { kept::name(stringify!($field)) });
-                    let layout = kept::mix(layout, kept::layout_of(|this: &Self| &this.$field));
+                    let layout = stream::mix(layout, const { stream::name(stringify!($field)) });
+                    let layout = stream::mix(layout, stream::layout_of(|this: &Self| &this.$field));
                 )+
                 layout
             }
 
             #[inline(never)]
-            fn persist(&mut self, archive: &mut $crate::checkpoint::Archive<'_>) {
+            fn persist(&mut self, archive: &mut $crate::persist::Archive<'_>) {
                 // Without `..`: a field that isn't named doesn't compile.
                 let Self { $($configured,)* $($field),+ } = self;
                 $crate::persist!(@unchanged archive $($configured)*);
-                $($crate::checkpoint::Persist::persist($field, archive);)+
+                $($crate::persist::Persist::persist($field, archive);)+
                 $(
                     let $this = &*self;
                     let is_valid: bool = $valid;
