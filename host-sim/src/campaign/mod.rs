@@ -23,7 +23,7 @@ use crate::estimation::{EstimatorName, Precision, SetUpError, Setup, estimate_lo
 use crate::input::Scenario;
 use crate::simulation::log_of;
 use crate::truth::IntegrationFailed;
-pub use score::{MAX_CONVERGED_BOUNDS, MAX_HONEST_SIGMAS, MAX_OBSERVED_SHARE};
+pub use score::{MAX_CONSISTENT_SIGMAS, MAX_CONVERGED_BOUNDS, MAX_OBSERVED_SHARE};
 pub use score::{Reference, Score, Verdict};
 pub use statistics::{Statistics, nees_95, reduce};
 pub use truths::{Truth, Truths};
