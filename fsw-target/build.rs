@@ -19,7 +19,7 @@ use flight_input::{Craft, RecordedLog};
 use std::path::{Path, PathBuf};
 use std::{env, error::Error, fs, process::ExitCode};
 
-/// Wheels of the flight image: `fsw_steps::WHEELS`.
+/// Wheels of the flight image: `fsw_steps::WHEELS`, to which the compiler compares the constant.
 const WHEELS: usize = 4;
 
 /// File stems in `flights/`, each with a log (`.csv`) and its craft (`.craft.toml`).

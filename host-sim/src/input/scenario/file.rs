@@ -387,7 +387,7 @@ noise_rad_s = 1e-4
             let known: Vec<_> = known.iter().filter(|key| *key != "torque_is_smooth").collect();
             assert_eq!(known, table.names().iter().collect::<Vec<_>>(), "{}", table.header);
         }
-        let random = parse("xyzzy = 1\n[random_spacecraft]\n").unwrap_err().to_string();
+        let random = parse("aaa = 1\n[random_spacecraft]\n").unwrap_err().to_string();
         assert!(random.contains("known keys here: name, random_spacecraft, disturbance"));
     }
 }
