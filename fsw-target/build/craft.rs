@@ -55,9 +55,12 @@ fn check_keys(craft: &Craft, room: usize) -> Result<(), Rejection> {
     let image_has_none = [
         ("gyro.range_rad_s", craft.gyro.range_rad_s.is_some()),
         ("gyro.quantum_rad_s", craft.gyro.quantum_rad_s.is_some()),
-        ("filter.rate_walk_rad_s_sqrt_s", craft.rate_walk_rad_s_sqrt_s.is_some()),
-        ("filter.inertia_walk_kg_m2_sqrt_hour", craft.inertia_walk_kg_m2_sqrt_hour.is_some()),
-        ("filter.torque_is_smooth", craft.is_torque_smooth),
+        ("filter.rate_walk_rad_s_sqrt_s", craft.filter.rate_walk_rad_s_sqrt_s.is_some()),
+        (
+            "filter.inertia_walk_kg_m2_sqrt_hour",
+            craft.filter.inertia_walk_kg_m2_sqrt_hour.is_some(),
+        ),
+        ("filter.torque_is_smooth", craft.filter.is_torque_smooth),
         ("disturbance.torque", craft.solve_for.torque),
         ("disturbance.gyro_bias", craft.solve_for.gyro_bias),
     ];

@@ -4,9 +4,9 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Folders of `src` outside the fingerprint: the chip's own code and the images, which the host does
-/// not build.
-const LEFT_OUT: [&str; 2] = ["board", "bin"];
+/// Folders of `src` outside the fingerprint: core and board, which the host does not compile, and the
+/// images.
+const LEFT_OUT: [&str; 3] = ["arch", "board", "bin"];
 
 /// The constant `SOURCES`. `package` is the folder of this crate.
 pub fn fingerprint(package: &Path) -> Result<String, Box<dyn Error>> {
@@ -38,7 +38,7 @@ pub fn fingerprint(package: &Path) -> Result<String, Box<dyn Error>> {
         hash.add(content);
     }
     Ok(format!(
-        "/// Fingerprint of the sources: the core, this crate without board and images, and the\n\
+        "/// Fingerprint of the sources: fsw-core, this crate without core, board and images, and the\n\
          /// versions of all crates.\n\
          pub const SOURCES: u64 = {:#x};\n",
         hash.0

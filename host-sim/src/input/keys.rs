@@ -10,12 +10,12 @@ use super::scenario;
 const HEAD: &str = "\
 # Keys of scenario and craft files, columns of logs
 
-Tables, keys and columns as the readers know them. Any other key is rejected with the nearest known
-one. All quantities are in SI units, vectors in body axes. Inertia elements are tensor entries in the
-order `jxx jyy jzz jxy jxz jyz`.
+All tables, keys and columns of the input files. An unknown key is rejected; the error names the most
+similar known key. Quantities are in SI units, vectors in body axes. Inertia elements are tensor
+entries in the order `jxx jyy jzz jxy jxz jyz`.
 
-The page is generated from the readers, and a test compares the two. To regenerate it after a change
-of a key:
+The page is generated from the readers; a test compares the two. To regenerate it after a change of a
+key:
 
 ```console
 WRITE_KEYS=1 cargo test -p host-sim --lib keys

@@ -41,12 +41,8 @@ pub struct Craft {
     pub gyro: GyroData,
     /// Inertia expected before any measurement, if known.
     pub prior: Option<Prior>,
-    /// Process noise of the rate, (rad/s)/√s; none for that of the estimator.
-    pub rate_walk_rad_s_sqrt_s: Option<f64>,
-    /// Random walk of each inertia element, kg m²/√h; none for zero.
-    pub inertia_walk_kg_m2_sqrt_hour: Option<f64>,
-    /// Whether the external torque is smooth between its samples, as a sine; else linear.
-    pub is_torque_smooth: bool,
+    /// Process noise of the filters.
+    pub filter: Filter,
     /// Unknowns besides the inertia.
     pub solve_for: SolveFor,
     /// Initial state of a filter that starts from a guess. Drawn by a campaign; not a key.
@@ -96,12 +92,7 @@ impl Craft {
         if let Some(prior) = &self.prior {
             prior.write(&mut text);
         }
-        let filter = Filter {
-            rate_walk_rad_s_sqrt_s: self.rate_walk_rad_s_sqrt_s,
-            inertia_walk_kg_m2_sqrt_hour: self.inertia_walk_kg_m2_sqrt_hour,
-            is_torque_smooth: self.is_torque_smooth,
-        };
-        filter.write(&mut text);
+        self.filter.write(&mut text);
         self.solve_for.write(&mut text);
         text
     }
@@ -121,9 +112,7 @@ impl Craft {
             wheels,
             gyro,
             prior,
-            rate_walk_rad_s_sqrt_s: filter.rate_walk_rad_s_sqrt_s,
-            inertia_walk_kg_m2_sqrt_hour: filter.inertia_walk_kg_m2_sqrt_hour,
-            is_torque_smooth: filter.is_torque_smooth,
+            filter,
             solve_for: SolveFor { torque, gyro_bias },
             initial_estimate: None,
         })
@@ -170,9 +159,11 @@ mod tests {
                 inertia_kg_m2: [25.0, 25.0, 25.0, 2.0, 2.0, 2.0],
                 sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
             }),
-            rate_walk_rad_s_sqrt_s: Some(1e-6),
-            inertia_walk_kg_m2_sqrt_hour: Some(0.25),
-            is_torque_smooth: true,
+            filter: Filter {
+                rate_walk_rad_s_sqrt_s: Some(1e-6),
+                inertia_walk_kg_m2_sqrt_hour: Some(0.25),
+                is_torque_smooth: true,
+            },
             solve_for: SolveFor { torque: true, gyro_bias: false },
             initial_estimate: None,
         };
@@ -180,11 +171,9 @@ mod tests {
         assert!((again.wheels[0].axis - craft.wheels[0].axis).norm() < 1e-15);
         assert_eq!(again.wheels[0].name, craft.wheels[0].name);
         assert_eq!(
-            (again.gyro, again.prior, again.rate_walk_rad_s_sqrt_s, again.solve_for),
-            (craft.gyro, craft.prior, craft.rate_walk_rad_s_sqrt_s, craft.solve_for)
+            (again.gyro, again.prior, again.filter, again.solve_for),
+            (craft.gyro, craft.prior, craft.filter, craft.solve_for)
         );
-        assert_eq!(again.inertia_walk_kg_m2_sqrt_hour, Some(0.25));
-        assert!(again.is_torque_smooth);
         let bare = Craft::default();
         assert_eq!(Craft::from_toml("craft.toml", &bare.to_toml()).unwrap(), bare);
     }

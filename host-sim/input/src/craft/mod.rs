@@ -32,6 +32,7 @@ pub mod wheel;
 
 pub use disturbance::SolveFor;
 pub use file::{Craft, InitialEstimate, TABLES};
+pub use filter::Filter;
 pub use gyro::GyroData;
 pub use prior::Prior;
 pub use wheel::{MAX_WHEELS, Wheel};

@@ -25,10 +25,16 @@ pub const COLUMNS: [Key; 12] = [
     column(TORQUE[0], "N m", FINITE, "External torque about x").or(ZERO_WITH_ALL),
     column(TORQUE[1], "N m", FINITE, "External torque about y").or(ZERO_WITH_ALL),
     column(TORQUE[2], "N m", FINITE, "External torque about z").or(ZERO_WITH_ALL),
-    column(ATTITUDE[0], "", FINITE, "Attitude quaternion, x of the vector part").or(NONE_WITH_ALL),
-    column(ATTITUDE[1], "", FINITE, "Attitude quaternion, y of the vector part").or(NONE_WITH_ALL),
-    column(ATTITUDE[2], "", FINITE, "Attitude quaternion, z of the vector part").or(NONE_WITH_ALL),
-    column(ATTITUDE[3], "", FINITE, "Attitude quaternion, scalar part").or(NONE_WITH_ALL),
+    column(
+        ATTITUDE[0],
+        "",
+        FINITE,
+        "Attitude quaternion, inertial to body axes: x of the vector part",
+    )
+    .or(NONE_WITH_ALL),
+    column(ATTITUDE[1], "", FINITE, "y of its vector part").or(NONE_WITH_ALL),
+    column(ATTITUDE[2], "", FINITE, "z of its vector part").or(NONE_WITH_ALL),
+    column(ATTITUDE[3], "", FINITE, "Its scalar part").or(NONE_WITH_ALL),
 ];
 
 const fn column(

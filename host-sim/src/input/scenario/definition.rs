@@ -1,6 +1,6 @@
 //! A scenario: a spacecraft and its flight.
 
-use flight_input::craft::{Craft, GyroData, InitialEstimate, Prior, SolveFor};
+use flight_input::craft::{Craft, Filter, GyroData, InitialEstimate, Prior, SolveFor};
 use fsw_core::Inertia;
 use nalgebra::Vector3;
 
@@ -37,10 +37,8 @@ pub struct Scenario {
     pub solve_for: SolveFor,
     /// Prior inertia of the estimator, if any.
     pub prior: Option<Prior>,
-    /// Process noise of the rate, (rad/s)/√s; none for that of the estimator.
-    pub rate_walk_rad_s_sqrt_s: Option<f64>,
-    /// Random walk of each inertia element, kg m²/√h; none for zero.
-    pub inertia_walk_kg_m2_sqrt_hour: Option<f64>,
+    /// Process noise of the filters. The smoothness of the torque is that of its profile.
+    pub filter: Filter,
     /// Differences between the runs of a campaign.
     pub dispersion: Dispersion,
     /// Initial state of the estimator, once drawn: see [`Scenario::of_seed`].
@@ -67,8 +65,7 @@ impl Scenario {
             disturbance_torque_n_m: Vector3::zeros(),
             solve_for: SolveFor::default(),
             prior: None,
-            rate_walk_rad_s_sqrt_s: None,
-            inertia_walk_kg_m2_sqrt_hour: None,
+            filter: Filter::default(),
             dispersion: Dispersion::default(),
             initial_estimate: None,
         }
@@ -91,9 +88,7 @@ impl Scenario {
                 quantum_rad_s: self.gyro.quantum_rad_s,
             },
             prior: physical.or_else(|| self.prior.clone()),
-            rate_walk_rad_s_sqrt_s: self.rate_walk_rad_s_sqrt_s,
-            inertia_walk_kg_m2_sqrt_hour: self.inertia_walk_kg_m2_sqrt_hour,
-            is_torque_smooth: self.torque.is_smooth(),
+            filter: Filter { is_torque_smooth: self.torque.is_smooth(), ..self.filter },
             solve_for: self.solve_for,
             initial_estimate: self.initial_estimate.clone(),
         }

@@ -179,8 +179,7 @@ impl ScenarioFile {
             disturbance_torque_n_m: disturbance.torque_n_m,
             solve_for: disturbance.solve_for,
             prior,
-            rate_walk_rad_s_sqrt_s: filter.rate_walk_rad_s_sqrt_s,
-            inertia_walk_kg_m2_sqrt_hour: filter.inertia_walk_kg_m2_sqrt_hour,
+            filter,
             dispersion,
             ..Scenario::free(self.name, duration_s, spacecraft, gyro)
         })
