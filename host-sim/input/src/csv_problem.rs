@@ -39,7 +39,7 @@ pub enum CsvProblem {
 
     /// Wheel speeds of another number of wheels than the craft file describes.
     #[error(
-        "the log has {log} wheel columns, but the craft has {craft} wheels{}",
+        "wheel columns of the log: {log}, [[wheel]] tables of the craft file: {craft}{}",
         wheel_advice(*.craft)
     )]
     WheelColumns {

@@ -25,8 +25,8 @@ pub fn principal_moments(tensor: &Matrix3<f64>) -> [f64; 3] {
     moments
 }
 
-/// Whether a rigid body can have these principal moments, ascending: all positive, the largest no
-/// more than the sum of the other two.
+/// Criterion of a rigid body for its principal moments, ascending: all positive, the largest at most
+/// the sum of the other two.
 pub fn is_physical(moments: &[f64; 3]) -> bool {
     let [smallest, middle, largest] = moments;
     *smallest > 0.0 && *largest <= (smallest + middle) * (1.0 + TRIANGLE_TOLERANCE)

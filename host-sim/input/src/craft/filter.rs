@@ -60,7 +60,7 @@ pub struct Filter {
     pub rate_walk_rad_s_sqrt_s: Option<f64>,
     /// Random walk of each inertia element, kg m²/√h; none for zero.
     pub inertia_walk_kg_m2_sqrt_hour: Option<f64>,
-    /// Whether the external torque is smooth between its samples; else linear.
+    /// External torque between its samples: smooth if true, else linear.
     pub is_torque_smooth: bool,
 }
 

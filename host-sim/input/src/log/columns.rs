@@ -86,7 +86,7 @@ impl Columns {
     }
 }
 
-/// Whether a log has a column of this name.
+/// True for the name of a log column.
 fn is_known(name: &str) -> bool {
     name == TIME
         || GYRO.contains(&name)
@@ -95,7 +95,7 @@ fn is_known(name: &str) -> bool {
         || is_wheel(name)
 }
 
-/// Whether a column is called `wheel_1_rad_s` or the like, with any number.
+/// True for `wheel_N_rad_s` with any number N.
 fn is_wheel(name: &str) -> bool {
     name.strip_prefix("wheel_")
         .and_then(|rest| rest.strip_suffix("_rad_s"))

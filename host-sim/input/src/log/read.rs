@@ -15,7 +15,7 @@ impl RecordedLog {
     ///
     /// # Errors
     /// The file cannot be read, a column is missing, the wheel columns do not match, a cell is not a
-    /// finite number, or time does not increase by at least 1 µs.
+    /// finite number, or the microsecond of a row is not later than that of the previous row.
     pub fn load(path: &Path, wheel_count: usize) -> Result<Self, InputError> {
         Self::from_source(&CsvSource::read(path)?, wheel_count)
     }
@@ -164,8 +164,8 @@ mod tests {
         let more = read(&text, 2).unwrap_err().to_string();
         assert_eq!(
             more,
-            "log.csv:1: the log has 1 wheel columns, but the craft has 2 wheels; the log must \
-             have exactly the columns wheel_1_rad_s to wheel_2_rad_s"
+            "log.csv:1: wheel columns of the log: 1, [[wheel]] tables of the craft file: 2; the log \
+             must have exactly the columns wheel_1_rad_s to wheel_2_rad_s"
         );
         let none = read(&text, 0).unwrap_err().to_string();
         assert!(none.ends_with("add one [[wheel]] table per column to the craft file"), "{none}");

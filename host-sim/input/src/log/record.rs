@@ -9,7 +9,7 @@ pub struct RecordedLog {
     pub rows: Vec<LogRow>,
     /// Time stamp of the first row in the log's own time scale, s.
     pub start_s: f64,
-    /// Whether the log has torque columns; without them the torque of each row is zero.
+    /// True if the log has torque columns; otherwise the torque of each row is zero.
     pub has_torque: bool,
     /// Notes to the user, one sentence each: the ignored columns.
     pub notes: Vec<String>,

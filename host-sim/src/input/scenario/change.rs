@@ -35,14 +35,9 @@ const IN_FLIGHT: Range =
     Range::new("after the start and the previous change, before the end of the flight", |_| true);
 
 const TIME: Key = Key::required("time_s", NUMBER, "s", IN_FLIGHT, "Time since the start");
-const FACTOR: Key = Key::required(
-    "inertia_factor",
-    ELEMENTS,
-    "",
-    FINITE,
-    "Factor of each inertia element; this or `inertia_kg_m2`",
-)
-.or("see `inertia_kg_m2`");
+const FACTOR: Key =
+    Key::required("inertia_factor", ELEMENTS, "", FINITE, "Factor of each inertia element")
+        .or("required without `inertia_kg_m2`");
 const INERTIA: Key = Key::required(
     "inertia_kg_m2",
     ELEMENTS,
@@ -50,7 +45,7 @@ const INERTIA: Key = Key::required(
     PHYSICAL,
     "New `jxx jyy jzz jxy jxz jyz`, wheels included and locked",
 )
-.or("see `inertia_factor`");
+.or("required without `inertia_factor`");
 const RATE: Key = Key::required(
     "inertia_rate_per_hour",
     ELEMENTS,
@@ -106,7 +101,7 @@ pub struct Stretch {
 }
 
 impl Changes {
-    /// Whether the inertia drifts.
+    /// True if the inertia drifts.
     pub fn drifts(&self) -> bool {
         self.drift_per_hour.iter().any(|share| *share != 0.0)
     }

@@ -25,8 +25,8 @@ use super::problem::ScenarioProblem;
 use super::spacecraft::attitude;
 use super::wheel::SimulatedWheel;
 
-/// Least singular value of the matrix of unit axes that span three dimensions. Below it, some torque
-/// on the body takes a thousand times as much motor torque.
+/// Least singular value of the matrix of unit wheel axes: below it the axes do not span three
+/// dimensions, as some torque on the body takes 1,000 times as much motor torque.
 const LEAST_SPAN: f64 = 1e-3;
 
 const TARGET: Key = Key::required(

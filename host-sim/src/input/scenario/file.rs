@@ -38,7 +38,8 @@ const DURATION: Key = Key::required(
 
 const ROOT: Table = Table {
     header: "",
-    about: "Keys above the first table, and the tables.",
+    about: "Keys above the first table, and the tables. A scenario of random spacecraft has only \
+            `name`, `[random_spacecraft]` and `[disturbance]`.",
     keys: &[
         NAME,
         DURATION,
@@ -77,7 +78,7 @@ pub const TABLES: [Table; 15] = [
     random_spacecraft::TABLE,
 ];
 
-/// Tells a scenario of random spacecraft from one of a single spacecraft.
+/// Discriminator: a scenario of random spacecraft, or of a single one.
 #[derive(Deserialize)]
 struct Kind {
     random_spacecraft: Option<IgnoredAny>,

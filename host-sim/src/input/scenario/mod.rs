@@ -18,7 +18,7 @@
 //! ```
 //!
 //! [`keys`](super::keys) lists every key. Each table has a file of its own with its type, keys and
-//! checks; [`file`] combines them.
+//! checks; `file` combines them.
 
 mod built_in;
 pub mod change;

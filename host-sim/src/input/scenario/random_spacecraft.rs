@@ -24,13 +24,13 @@ use super::limits::{MAX_RATE_HZ, MAX_SAMPLES};
 /// Type of a range of values.
 const PAIR: &str = "2 numbers";
 
-const ASCENDING: Range = Range::new("two positive numbers in ascending order", |x| x > 0.0);
+const ASCENDING: Range = Range::new("two positive numbers, the second no smaller", |x| x > 0.0);
 const RATES: Range =
-    Range::new("two positive numbers in ascending order, at most 100 kHz", |rate| {
+    Range::new("two positive numbers, the second no smaller, at most 100 kHz", |rate| {
         rate > 0.0 && rate <= MAX_RATE_HZ
     });
 const SAMPLE_COUNTS: Range =
-    Range::new("two positive numbers in ascending order, at most 1e7", |samples| {
+    Range::new("two positive numbers, the second no smaller, at most 1e7", |samples| {
         samples > 0.0 && samples <= MAX_SAMPLES
     });
 

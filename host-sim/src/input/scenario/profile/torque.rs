@@ -56,7 +56,7 @@ impl TorqueProfile {
     /// No torque at any time.
     pub const ZERO: Self = Self::Constant { value_n_m: 0.0 };
 
-    /// Whether the torque is smooth between its samples, rather than linear.
+    /// True if the torque is smooth between its samples; otherwise it is linear.
     pub fn is_smooth(&self) -> bool {
         match self {
             Self::Constant { .. } | Self::Table { .. } => false,
@@ -120,7 +120,7 @@ impl Sine {
 }
 
 impl ExternalTorque {
-    /// Whether the torque about any axis is smooth between its samples.
+    /// True if the torque about any axis is smooth between its samples.
     pub fn is_smooth(&self) -> bool {
         self.axes.iter().any(TorqueProfile::is_smooth)
     }
