@@ -115,7 +115,9 @@ fn note_ignored_keys(scenario: &Scenario) {
     if craft.solve_for.torque || craft.solve_for.gyro_bias {
         eprintln!("note: the flight image estimates the inertia alone; [disturbance] is ignored");
     }
-    if craft.rate_walk_rad_s_sqrt_s.is_some() || craft.inertia_walk_kg_m2_sqrt_hour.is_some() {
+    if craft.filter.rate_walk_rad_s_sqrt_s.is_some()
+        || craft.filter.inertia_walk_kg_m2_sqrt_hour.is_some()
+    {
         eprintln!("note: the flight image has no process noise; [filter] is ignored");
     }
     let gyro = &scenario.gyro;

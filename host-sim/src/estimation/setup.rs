@@ -49,7 +49,10 @@ impl Setup<'_> {
     /// Random walk of each element of the inertia, kg m²/√s, if the craft states one.
     pub(super) fn inertia_walk_kg_m2_sqrt_s<T: Real>(&self) -> Option<T> {
         const SQRT_SECONDS_PER_HOUR: f64 = 60.0;
-        self.craft.inertia_walk_kg_m2_sqrt_hour.map(|walk| T::lit(walk / SQRT_SECONDS_PER_HOUR))
+        self.craft
+            .filter
+            .inertia_walk_kg_m2_sqrt_hour
+            .map(|walk| T::lit(walk / SQRT_SECONDS_PER_HOUR))
     }
 
     /// Gyro range of the craft, and the longest gap that is bridged by prediction.

@@ -50,7 +50,7 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
     }
     config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(TORQUE_SIGMA_N_M));
     config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(BIAS_SIGMA_RAD_S));
-    config.is_torque_smooth = setup.craft.is_torque_smooth;
+    config.is_torque_smooth = setup.craft.filter.is_torque_smooth;
     let block_samples = (SHORTEST_BLOCK_S / setup.sample_period_s).round();
     config.block_samples = config.block_samples.max(block_samples as u32);
     setup.configure_gate(&mut config.gate);
