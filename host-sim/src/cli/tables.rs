@@ -7,7 +7,7 @@ use clap::Args;
 use super::campaign::{progress_bar, stop_on_ctrl_c};
 use super::{Failure, print};
 use crate::papers::Papers;
-use crate::report::papers_dir::write_papers;
+use crate::report::published::folder::write_papers;
 use crate::report::tables_text;
 
 #[derive(Debug, Args)]
@@ -29,21 +29,21 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { runs, seed, out, json } = arguments;
     let stop = stop_on_ctrl_c();
-    let papers = Papers::new()?;
+    let papers = Papers::load()?;
     let bar = progress_bar(*runs, "runs");
-    let flown = papers.fly(*seed, *runs, &stop, || bar.inc(1));
+    let reproduction = papers.fly(*seed, *runs, &stop, || bar.inc(1));
     bar.finish_and_clear();
-    let flown = flown?;
-    let complete = flown.runs();
+    let reproduction = reproduction?;
+    let complete = reproduction.runs();
     if complete == 0 {
         return Err(Failure::Interrupted);
     }
     if complete < *runs {
         eprintln!("note: stopped after {complete} of {runs} runs; this is their result");
     }
-    let report = papers.tables(&flown);
+    let report = reproduction.tables();
     if let Some(folder) = out {
-        write_papers(folder, &report, &papers.figures(&flown)?)?;
+        write_papers(folder, &report, &reproduction.figures()?)?;
     }
     print(*json, &report, &tables_text(&report))
 }
