@@ -8,7 +8,7 @@ use fsw_target::link::command::Command;
 use host_sim::input::Scenario;
 use host_sim::pil::compare::After;
 use host_sim::pil::firmware::Image;
-use host_sim::pil::{BrokenBit, Flown, Mission, PilFailed, fly};
+use host_sim::pil::{BrokenBit, Mission, PilFailed, PilFlight, fly};
 use host_sim::truth::Flight;
 use target_tools::budgets;
 
@@ -33,7 +33,7 @@ const SPIN_UP: Plan = Plan {
 };
 
 /// Flies the firmware and the host, and sees that the firmware's stack is enough.
-fn fly_plan(plan: &Plan) -> Result<Result<Flown, PilFailed>> {
+fn fly_plan(plan: &Plan) -> Result<Result<PilFlight, PilFailed>> {
     let mut scenario = Scenario::load(plan.scenario)?;
     scenario.duration_s = plan.duration_s.unwrap_or(scenario.duration_s);
     let flight = Flight::simulate(&scenario)?;

@@ -17,7 +17,7 @@ use crate::input::log::LogRow;
 use crate::input::scenario::DEFAULT_SCENARIO;
 use crate::pil::firmware::Image;
 use crate::pil::software::{Readings, Software};
-use crate::pil::{Flown as FlownTwice, Mission, PilFailed, fly, setup};
+use crate::pil::{Mission, PilFailed, PilFlight, fly, setup};
 use crate::recording::history_row;
 use crate::report::json::{PilReport, TargetReport};
 use crate::report::{HistoryRow, ReportFolder, RunReport, Simulated, table};
@@ -180,7 +180,7 @@ fn log_row(readings: &Readings, line: u64) -> LogRow {
 fn of_flight(
     mission: &Mission<'_>,
     name: EstimatorName,
-    flown: &FlownTwice,
+    flown: &PilFlight,
     wall: Duration,
 ) -> PilReport {
     let estimate = on_board(flown.onboard.clone(), None).estimate();
