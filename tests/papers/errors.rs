@@ -1,6 +1,6 @@
 //! Estimation errors of a built-in scenario over seeds, and their statistics.
 
-use host_sim::estimation::{EstimatorName, Precision, Setup, fly, set_up};
+use host_sim::estimation::{EstimatorName, Precision, Setup, estimate_log, set_up};
 use host_sim::input::scenario::Scenario;
 use host_sim::simulation::log_of;
 use host_sim::truth::Flight;
@@ -32,7 +32,7 @@ pub fn errors_percent(name: &str, estimator: EstimatorName, at_s: &[f64]) -> Vec
         })
         .unwrap();
         let mut errors = Vec::new();
-        fly(&log_of(&scenario, &flight, seed), estimator, |row, _, estimator| {
+        estimate_log(&log_of(&scenario, &flight, seed), estimator, |row, _, estimator| {
             if at_s.iter().any(|at| (row.time_us as f64 * 1e-6 - at).abs() < SAME_TIME_S) {
                 let found = estimator.estimate().inertia.elements_kg_m2();
                 errors.push(std::array::from_fn(|i| 100.0 * (found[i] / truth[i] - 1.0)));

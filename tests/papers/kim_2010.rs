@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use fsw_core::Status;
-use host_sim::campaign::{Campaign, Run, Truths};
+use host_sim::campaign::{Campaign, CampaignRun, Truths};
 use host_sim::estimation::{EstimatorName, Precision};
 use host_sim::input::Scenario;
 
@@ -24,7 +24,7 @@ const SUGGESTED_PRODUCTS: f64 = 0.6;
 const BATCH_ELEMENTS: f64 = 0.15;
 
 /// Twenty runs of one method.
-fn runs(estimator: EstimatorName) -> Vec<Run> {
+fn runs(estimator: EstimatorName) -> Vec<CampaignRun> {
     let scenario = Scenario::load("kim-2010-slew").unwrap();
     let truths = Truths::simulate(&scenario).unwrap();
     let campaign = Campaign {
@@ -35,12 +35,16 @@ fn runs(estimator: EstimatorName) -> Vec<Run> {
         first_seed: 0,
         runs: 20,
     };
-    campaign.fly(&AtomicBool::new(false), || ()).unwrap()
+    campaign.run_all(&AtomicBool::new(false), || ()).unwrap()
 }
 
 /// Largest relative difference of an element from the published one, over the runs.
-fn worst_difference(runs: &[Run], table: &[f64; 6], elements: std::ops::Range<usize>) -> f64 {
-    let share = |run: &Run, i: usize| (run.score.inertia_kg_m2[i] / table[i] - 1.0).abs();
+fn worst_difference(
+    runs: &[CampaignRun],
+    table: &[f64; 6],
+    elements: std::ops::Range<usize>,
+) -> f64 {
+    let share = |run: &CampaignRun, i: usize| (run.score.inertia_kg_m2[i] / table[i] - 1.0).abs();
     runs.iter().flat_map(|run| elements.clone().map(move |i| share(run, i))).fold(0.0, f64::max)
 }
 

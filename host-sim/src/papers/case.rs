@@ -1,25 +1,16 @@
 //! A scenario with its true motion and its bound, flown by several estimators and seeds.
 
 use super::paper::PapersFailed;
-use crate::campaign::statistics::Yardstick;
+use crate::campaign::Reference;
 use crate::estimation::{
-    AnyEstimator, EstimatorName, Flown, Precision, SetUpError, Setup, fly, set_up,
+    AnyEstimator, EstimationResult, EstimatorName, Method, Precision, SetUpError, Setup,
+    estimate_log, set_up,
 };
 use crate::input::log::LogRow;
 use crate::input::{Craft, Scenario};
-use crate::recording::history_row;
 use crate::report::HistoryRow;
 use crate::simulation::log_of;
 use crate::truth::Flight;
-
-/// An estimator and its precision.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Method {
-    /// Estimator.
-    pub estimator: EstimatorName,
-    /// Precision.
-    pub precision: Precision,
-}
 
 /// The own estimator in the precision that flies, for comparison with the published ones.
 pub const OWN: Method = Method { estimator: EstimatorName::Window, precision: Precision::F32 };
@@ -64,9 +55,9 @@ impl Case {
     }
 
     /// Truth and bound, against which an estimate is scored.
-    pub fn yardstick(&self) -> Yardstick {
+    pub fn reference(&self) -> Reference {
         let bound_kg_m2 = self.flight.bound.sigma_kg_m2;
-        Yardstick { truth_kg_m2: *self.truth_kg_m2(), bound_kg_m2 }
+        Reference { truth_kg_m2: *self.truth_kg_m2(), bound_kg_m2 }
     }
 
     /// Bound of an element, one sigma, kg m². None if the element is not observed.
@@ -96,10 +87,10 @@ impl Case {
         method: Method,
         seed: u64,
         mut watch: impl FnMut(usize, &dyn AnyEstimator),
-    ) -> Result<Flown, SetUpError> {
+    ) -> Result<EstimationResult, SetUpError> {
         let log = log_of(&self.scenario, &self.flight, seed);
         let mut index = 0;
-        Ok(fly(&log, self.set_up(method)?, |_, _, estimator| {
+        Ok(estimate_log(&log, self.set_up(method)?, |_, _, estimator| {
             watch(index, estimator);
             index += 1;
         }))
@@ -116,8 +107,8 @@ impl Case {
     ) -> Result<(Vec<LogRow>, Vec<HistoryRow>), SetUpError> {
         let log = log_of(&self.scenario, &self.flight, seed);
         let mut history = Vec::with_capacity(log.len());
-        fly(&log, self.set_up(method)?, |row, outcome, estimator| {
-            history.push(history_row(row, outcome, estimator));
+        estimate_log(&log, self.set_up(method)?, |row, outcome, estimator| {
+            history.push(HistoryRow::new(row, outcome, estimator));
         });
         Ok((log, history))
     }

@@ -11,7 +11,7 @@ use super::case::{Case, OWN};
 use super::distribution::Distribution;
 use super::paper::{Paper, PapersFailed};
 use super::rank_test::regressor;
-use crate::campaign::statistics::{Score, Statistics, Verdict, reduce};
+use crate::campaign::{Score, Statistics, Verdict, reduce};
 use crate::estimation::{Precision, SetUpError};
 use crate::input::log::LogRow;
 use crate::report::published::{PaperFigure, PublishedTable, Row};
@@ -78,7 +78,7 @@ impl Estimates {
         Ok(Self {
             plain: solve(&log, &regressors, 0),
             instrumental: solve(&log, &regressors, LAG),
-            own: case.yardstick().score(&own),
+            own: case.reference().score(&own),
         })
     }
 }
@@ -192,12 +192,12 @@ impl ElHariry2026 {
     fn over_bound(&self, trials: &[ElHariry2026Trial]) -> PublishedTable {
         let mut rows = Vec::new();
         for (profile, name) in PROFILES.iter().enumerate() {
-            let yardstick = self.cases[profile].yardstick();
+            let reference = self.cases[profile].reference();
             let flights = || trials.iter().map(|trial| &trial.profiles[profile]);
             let own = reduce(flights().map(|flight| &flight.own));
             let instrumental: [Option<f64>; 6] = std::array::from_fn(|i| {
-                let bound = yardstick.bound_kg_m2[i]?;
-                let error = |e: &Estimates| (e.instrumental[i] - yardstick.truth_kg_m2[i]) / bound;
+                let bound = reference.bound_kg_m2[i]?;
+                let error = |e: &Estimates| (e.instrumental[i] - reference.truth_kg_m2[i]) / bound;
                 let square = flights().map(|flight| error(flight).powi(2)).sum::<f64>();
                 Some((square / trials.len() as f64).sqrt())
             });

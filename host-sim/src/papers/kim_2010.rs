@@ -1,9 +1,9 @@
 //! \[Kim2010\]: four estimators by conservation of angular momentum, on one slew with three wheels.
 
-use super::case::{Case, Method, OWN};
+use super::case::{Case, OWN};
 use super::distribution::Distribution;
 use super::paper::{Paper, PapersFailed};
-use crate::estimation::{EstimatorName, Precision};
+use crate::estimation::{EstimatorName, Method, Precision};
 use crate::input::ELEMENT_NAMES;
 use crate::report::plots::{Colour, Dot, Figure, Mark, Panel, PlotError, Series, flight};
 use crate::report::published::{PaperFigure, PublishedTable, Row};

@@ -3,10 +3,10 @@
 //! The slides print the errors of a single flight, and the errors over time averaged over 10,000
 //! flights.
 
-use super::case::{Case, Method, OWN};
+use super::case::{Case, OWN};
 use super::distribution::Distribution;
 use super::paper::{Paper, PapersFailed};
-use crate::estimation::{EstimatorName, Precision, SetUpError};
+use crate::estimation::{EstimatorName, Method, Precision, SetUpError};
 use crate::input::ELEMENT_NAMES;
 use crate::report::plots::flight;
 use crate::report::published::{PaperFigure, PublishedTable, Row};

@@ -1,7 +1,8 @@
 //! Construction of a published table and its rows from the statistics of the trials.
 
-use super::case::{Case, Method, OWN};
+use super::case::{Case, OWN};
 use super::distribution::Distribution;
+use crate::estimation::Method;
 use crate::report::published::{PublishedTable, Row};
 
 impl PublishedTable {

@@ -10,7 +10,7 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 use fsw_target::flight::selected::SelectedEstimator;
 use fsw_target::link::command::Command;
 use fsw_target::link::frame::Frame;

@@ -12,9 +12,11 @@
 //! ground ───────► packet: one line of text or JSON per telemetry packet
 //! ```
 //!
-//! The reports are plain numbers without types of the flight core. Elements of an inertia tensor are
-//! ordered `jxx jyy jzz jxy jxz jyz`.
+//! The documents are plain numbers without types of the flight core. `assemble`, `campaign` and `pil`
+//! fill them from results. Elements of an inertia tensor are ordered `jxx jyy jzz jxy jxz jyz`.
 
+mod assemble;
+mod campaign;
 mod columns;
 mod files;
 pub mod history;
@@ -22,6 +24,8 @@ pub mod json;
 mod number;
 pub mod out_dir;
 pub mod packet;
+#[cfg(unix)]
+pub mod pil;
 pub mod plots;
 pub mod published;
 pub mod runs;

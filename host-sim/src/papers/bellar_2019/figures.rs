@@ -1,7 +1,7 @@
 //! Figures 1 to 8 of \[Bellar2019\].
 
 use super::trial::{Bellar2019, Bellar2019Trial, CAMPAIGN, CHECKED_EVERY, PUBLISHED};
-use crate::campaign::statistics::Verdict;
+use crate::campaign::Verdict;
 use crate::input::ELEMENT_NAMES;
 use crate::papers::case::OWN;
 use crate::papers::paper::{Paper, PapersFailed};
@@ -79,7 +79,7 @@ impl Bellar2019 {
         elements: std::ops::Range<usize>,
         trials: &[Bellar2019Trial],
     ) -> Result<String, PlotError> {
-        let typical = self.truths.typical(trials.iter().map(|trial| trial.campaign[0].yardstick));
+        let typical = self.truths.typical(trials.iter().map(|trial| trial.campaign[0].reference));
         let panel = |i: usize| {
             let bound_percent =
                 typical.bound_kg_m2[i].map_or(1.0, |b| 100.0 * b / typical.truth_kg_m2[i].abs());

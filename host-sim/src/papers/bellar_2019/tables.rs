@@ -3,9 +3,10 @@
 use fsw_core::Inertia;
 
 use super::trial::{Bellar2019, Bellar2019Trial, CAMPAIGN, OneFlight, PUBLISHED};
-use crate::campaign::statistics::{FAR, SURE, Verdict};
+use crate::campaign::{MAX_CONVERGED_BOUNDS, MAX_HONEST_SIGMAS, Verdict};
+use crate::estimation::Method;
 use crate::input::ELEMENT_NAMES;
-use crate::papers::case::{Method, OWN};
+use crate::papers::case::OWN;
 use crate::papers::distribution::Distribution;
 use crate::papers::paper::Paper;
 use crate::report::published::{PublishedTable, Row};
@@ -138,8 +139,8 @@ impl Bellar2019 {
         format!(
             "The initial tensor is uniform within ±30 and ±2 kg m². It is physical in \
              {physical_percent:.1} % of the runs; in seven of eight a moment is negative. Diverged: \
-             by its own status, or with an error above {FAR:.0} bounds and above {SURE:.0} of its \
-             own sigmas. {} needs no initial estimate.",
+             by its own status, or with an error above {MAX_CONVERGED_BOUNDS:.0} bounds and above \
+             {MAX_HONEST_SIGMAS:.0} of its own sigmas. {} needs no initial estimate.",
             OWN.estimator
         )
     }

@@ -2,11 +2,10 @@
 
 use nalgebra::Vector3;
 
-use crate::campaign::statistics::Verdict;
-use crate::campaign::{Campaign, Run, RunFailed, Truths};
-use crate::estimation::{AnyEstimator, EstimatorName, Precision, SetUpError};
+use crate::campaign::{Campaign, CampaignRun, RunFailed, Truths, Verdict};
+use crate::estimation::{AnyEstimator, EstimatorName, Method, Precision, SetUpError};
 use crate::input::Scenario;
-use crate::papers::case::{Case, Method, OWN};
+use crate::papers::case::{Case, OWN};
 use crate::papers::paper::PapersFailed;
 
 /// Criterion of convergence: the largest error of an element, share of the mean moment, that is not
@@ -42,7 +41,7 @@ pub struct Bellar2019Trial {
     /// The own estimator on the same flight.
     pub(super) own: OneFlight,
     /// In the order of [`CAMPAIGN`].
-    pub(super) campaign: [Run; 5],
+    pub(super) campaign: [CampaignRun; 5],
 }
 
 /// Results of one estimator on the flight of Table 3.
@@ -77,10 +76,10 @@ impl Bellar2019 {
         })
     }
 
-    fn campaign_run(&self, method: Method, seed: u64) -> Result<Run, RunFailed> {
+    fn campaign_run(&self, method: Method, seed: u64) -> Result<CampaignRun, RunFailed> {
         let Method { estimator, precision } = method;
         let (scenario, truths) = (&self.campaign, &self.truths);
-        Campaign { scenario, truths, estimator, precision, first_seed: seed, runs: 1 }.run(0)
+        Campaign { scenario, truths, estimator, precision, first_seed: seed, runs: 1 }.run_one(0)
     }
 
     fn one_flight(&self, method: Method, seed: u64) -> Result<OneFlight, SetUpError> {
@@ -111,7 +110,7 @@ impl Bellar2019 {
             }
         })?;
         Ok(OneFlight {
-            verdict: self.case.yardstick().score(&flown.estimate).verdict,
+            verdict: self.case.reference().score(&flown.estimate).verdict,
             estimate_kg_m2: flown.estimate.inertia.elements_kg_m2(),
             rate_rmse_deg_s: error.root().to_degrees(),
             rate_sigma_deg_s: sigma.root().to_degrees(),

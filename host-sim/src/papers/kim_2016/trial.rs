@@ -3,8 +3,8 @@
 use fsw_core::math::savgol::{Differentiator, Fit, Growth, Pushed};
 use nalgebra::Vector3;
 
-use crate::estimation::{EstimatorName, Precision, SetUpError};
-use crate::papers::case::{Case, Method, OWN};
+use crate::estimation::{EstimatorName, Method, Precision, SetUpError};
+use crate::papers::case::{Case, OWN};
 use crate::report::plots::flight::interpolated;
 
 pub(super) const PUBLISHED: Method =
