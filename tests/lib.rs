@@ -1,1 +1,1 @@
-//! Tests of the whole; each file of this folder is one. Nothing is here to be called.
+//! Tests of the whole project, one test target per file or folder. This library is empty.
