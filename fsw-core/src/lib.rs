@@ -49,6 +49,8 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod docs;
+
 pub mod attitude;
 pub mod sample;
 

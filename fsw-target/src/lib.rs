@@ -33,6 +33,8 @@
 #[cfg(not(any(feature = "window", feature = "joint-ekf", feature = "ekf-sgf-rls")))]
 compile_error!("no estimator is aboard: name one of the features window, joint-ekf, ekf-sgf-rls");
 
+pub mod docs;
+
 pub mod drivers;
 pub mod flight;
 pub mod link;

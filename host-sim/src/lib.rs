@@ -16,6 +16,8 @@
 //!
 //! `cli` has a file for each verb, which strings these together.
 
+pub mod docs;
+
 pub mod campaign;
 pub mod cli;
 pub mod estimation;

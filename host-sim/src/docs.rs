@@ -1,0 +1,30 @@
+//! [scenarios]: self::scenarios
+//! [replay]: self::replay
+//! [campaigns]: self::campaigns
+//! [papers]: self::papers
+//! [pil]: self::pil
+//!
+#![doc = include_str!("../docs/index.md")]
+
+/// [campaigns]: super::campaigns
+///
+#[doc = include_str!("../docs/scenarios.md")]
+pub mod scenarios {}
+
+/// [scenarios]: super::scenarios
+///
+#[doc = include_str!("../docs/replay.md")]
+pub mod replay {}
+
+/// [accuracy]: fsw_core::docs::accuracy
+///
+#[doc = include_str!("../docs/campaigns.md")]
+pub mod campaigns {}
+
+#[doc = include_str!("../docs/papers.md")]
+pub mod papers {}
+
+/// [board]: fsw_target::docs::board
+///
+#[doc = include_str!("../docs/pil.md")]
+pub mod pil {}
