@@ -1,6 +1,5 @@
 //! What a constructor says of a configuration that it can't accept.
 
-use crate::tensor::NotPhysical;
 use core::fmt;
 
 /// A configuration value that is out of its range: which, and why.
@@ -63,49 +62,26 @@ impl fmt::Display for Invalid {
 
 impl core::error::Error for ConfigError {}
 
-/// The error for `field`, if `value` isn't between `least` and `most`.
-pub(crate) fn within(
-    field: &'static str,
-    value: usize,
-    least: usize,
-    most: usize,
-) -> Result<(), ConfigError> {
-    if value < least || value > most {
-        let reason = Invalid::OutOfRange { least: least as u32, most: most as u32 };
-        return Err(ConfigError { field, reason });
-    }
-    Ok(())
+/// Why no rigid body has such an inertia tensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum NotPhysical {
+    /// An element is infinite or not a number.
+    NotFinite,
+    /// A principal moment is zero or negative.
+    NotPositiveDefinite,
+    /// A principal moment exceeds the sum of the two others.
+    TriangleInequality,
 }
 
-/// The error for `field`, if `value` isn't finite.
-pub(crate) fn finite<T: crate::Real>(field: &'static str, value: T) -> Result<(), ConfigError> {
-    if !value.is_finite() {
-        return Err(ConfigError { field, reason: Invalid::NotFinite });
+impl fmt::Display for NotPhysical {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "an inertia element is not finite",
+            Self::NotPositiveDefinite => "the inertia tensor is not positive definite",
+            Self::TriangleInequality => {
+                "a principal moment of inertia exceeds the sum of the two others"
+            }
+        })
     }
-    Ok(())
-}
-
-/// The error for `field`, if `value` isn't finite and above zero.
-pub(crate) fn positive<T: crate::Real>(field: &'static str, value: T) -> Result<(), ConfigError> {
-    if !value.is_finite() {
-        return Err(ConfigError { field, reason: Invalid::NotFinite });
-    }
-    if value <= T::zero() {
-        return Err(ConfigError { field, reason: Invalid::NotPositive });
-    }
-    Ok(())
-}
-
-/// The error for `field`, if `value` isn't finite and at least zero.
-pub(crate) fn not_negative<T: crate::Real>(
-    field: &'static str,
-    value: T,
-) -> Result<(), ConfigError> {
-    if !value.is_finite() {
-        return Err(ConfigError { field, reason: Invalid::NotFinite });
-    }
-    if value < T::zero() {
-        return Err(ConfigError { field, reason: Invalid::Negative });
-    }
-    Ok(())
 }

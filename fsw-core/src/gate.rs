@@ -4,8 +4,8 @@
 //! why this one isn't. Spikes are recognised later, against the prediction
 //! ([`monitor`](crate::monitor)).
 
-use crate::error::{ConfigError, positive};
-use crate::math::{Vec3, scalar::Real};
+use crate::error::ConfigError;
+use crate::math::{Vec3, range::positive, scalar::Real};
 use crate::sample::Sample;
 
 /// What the gate lets through.

@@ -9,9 +9,8 @@
 //!       │
 //!  3 estimator   step(sample) -> Outcome                       ◄── dynamics, tensor: the physics
 //!       │          window: average, fit again and again        ◄── math: UD, square root
-//!       │          joint_ekf: predict, innovation, correct
-//!       │          momentum_integral: a first estimate
-//!       │          chain: rate_ekf ─► savgol ─► regression
+//!       │          joint_ekf: align, predict, innovation, correct
+//!       │          ekf_sgf: rate_ekf ─► savgol ─► regression
 //!       │          momentum: conserved in inertial space
 //!  4 monitor     do the innovations fit? which directions has the data shown? could a body have it?
 //!       │
@@ -64,9 +63,9 @@ pub mod estimate;
 pub mod outcome;
 pub mod prior;
 
-pub mod checkpoint;
+pub mod persist;
 
-pub mod telemetry;
+pub mod checkpoint;
 
 pub mod dynamics;
 pub mod error;

@@ -1,6 +1,7 @@
 //! Inertia before any data: expected elements and their sigma.
 
-use crate::error::{ConfigError, Invalid, finite, positive};
+use crate::error::{ConfigError, Invalid};
+use crate::math::range::{finite, positive};
 use crate::math::scalar::Real;
 use crate::tensor::Inertia;
 

@@ -1,6 +1,8 @@
 //! 1. What arrives: one time-tagged gyro sample with what drives the body at that instant.
 
 use crate::attitude::Quaternion;
+use crate::dynamics::interval::Drive;
+use crate::dynamics::wheels::WheelArray;
 use crate::math::{Vec3, scalar::Real};
 
 /// One sample, W wheels.
@@ -37,6 +39,14 @@ impl<T: Real, const W: usize> Sample<T, W> {
         self.rate_rad_s.iter().all(|x| x.is_finite())
             && self.wheel_speed_rad_s.iter().all(|x| x.is_finite())
             && self.torque_n_m.iter().all(|x| x.is_finite())
+    }
+
+    /// External torque and wheel momentum at the sample's instant, body axes.
+    pub fn drive(&self, wheels: &WheelArray<T, W>) -> Drive<T> {
+        Drive {
+            torque_n_m: self.torque_n_m,
+            wheel_momentum_n_m_s: wheels.momentum_n_m_s(&self.wheel_speed_rad_s),
+        }
     }
 }
 

@@ -4,8 +4,8 @@
 //! (MOI), the last three the products of inertia (POI). An off-diagonal element is the tensor
 //! entry itself, `Jxy = −∫ x y dm`, as in all four papers; some simulators use the other sign.
 
+use crate::error::NotPhysical;
 use crate::math::{Mat, Vec3, column, eigen::symmetric_eigen, inverse_symmetric, scalar::Real};
-use core::fmt;
 
 /// Inertia tensor about the centre of mass in body axes, kg m², wheels included and locked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,30 +14,6 @@ pub struct Inertia<T: Real> {
 }
 
 crate::persist!([T: Real] Inertia<T> { elements });
-
-/// Why no rigid body has such an inertia tensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum NotPhysical {
-    /// An element is infinite or not a number.
-    NotFinite,
-    /// A principal moment is zero or negative.
-    NotPositiveDefinite,
-    /// A principal moment exceeds the sum of the two others.
-    TriangleInequality,
-}
-
-impl fmt::Display for NotPhysical {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NotFinite => "an inertia element is not finite",
-            Self::NotPositiveDefinite => "the inertia tensor is not positive definite",
-            Self::TriangleInequality => {
-                "a principal moment of inertia exceeds the sum of the two others"
-            }
-        })
-    }
-}
 
 impl<T: Real> Inertia<T> {
     /// From `Jxx Jyy Jzz Jxy Jxz Jyz`, kg m². Any numbers: see [`check`](Self::check).
@@ -152,6 +128,24 @@ pub fn regressor<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 6> {
     )
 }
 
+/// Expectation of the noise in the regressor's square, element by element, in units of `σ²`:
+///
+/// `E[G(v)ᵀ G(v)] = σ² diag(1 1 1 2 2 2)`
+///
+/// for one vector v (rad/s or rad/s²) whose three axes are uncorrelated, of zero mean and of variance
+/// σ² each. Returns the diagonal entry of `element`, 0 to 5 in the order `Jxx Jyy Jzz Jxy Jxz Jyz`.
+///
+/// Derivation: a column of [`regressor`] holds the components of v that the element multiplies, one
+/// for a moment (`Jxx`: x) and two for a product (`Jxy`: y in the first row, x in the second), so
+/// the expectation of its square is σ² or 2 σ². Two different columns share a row only with
+/// different components, whose product has the expectation zero.
+///
+/// This is the share by which noise of a measured rate inflates the information `Σ Gᵀ G`, and so
+/// pulls a least-squares solution towards zero.
+pub(crate) fn regressor_noise_share<T: Real>(element: usize) -> T {
+    if element < 3 { T::one() } else { T::lit(2.0) }
+}
+
 /// The same for the gyroscopic torque: `ω × J ω = ω^× G(ω) j`, 3×6, written out.
 ///
 /// With [`regressor`] of the acceleration it makes the matrix that \[Kim2016\] Eqs. (4), (5) lost
@@ -203,6 +197,20 @@ mod tests {
             let ours = gyroscopic_regressor(&w) * Mat::<f64, 6, 1>::from(j);
             prop_assert!((ours - gyroscopic).norm() < 1e-13);
             prop_assert!((gyroscopic_regressor(&w) - skew(&w) * regressor(&w)).norm() < 1e-14);
+        }
+
+        /// The sum over v = ±σ on each axis is the expectation.
+        #[test]
+        fn noise_of_the_regressor_is_uncorrelated(sigma in 0.1..2.0f64) {
+            let mut mean = Mat::<f64, 6, 6>::zeros();
+            for signs in 0..8u32 {
+                let g = regressor(&Vec3::from_fn(|i, _| {
+                    if signs & (1 << i) == 0 { sigma } else { -sigma }
+                }));
+                mean += g.transpose() * g / 8.0;
+            }
+            let share = Mat::from_fn(|i, k| if i == k { regressor_noise_share(i) } else { 0.0 });
+            prop_assert!((mean - share * (sigma * sigma)).abs().max() < 1e-14);
         }
 
         #[test]

@@ -4,8 +4,8 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What isn't part of it: the chip's own, of which the host has nothing, and the images.
-const LEFT_OUT: [&str; 2] = ["board", "bin"];
+/// Folders that are not part of it: core and board, which the host does not compile, and the images.
+const LEFT_OUT: [&str; 3] = ["arch", "board", "bin"];
 
 /// The constant `SOURCES`. `package` is the folder of this crate.
 pub fn fingerprint(package: &Path) -> Result<String, Box<dyn Error>> {
@@ -37,8 +37,8 @@ pub fn fingerprint(package: &Path) -> Result<String, Box<dyn Error>> {
         hash.add(content);
     }
     Ok(format!(
-        "/// Stands for the sources that this was built of: those of the core, this crate's but for the\n\
-         /// board and the images, and the versions of all crates.\n\
+        "/// Stands for the sources that this was built of: those of the core, this crate's but for\n\
+         /// core, board and images, and the versions of all crates.\n\
          pub const SOURCES: u64 = {:#x};\n",
         hash.0
     ))

@@ -30,9 +30,6 @@
 
 #![no_std]
 
-#[cfg(not(any(feature = "window", feature = "joint-ekf", feature = "ekf-sgf-rls")))]
-compile_error!("no estimator is aboard: name one of the features window, joint-ekf, ekf-sgf-rls");
-
 pub mod docs;
 
 pub mod drivers;

@@ -11,7 +11,7 @@ use assert_cmd::Command as Program;
 use embedded_hal_nb::{nb, serial};
 use fsw_core::Prior;
 use fsw_core::Status;
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::telemetry::{
     CheckpointPart, CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause,

@@ -110,8 +110,8 @@ const MOST_WORDS: usize = 8192;
 fn try_to_keep<P: Persist>(state: &mut P) -> Result<Vec<u32>, Invalid> {
     let mut noted = std::vec![0; MOST_WORDS];
     let mut words = ToWords::new(&mut noted);
-    pass(state, &mut words)?;
-    let length = words.noted();
+    transfer(state, &mut words)?;
+    let length = words.written();
     noted.truncate(length);
     Ok(noted)
 }
@@ -122,8 +122,8 @@ fn kept<P: Persist>(state: &mut P) -> Vec<u32> {
 
 fn bring_back<P: Persist>(state: &mut P, noted: &[u32]) -> Result<(), Invalid> {
     let mut words = FromWords::new(noted);
-    pass(state, &mut words)?;
-    assert_eq!(words.left(), 0);
+    transfer(state, &mut words)?;
+    assert_eq!(words.remaining(), 0);
     Ok(())
 }
 
@@ -269,7 +269,7 @@ fn flipped_bits<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E, at: usize
         let mut estimator = fresh();
         let mut words = FromWords::new(&flipped);
         // One that comes out shorter than it was noted is refused by its length.
-        if pass(&mut estimator, &mut words).is_err() || words.left() > 0 {
+        if transfer(&mut estimator, &mut words).is_err() || words.remaining() > 0 {
             refused += 1;
             continue;
         }
@@ -315,7 +315,7 @@ fn a_flipped_bit_is_refused_or_leaves_finite_numbers() {
 #[test]
 fn what_means_nothing_is_refused() {
     fn refused<P: Persist>(mut state: P, word: u32) -> bool {
-        let outcome = pass(&mut state, &mut FromWords::new(&[word, 0]));
+        let outcome = transfer(&mut state, &mut FromWords::new(&[word, 0]));
         outcome.is_err_and(|why| why.place != "end")
     }
     assert!(refused(false, 2));

@@ -1,8 +1,6 @@
 //! What drives the body between two samples.
 
-use crate::dynamics::wheels::WheelArray;
 use crate::math::{Vec3, scalar::Real};
-use crate::sample::Sample;
 
 /// Torque and wheel momentum at one instant, body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,30 +48,15 @@ impl<T: Real> Default for DriveHistory<T> {
 }
 
 impl<T: Real> DriveHistory<T> {
-    /// Starts anew at `sample`: nothing before it is known.
-    pub fn restart<const W: usize>(&mut self, wheels: &WheelArray<T, W>, sample: &Sample<T, W>) {
-        *self = Self { last: Some(drive(wheels, sample)), before_last: None };
+    /// Starts anew at a sample with this drive: the earlier ones are discarded.
+    pub fn restart(&mut self, drive: Drive<T>) {
+        *self = Self { last: Some(drive), before_last: None };
     }
 
-    /// The drive at `sample`, to which the history has just been restarted.
-    pub fn at_last_sample<const W: usize>(
-        &self,
-        wheels: &WheelArray<T, W>,
-        sample: &Sample<T, W>,
-    ) -> Drive<T> {
-        self.last.unwrap_or_else(|| drive(wheels, sample))
-    }
-
-    /// The interval of `duration_s` that ends with `sample`. Where nothing came before, the
+    /// The interval of `duration_s` that ends with the drive `end`. Without an earlier sample the
     /// drive is taken as constant.
-    pub fn advance<const W: usize>(
-        &mut self,
-        wheels: &WheelArray<T, W>,
-        sample: &Sample<T, W>,
-        duration_s: T,
-    ) -> Interval<T> {
+    pub fn advance(&mut self, end: Drive<T>, duration_s: T) -> Interval<T> {
         let half = T::lit(0.5);
-        let end = drive(wheels, sample);
         let start = self.last.unwrap_or(end);
         let (h0, h1) = (start.wheel_momentum_n_m_s, end.wheel_momentum_n_m_s);
         let momentum = match self.before_last {
@@ -85,13 +68,6 @@ impl<T: Real> DriveHistory<T> {
         self.last = Some(end);
         let middle = Drive { torque_n_m: torque, wheel_momentum_n_m_s: momentum };
         Interval { duration_s, start, middle, end }
-    }
-}
-
-fn drive<T: Real, const W: usize>(wheels: &WheelArray<T, W>, sample: &Sample<T, W>) -> Drive<T> {
-    Drive {
-        torque_n_m: sample.torque_n_m,
-        wheel_momentum_n_m_s: wheels.momentum_n_m_s(&sample.wheel_speed_rad_s),
     }
 }
 
@@ -118,15 +94,8 @@ mod tests {
 
     #[test]
     fn a_constant_drive_before_anything_is_known() {
-        let wheels = WheelArray::new([Vec3::x()], [1.0f32]).unwrap();
-        let sample = Sample {
-            time_us: 0,
-            rate_rad_s: Vec3::zeros(),
-            wheel_speed_rad_s: [2.0],
-            torque_n_m: Vec3::y(),
-            attitude: None,
-        };
-        let i = DriveHistory::default().advance(&wheels, &sample, 0.1);
+        let drive = Drive { torque_n_m: Vec3::y(), wheel_momentum_n_m_s: Vec3::x() * 2.0f32 };
+        let i = DriveHistory::default().advance(drive, 0.1);
         assert_eq!(i.start, i.end);
         assert_eq!(i.middle, i.end);
     }

@@ -1,7 +1,7 @@
 //! Reaction wheels: where they point, and the momentum that their speeds mean.
 
-use crate::error::{ConfigError, Invalid, not_negative};
-use crate::math::{Vec3, norm, scalar::Real};
+use crate::error::{ConfigError, Invalid};
+use crate::math::{Vec3, norm, range::not_negative, scalar::Real};
 
 /// W balanced, axisymmetric wheels. None is fine.
 #[derive(Clone, Copy, Debug, PartialEq)]

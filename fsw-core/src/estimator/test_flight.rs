@@ -44,7 +44,7 @@ impl<const W: usize> TestFlight<W> {
                 torque_n_m: torque,
                 attitude: None,
             };
-            let interval = drive.advance(&self.wheels, &exact, step_us as f64 * 1e-6);
+            let interval = drive.advance(exact.drive(&self.wheels), step_us as f64 * 1e-6);
             if k > 0 {
                 rate_rad_s = runge_kutta_4(&body, &rate_rad_s, &interval);
             }

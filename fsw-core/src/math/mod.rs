@@ -1,6 +1,7 @@
 //! Algebra without flight knowledge: the scalar, factorised covariances, small eigenproblems.
 
 pub mod eigen;
+pub(crate) mod range;
 pub mod savgol;
 pub mod scalar;
 pub mod square_root_information;

@@ -1,7 +1,6 @@
 //! The one scalar trait: everything in this crate is generic over it, and the caller picks
 //! `f32` or `f64` once, at the edge.
 
-use crate::checkpoint::{Blank, Persist};
 use core::fmt::Debug;
 use core::ops::Neg;
 use nalgebra::{ClosedAddAssign, ClosedDivAssign, ClosedMulAssign, ClosedSubAssign, Scalar};
@@ -24,13 +23,14 @@ pub trait Real:
     + ClosedSubAssign
     + ClosedMulAssign
     + ClosedDivAssign
-    + Persist
-    + Blank
 {
     /// Distance from 1 to the next number.
     const EPSILON: Self;
     /// Largest finite number.
     const MAX: Self;
+
+    /// Name of the type: `f32` or `f64`.
+    const NAME: &'static str;
 
     /// A literal in a formula, rounded to this precision.
     fn lit(value: f64) -> Self;
@@ -40,6 +40,10 @@ pub trait Real:
     fn to_f32(self) -> f32;
     /// Widens from single precision, without loss.
     fn from_f32(value: f32) -> Self;
+    /// Bits of the IEEE 754 representation; single precision has 32, in the low half.
+    fn to_bits(self) -> u64;
+    /// Number with these bits. Single precision ignores the high half.
+    fn from_bits(bits: u64) -> Self;
     /// Seconds in a whole number of microseconds.
     ///
     /// The caller subtracts time stamps as integers first, so that single precision loses
@@ -60,10 +64,11 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($float:ident, $sqrt:path, $abs:path) => {
+    ($float:ident, $bits:ident, $sqrt:path, $abs:path) => {
         impl Real for $float {
             const EPSILON: Self = $float::EPSILON;
             const MAX: Self = $float::MAX;
+            const NAME: &'static str = stringify!($float);
 
             #[inline]
             fn lit(value: f64) -> Self {
@@ -80,6 +85,14 @@ macro_rules! real {
             #[inline]
             fn from_f32(value: f32) -> Self {
                 $float::from(value)
+            }
+            #[inline]
+            fn to_bits(self) -> u64 {
+                $float::to_bits(self).into()
+            }
+            #[inline]
+            fn from_bits(bits: u64) -> Self {
+                $float::from_bits(bits as $bits)
             }
             #[inline]
             fn seconds(microseconds: u64) -> Self {
@@ -117,8 +130,8 @@ macro_rules! real {
     };
 }
 
-real!(f32, libm::sqrtf, libm::fabsf);
-real!(f64, libm::sqrt, libm::fabs);
+real!(f32, u32, libm::sqrtf, libm::fabsf);
+real!(f64, u64, libm::sqrt, libm::fabs);
 
 #[cfg(test)]
 mod tests {

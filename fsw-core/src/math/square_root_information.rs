@@ -14,24 +14,17 @@ use super::{Mat, scalar::Real, ud::Ud, unroll};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SquareRootInformation<T: Real, const N: usize> {
     /// U above the diagonal, D on it, zeros below.
-    factor: [[T; N]; N],
+    pub(crate) factor: [[T; N]; N],
     /// `D^(-1/2) d`.
-    right_hand_side: [T; N],
+    pub(crate) right_hand_side: [T; N],
 }
-
-crate::persist!(
-    [T: Real, const N: usize] SquareRootInformation<T, N> { factor, right_hand_side }
-    if |this| (0..N).all(|i| this.factor[i][i] >= T::zero())
-);
 
 /// What no solution can explain of a row, and the weight that is left of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Left<T: Real> {
-    value: T,
-    weight: T,
+    pub(crate) value: T,
+    pub(crate) weight: T,
 }
-
-crate::persist!([T: Real] Left<T> { value, weight });
 
 impl<T: Real> Left<T> {
     /// Of unit variance: squares of these add up to the sum of squared residuals.

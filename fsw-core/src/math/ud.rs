@@ -8,16 +8,8 @@ use super::{Mat, Vec3, scalar::Real, unroll};
 /// The factors in one matrix: D on the diagonal, U above it, nothing below.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ud<T: Real, const N: usize> {
-    packed: Mat<T, N, N>,
+    pub(crate) packed: Mat<T, N, N>,
 }
-
-/// No factor is as large; the variances of those that aren't are still numbers in single precision.
-const LARGEST_KEPT: f64 = 1.0e12;
-
-crate::persist!(
-    [T: Real, const N: usize] Ud<T, N> { packed }
-    if |ud| ud.is_valid() && ud.packed.iter().all(|x| x.abs() < T::lit(LARGEST_KEPT))
-);
 
 impl<T: Real, const N: usize> Ud<T, N> {
     /// Uncorrelated components of these variances (not negative).

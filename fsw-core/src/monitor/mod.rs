@@ -3,3 +3,4 @@
 pub mod innovation;
 pub mod nearest_physical;
 pub mod observability;
+pub mod spikes;

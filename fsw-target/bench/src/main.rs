@@ -31,16 +31,16 @@ fn count_all(counter: &mut Counter, places: &mut Places) -> Result<(), &'static 
 }
 
 #[cfg(target_os = "none")]
-fsw_target::ends_by!(fsw_target::arch::exit::failed);
+fsw_target::ends_by!(fsw_target::arch::exit::end_after);
 
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    use fsw_target::board::{Board, LogPort};
+    use fsw_target::board::Board;
     use fsw_target::{arch::exit, runtime::log};
 
     let Some(board) = Board::take() else { exit::failure() };
-    log::init(LogPort::new(board.link));
+    log::init(board.link.into_log_output());
     match count_on_target(board.syst) {
         Ok(()) => exit::success(),
         Err(reason) => {

@@ -14,7 +14,7 @@ mod on_target {
     use core::sync::atomic::{AtomicU32, Ordering};
     use cortex_m::peripheral::SCB;
     use fsw_target::arch::exit;
-    use fsw_target::board::{Board, LogPort};
+    use fsw_target::board::Board;
     use fsw_target::runtime::failure::Failure;
     use fsw_target::runtime::{log, restart, stack};
 
@@ -32,17 +32,17 @@ mod on_target {
             defmt::error!("statics were overwritten");
             exit::failure()
         }
-        restart::failed(failure)
+        exit::restart_after(failure)
     }
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        let last_life = restart::take_last_life();
+        let last_run = restart::take_last_run();
         if let Some(board) = Board::take() {
-            log::init(LogPort::new(board.link));
+            log::init(board.link.into_log_output());
         }
-        defmt::info!("life {=u32}, ended last by {}", last_life.failures, last_life.failure);
-        match last_life.failures {
+        defmt::info!("life {=u32}, ended last by {}", last_run.failures, last_run.failure);
+        match last_run.failures {
             0 => defmt::info!("{=f32}", descend(0.0)),
             1 => defmt::info!("{=u32}", leap()),
             2 => cortex_m::asm::udf(),

@@ -15,6 +15,7 @@
 
 #[cfg(target_os = "none")]
 mod on_target {
+    use fsw_target::arch::exit;
     use fsw_target::board::{
         Board, CheckpointFlash, GyroBus, GyroDataReady, Link, Services, WheelCaptures,
     };
@@ -30,7 +31,7 @@ mod on_target {
     use fsw_target::runtime::restart;
     use static_cell::{ConstStaticCell, StaticCell};
 
-    fsw_target::ends_by!(restart::failed);
+    fsw_target::ends_by!(exit::restart_after);
 
     /// Edges of a turn, both flanks of one channel: twelve pulses, as of a motor with six pole pairs
     /// and Hall sensors.
@@ -56,8 +57,8 @@ mod on_target {
 
     /// In static memory, so that the loop has the stack for itself. They are built where they stay,
     /// the estimators when they go on board: there is no room for them on the stack.
-    static ONBOARD: ConstStaticCell<SelectedEstimator> =
-        ConstStaticCell::new(SelectedEstimator::nowhere());
+    static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
+        ConstStaticCell::new(SelectedEstimator::uninitialised());
     static COMPUTER: StaticCell<Option<Computer<'static, OnStm32f405>>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
@@ -66,7 +67,7 @@ mod on_target {
         let Some(computer) = estimators().and_then(bring_up) else {
             // What this image is built of doesn't fit together: a test would have shown it.
             defmt::error!("the board is taken, or the craft or its tachometers are refused");
-            restart::failed(Failure { kind: Kind::Panic, at: 0, from: 0 })
+            exit::restart_after(Failure { kind: Kind::Panic, at: 0, from: 0 })
         };
         computer.start();
         loop {
@@ -78,13 +79,13 @@ mod on_target {
     /// the loop.
     #[inline(never)]
     fn bring_up(
-        onboard: &'static mut SelectedEstimator,
+        estimator: &'static mut SelectedEstimator,
     ) -> Option<&'static mut Computer<'static, OnStm32f405>> {
-        let last_life = restart::take_last_life();
+        let last_run = restart::take_last_run();
         let board = Board::take()?;
         let report = board.report();
-        defmt::info!("flight, after {}: {}", last_life, report);
-        let services = Services::start(board.watchdog, report.reset_cause, last_life);
+        defmt::info!("flight, after {}: {}", last_run, report);
+        let services = Services::start(board.watchdog, report.reset_cause, last_run);
         let tachometers = Config {
             edges_per_turn: FLOWN.spin_inertia_kg_m2.map(edges_per_turn),
             reversed: [false; WHEELS],
@@ -98,7 +99,7 @@ mod on_target {
             torque: CommandedTorque::default(),
         };
         Some(COMPUTER.try_init(None)?.insert(Computer::new(
-            onboard,
+            estimator,
             sensors,
             board.link,
             board.flash,
@@ -109,9 +110,9 @@ mod on_target {
 
     #[inline(never)]
     fn estimators() -> Option<&'static mut SelectedEstimator> {
-        let onboard = ONBOARD.try_take()?;
-        onboard.board(FLOWN).ok()?;
-        Some(onboard)
+        let estimator = ESTIMATOR.try_take()?;
+        estimator.configure(FLOWN).ok()?;
+        Some(estimator)
     }
 
     /// No sensor where there is no wheel.

@@ -15,6 +15,7 @@
 
 #[cfg(target_os = "none")]
 mod on_target {
+    use fsw_target::arch::exit;
     use fsw_target::board::{self, Board};
     use fsw_target::flight::computer::Computer;
     use fsw_target::flight::selected::SelectedEstimator;
@@ -24,7 +25,7 @@ mod on_target {
     use static_cell::{ConstStaticCell, StaticCell};
 
     // The simulator sees that it starts again, and says so.
-    fsw_target::ends_by!(restart::failed);
+    fsw_target::ends_by!(exit::restart_after);
 
     type Line = Tunnel<board::Tunnel>;
     type PilComputer = Computer<'static, Tunnelled<'static, board::Tunnel, board::Link>>;
@@ -32,8 +33,8 @@ mod on_target {
     // As in the flight image: in static memory, so that the stack is what it is in flight, and built where
     // they stay.
     static LINE: StaticCell<Line> = StaticCell::new();
-    static ONBOARD: ConstStaticCell<SelectedEstimator> =
-        ConstStaticCell::new(SelectedEstimator::nowhere());
+    static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
+        ConstStaticCell::new(SelectedEstimator::uninitialised());
     static COMPUTER: StaticCell<Option<PilComputer>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
@@ -80,8 +81,8 @@ mod on_target {
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let setup = line.hello().map_err(|_| "no setup from the simulator")?;
-        let onboard = estimators(&setup).ok_or("the estimators refuse the craft")?;
-        bring_up(line, &setup, onboard, link)
+        let estimator = estimators(&setup).ok_or("the estimators refuse the craft")?;
+        bring_up(line, &setup, estimator, link)
     }
 
     /// The computer at the end of its line. A function of its own: what it takes of the stack is free again
@@ -90,11 +91,11 @@ mod on_target {
     fn bring_up(
         line: &'static Line,
         setup: &Setup,
-        onboard: &'static mut SelectedEstimator,
+        estimator: &'static mut SelectedEstimator,
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let place = COMPUTER.try_init(None).ok_or("the computer is there already")?;
-        let computer = parts::computer(line, setup, onboard, link, stack::high_water_bytes)
+        let computer = parts::computer(line, setup, estimator, link, stack::high_water_bytes)
             .map_err(|_| "the sensors can't be as they are set up")?;
         Ok(place.insert(computer))
     }
@@ -102,9 +103,9 @@ mod on_target {
     /// A function of its own: what it takes of the stack is free again for the loop.
     #[inline(never)]
     fn estimators(setup: &Setup) -> Option<&'static mut SelectedEstimator> {
-        let onboard = ONBOARD.try_take()?;
-        onboard.board(setup.craft()).ok()?;
-        Some(onboard)
+        let estimator = ESTIMATOR.try_take()?;
+        estimator.configure(setup.craft()).ok()?;
+        Some(estimator)
     }
 }
 

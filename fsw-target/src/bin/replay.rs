@@ -98,17 +98,17 @@ fn verdict(samples: u32, flight: &ReplayLoop) -> Result<(), &'static str> {
 }
 
 #[cfg(target_os = "none")]
-fsw_target::ends_by!(fsw_target::arch::exit::failed);
+fsw_target::ends_by!(fsw_target::arch::exit::end_after);
 
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use fsw_target::arch::exit;
-    use fsw_target::board::{Board, LogPort};
+    use fsw_target::board::Board;
     use fsw_target::runtime::log;
 
     if let Some(board) = Board::take() {
-        log::init(LogPort::new(board.link));
+        log::init(board.link.into_log_output());
     }
     match fly() {
         Ok(()) => exit::success(),

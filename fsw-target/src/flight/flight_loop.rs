@@ -5,7 +5,7 @@
 //! the board. It may be called from the main loop or from the data-ready interrupt's priority.
 
 use crate::flight::sensors::{DataReady, Gyro, TorqueCommand, WheelTachometers};
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Estimator, Outcome, Sample};
 
 /// The hardware, or what plays its part.

@@ -12,8 +12,11 @@ use fsw_core::dynamics::step::Transition;
 use fsw_core::estimator::ekf_sgf::EkfSgf;
 use fsw_core::estimator::joint_ekf::{self, Form, JointEkfUd, State, StructuredUd};
 use fsw_core::estimator::window::Window;
-use fsw_core::{Coasting, Innovation};
-use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3, WheelArray};
+use fsw_core::{Estimate, Estimator, Innovation, Outcome, Sample, Vec3};
+
+mod roster;
+
+pub use roster::{EstimatorId, EstimatorSlot, InitialData, Refused, Selected};
 
 /// Wheels that the flight image has room for. A spacecraft with fewer has some of no spin inertia.
 pub const WHEELS: usize = 4;
@@ -66,106 +69,13 @@ macro_rules! step_fast {
         $(impl Step for $estimator {
             #[inline(never)]
             fn step_fast(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
-                self.step(sample)
+                Estimator::step(self, sample)
             }
         })*
     };
 }
 
 step_fast!(Window9, Window12, Window15, Window18, JointEkf, EkfSgfRls);
-
-/// The place of the estimator that is stepped, whichever of those that are aboard it is.
-#[derive(Debug, Clone, Default)]
-#[allow(clippy::large_enum_variant, reason = "there is one place for all")]
-#[repr(u8)] // so that a static of `Nothing` is all zeros, and takes no flash
-pub enum Flown {
-    /// None is, as yet.
-    #[default]
-    Nothing,
-    /// `window`.
-    #[cfg(feature = "window")]
-    Window(Window9),
-    /// `joint-ekf`.
-    #[cfg(feature = "joint-ekf")]
-    JointEkf(JointEkf),
-    /// `ekf-sgf-rls`.
-    #[cfg(feature = "ekf-sgf-rls")]
-    EkfSgfRls(EkfSgfRls),
-}
-
-/// Each is started where it stays: compiled for speed, none is made on the stack first.
-impl Flown {
-    /// Starts `window` afresh.
-    ///
-    /// # Errors
-    /// As [`Window::new`]; nothing has changed then.
-    #[cfg(feature = "window")]
-    #[inline(never)]
-    pub fn start_window(
-        &mut self,
-        config: &fsw_core::estimator::window::Config<f32>,
-        wheels: &WheelArray<f32, WHEELS>,
-    ) -> Result<(), ConfigError> {
-        config.validate::<9>()?;
-        if !matches!(self, Self::Window(_)) {
-            *self = Self::Window(Window::of_unknown_noise(*wheels));
-        }
-        match self {
-            Self::Window(window) => window.reset(*config),
-            _ => Ok(()),
-        }
-    }
-
-    /// Starts `joint-ekf` afresh.
-    ///
-    /// # Errors
-    /// As [`JointEkfUd::new`]; nothing has changed then.
-    #[cfg(feature = "joint-ekf")]
-    #[inline(never)]
-    pub fn start_joint_ekf(
-        &mut self,
-        config: &joint_ekf::Config<f32>,
-        wheels: &WheelArray<f32, WHEELS>,
-    ) -> Result<(), ConfigError> {
-        *self = Self::JointEkf(JointEkf::new(*config, *wheels)?);
-        Ok(())
-    }
-
-    /// Starts `ekf-sgf-rls` afresh.
-    ///
-    /// # Errors
-    /// As [`EkfSgf::new`]; nothing has changed then.
-    #[cfg(feature = "ekf-sgf-rls")]
-    #[inline(never)]
-    pub fn start_ekf_sgf_rls(
-        &mut self,
-        config: &fsw_core::estimator::ekf_sgf::Config<f32>,
-        wheels: &WheelArray<f32, WHEELS>,
-    ) -> Result<(), ConfigError> {
-        *self = Self::EkfSgfRls(EkfSgfRls::new(*config, *wheels)?);
-        Ok(())
-    }
-
-    /// Steps it.
-    #[inline(never)]
-    pub fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
-        match self {
-            Self::Nothing => Outcome::Coasting(Coasting::Aligning),
-            #[cfg(feature = "window")]
-            Self::Window(window) => window.step_fast(sample),
-            #[cfg(feature = "joint-ekf")]
-            Self::JointEkf(filter) => filter.step_fast(sample),
-            #[cfg(feature = "ekf-sgf-rls")]
-            Self::EkfSgfRls(chain) => chain.step_fast(sample),
-        }
-    }
-}
-
-/// What `window` estimates: compiled for size, it would take a fifth more of the stack.
-#[inline(never)]
-pub fn estimate_of_window(window: &Window9) -> Estimate<f32> {
-    window.estimate()
-}
 
 /// The covariance of `joint-ekf` alone, for the bench: predict and update.
 #[inline(never)]

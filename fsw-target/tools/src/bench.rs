@@ -137,8 +137,9 @@ fn cycles() -> Result<Vec<CyclesOf>> {
 /// what is left in the target folder.
 fn flash() -> Result<Vec<Flash>> {
     let with_one = budgets::FLIGHT_FLASH_WITH_ONE.iter().map(|(name, limit)| {
-        let features = ["--no-default-features", "--features", name];
-        Flash::of(&format!("flight, {name}"), &features, *limit)
+        let features = format!("{},{name}", firmware::BOARD);
+        let arguments = ["--no-default-features", "--features", &features];
+        Flash::of(&format!("flight, {name}"), &arguments, *limit)
     });
     with_one.chain([Flash::of("flight, all three", &[], budgets::FLIGHT_FLASH)]).collect()
 }

@@ -6,6 +6,9 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
+/// Cargo feature of the board that the images are built for.
+pub const BOARD: &str = "stm32f405";
+
 /// The folder of the workspace's Cargo.toml.
 pub fn workspace_root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));

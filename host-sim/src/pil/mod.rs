@@ -30,7 +30,7 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
-use fsw_core::telemetry::OutcomeCounts;
+use fsw_core::outcome::OutcomeCounts;
 use fsw_target::drivers::gyro::bmi088::register;
 use fsw_target::flight::selected::{EstimatorId, SelectedEstimator};
 use fsw_target::link::command::Command;

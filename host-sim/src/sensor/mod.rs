@@ -6,4 +6,3 @@
 pub mod bmi088;
 pub mod encoder;
 pub mod gyro;
-pub mod noise;

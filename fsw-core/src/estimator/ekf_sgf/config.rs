@@ -1,11 +1,13 @@
 //! What the chain is told.
 
-use crate::error::{ConfigError, Invalid, not_negative, positive};
+use crate::error::{ConfigError, Invalid};
 use crate::estimator::ekf_sgf::rate_ekf;
 use crate::estimator::ekf_sgf::regression::Elements;
 use crate::gate;
+use crate::math::range::{not_negative, positive};
 use crate::math::savgol::{Fit, Growth};
 use crate::math::scalar::Real;
+use crate::monitor::spikes;
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
@@ -28,12 +30,10 @@ pub struct Config<T: Real> {
     pub elements: Elements,
     /// When the sums are read out.
     pub readout: Readout<T>,
-    /// A sample further from its prediction than so many sigma on any axis, the running mean of
-    /// the innovations taken off, is a spike: the window then holds the predicted rate in its
-    /// place. Ours: 15, since a nominal inertia half wrong alone makes 5.
-    pub spike_sigma: T,
-    /// So many spikes in a row mean that the filter is wrong, not the gyro. Ours: 10.
-    pub lockout_after: u16,
+    /// Spike gate, on innovations without the lag. In place of a spike the window takes the
+    /// predicted rate. Ours: 15 sigma, since a nominal inertia half wrong alone makes 5, and a
+    /// lock-out after 10 spikes in a row.
+    pub spikes: spikes::Config<T>,
     /// Which samples are looked at.
     pub gate: gate::Config<T>,
 }
@@ -41,8 +41,7 @@ pub struct Config<T: Real> {
 // A command may set what is nominal.
 crate::persist!([T: Real] Config<T> {
     nominal;
-    unchanged rate_ekf, fit, growth, period_tolerance, elements, readout, spike_sigma,
-    lockout_after, gate
+    unchanged rate_ekf, fit, growth, period_tolerance, elements, readout, spikes, gate
 });
 
 /// When the sums become an estimate.
@@ -111,8 +110,7 @@ impl<T: Real> Config<T> {
             period_tolerance: T::lit(0.1),
             elements: Elements::All,
             readout: Readout::EveryInterval { interval_us: 40_000_000, batch: Batch::SinceStart },
-            spike_sigma: T::lit(15.0),
-            lockout_after: 10,
+            spikes: spikes::Config { limit_sigma: T::lit(15.0), lockout_after: 10 },
             gate: gate::Config::default(),
         }
     }
@@ -151,7 +149,7 @@ impl<T: Real> Config<T> {
             }
             Readout::EveryInterval { .. } => {}
         }
-        positive("spike_sigma", self.spike_sigma)?;
+        self.spikes.validate()?;
         self.gate.validate()
     }
 }
@@ -190,7 +188,10 @@ mod tests {
             ),
             (readout(Readout::EverySample { forgetting: 1.1 }), ("forgetting", Invalid::AboveOne)),
             (readout(every(0)), ("interval_us", Invalid::NotPositive)),
-            (refused(|c| c.spike_sigma = f32::NAN), ("spike_sigma", Invalid::NotFinite)),
+            (
+                refused(|c| c.spikes.limit_sigma = f32::NAN),
+                ("spikes.limit_sigma", Invalid::NotFinite),
+            ),
         ];
         for (found, expected) in cases {
             assert_eq!(found, expected);

@@ -16,7 +16,8 @@ use super::Innovation;
 use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::Interval;
 use crate::dynamics::step::{Transition, runge_kutta_4};
-use crate::error::{ConfigError, not_negative, positive};
+use crate::error::ConfigError;
+use crate::math::range::{not_negative, positive};
 use crate::math::{Mat, Vec3, inverse_symmetric, scalar::Real};
 use crate::tensor::Inertia;
 
@@ -77,7 +78,7 @@ impl<T: Real> RateEkf<T> {
     /// A field of `config` that is out of range, or a `nominal` tensor that no body has.
     pub fn new(config: Config<T>, nominal: &Inertia<T>) -> Result<Self, ConfigError> {
         use crate::error::Invalid;
-        use crate::tensor::NotPhysical;
+        use crate::error::NotPhysical;
         config.validate()?;
         let refuse = |why| ConfigError { field: "nominal", reason: Invalid::NotPhysical(why) };
         nominal.check().map_err(refuse)?;

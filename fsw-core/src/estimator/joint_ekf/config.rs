@@ -1,8 +1,10 @@
 //! What the nine-state filter is told.
 
-use crate::error::{ConfigError, Invalid, finite, not_negative, positive};
+use crate::error::{ConfigError, Invalid};
 use crate::gate;
+use crate::math::range::{finite, not_negative, positive};
 use crate::math::{Vec3, scalar::Real};
+use crate::monitor::spikes;
 use crate::prior::Prior;
 
 /// Configuration, fixed for the filter's life.
@@ -31,11 +33,9 @@ pub struct Config<T: Real> {
     /// Random walk of each inertia element (fuel), kg m²/√s. Default 0. The published form has
     /// none.
     pub inertia_walk_kg_m2_sqrt_s: [T; 6],
-    /// A sample further from its prediction than so many sigma on any axis is a spike. Default
-    /// 6: noise alone does that once in 10⁸ samples.
-    pub spike_sigma: T,
-    /// So many spikes in a row mean that the estimate is wrong, not the gyro. Default 10.
-    pub lockout_after: u16,
+    /// Spike gate. Default 6 sigma, which white noise alone exceeds once in 10⁸ samples, and a
+    /// lock-out after 10 spikes in a row.
+    pub spikes: spikes::Config<T>,
     /// Which samples are looked at.
     pub gate: gate::Config<T>,
 }
@@ -44,7 +44,7 @@ pub struct Config<T: Real> {
 crate::persist!([T: Real] Config<T> {
     prior;
     unchanged align_above, initial_rate, initial_inertia_kg_m2, gyro_noise_rad_s,
-    rate_walk_rad_s_sqrt_s, inertia_walk_kg_m2_sqrt_s, spike_sigma, lockout_after, gate
+    rate_walk_rad_s_sqrt_s, inertia_walk_kg_m2_sqrt_s, spikes, gate
 });
 
 /// Rate before any data.
@@ -70,8 +70,7 @@ impl<T: Real> Config<T> {
             gyro_noise_rad_s,
             rate_walk_rad_s_sqrt_s: o,
             inertia_walk_kg_m2_sqrt_s: [o; 6],
-            spike_sigma: T::lit(6.0),
-            lockout_after: 10,
+            spikes: spikes::Config { limit_sigma: T::lit(6.0), lockout_after: 10 },
             gate: gate::Config::default(),
         }
     }
@@ -82,6 +81,7 @@ impl<T: Real> Config<T> {
     /// process noise. The filter starts from this prior however vague, and refuses no sample as a
     /// spike: the paper has neither.
     pub fn bellar_2019(gyro_noise_rad_s: T) -> Self {
+        let defaults = Self::new(gyro_noise_rad_s);
         let degree = core::f64::consts::PI / 180.0;
         let rate_rad_s = Vec3::new(0.0, -2.3 * degree, 1.15 * degree).map(T::lit);
         Self {
@@ -91,8 +91,8 @@ impl<T: Real> Config<T> {
             }),
             initial_rate: Some(InitialRate { rate_rad_s, sigma_rad_s: T::lit(2.3 * degree) }),
             align_above: T::MAX,
-            spike_sigma: T::MAX,
-            ..Self::new(gyro_noise_rad_s)
+            spikes: spikes::Config { limit_sigma: T::MAX, ..defaults.spikes },
+            ..defaults
         }
     }
 
@@ -104,7 +104,7 @@ impl<T: Real> Config<T> {
             not_negative("inertia_walk_kg_m2_sqrt_s", walk)?;
         }
         not_negative("align_above", self.align_above)?;
-        positive("spike_sigma", self.spike_sigma)?;
+        self.spikes.validate()?;
         if let Some(prior) = &self.prior {
             prior.validate()?;
         }
@@ -130,7 +130,7 @@ impl<T: Real> Config<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tensor::NotPhysical;
+    use crate::error::NotPhysical;
 
     fn refused(change: impl FnOnce(&mut Config<f32>)) -> ConfigError {
         let mut config = Config::bellar_2019(1e-4);
@@ -156,7 +156,7 @@ mod tests {
                 "initial_inertia_kg_m2",
                 Invalid::NotFinite,
             ),
-            (refused(|c| c.spike_sigma = 0.0), "spike_sigma", Invalid::NotPositive),
+            (refused(|c| c.spikes.limit_sigma = 0.0), "spikes.limit_sigma", Invalid::NotPositive),
             (refused(|c| c.gate.range_rad_s = 0.0), "gate.range_rad_s", Invalid::NotPositive),
             (
                 refused(|c| prior(c, |p| p.sigma_kg_m2[3] = 0.0)),

@@ -1,7 +1,11 @@
-//! Where tracking starts: from a prior, or from the motion itself.
+//! First state and covariance of the filter: from the prior, or from an alignment.
+//!
+//! Decides when an [`Alignment`] is solved, whether its solution is good enough to linearise about,
+//! and the covariance with which the filter starts. The least squares themselves are
+//! [`alignment`](super::alignment)'s.
 
+use super::alignment::Alignment;
 use super::{Config, InitialRate, State};
-use crate::estimator::joint_ekf::momentum_integral::MomentumIntegral;
 use crate::math::{Vec3, scalar::Real, ud::Ud};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
@@ -14,7 +18,16 @@ const ALIGNMENT_INFLATION: f64 = 1.5 * 1.5;
 /// for the filter's linearisation, which starts well from errors of a half.
 const ALIGNED: f64 = 0.1;
 
-/// Where tracking starts.
+/// Samples between two attempts: a solution costs twice as much as adding a sample, and one more
+/// sample changes little.
+const ALIGNMENT_PERIOD: u32 = 16;
+
+/// Whether the alignment is to be solved at this sample.
+pub(super) fn is_due<T: Real>(alignment: &Alignment<T>) -> bool {
+    alignment.samples().is_multiple_of(ALIGNMENT_PERIOD)
+}
+
+/// Start of tracking.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start<T: Real> {
     /// Rate and inertia.
@@ -63,11 +76,11 @@ impl<T: Real> Start<T> {
 
     /// From the motion so far, once it determines all six elements well enough.
     pub fn from_motion(
-        fit: &MomentumIntegral<T>,
+        alignment: &Alignment<T>,
         prior: Option<&Prior<T>>,
         noise_rad_s: T,
     ) -> Result<Self, NoStart> {
-        let solution = fit.solve(noise_rad_s).ok_or(NoStart::TooLittleMotion)?;
+        let solution = alignment.solve(noise_rad_s).ok_or(NoStart::TooLittleMotion)?;
         let mut covariance = solution.covariance;
         covariance.scale(T::lit(ALIGNMENT_INFLATION));
         let mean_moment = solution.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);

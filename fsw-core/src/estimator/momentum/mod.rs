@@ -1,99 +1,69 @@
 //! `momentum-batch`, `momentum-conventional`, `momentum-pre-estimate`, `momentum-suggested`: the
-//! four estimators of \[Kim2010\], by conservation of momentum in inertial space.
+//! four estimators of \[Kim2010\], by conservation of angular momentum in inertial space.
 //!
 //! ```text
-//!  sample ─► balance ─► sums ─────────► formulas ─► elements   Eqs. (3), (10), (14) to (16)
-//!            ω, Q       Σ ω ωᵀ, Σ ω Qᵀ     └──────► worth      covariance, observed directions
+//!  sample ─► gate ─► balance ─► sums ─────────► formulas ─► elements   Eqs. (3), (10), (14) to (16)
+//!                    ω, Q       Σ ω ωᵀ, Σ ω Qᵀ     └──────► covariance, observed directions
 //! ```
 //!
-//! With P the matrix from inertial into body axes, total momentum `P⁻¹ (J ω + h_w)` stays what it
-//! was at the start, Eq. (7), and so from a start at rest, Eqs. (8), (11),
+//! The total momentum `P⁻¹ (J ω + h_w)` in inertial axes is constant, Eq. (7); from a start at rest
 //!
-//! `J ω(t) = Q(t) = P(t) P(0)⁻¹ h_w(0) − h_w(t)`.
+//! `J ω(t) = Q(t) = P(t) P(0)⁻¹ h_w(0) − h_w(t)`, Eqs. (8), (11),
 //!
-//! Nothing is differentiated. The four methods differ in how they solve this; all read the same
-//! sums, so [`Method`] only says which formula [`estimate`](Momentum::estimate) uses.
+//! with P the matrix from inertial into body axes, ω in rad/s, Q and `h_w` in N m s. Nothing is
+//! differentiated. The four methods solve this differently from the same sums, so [`Method`] only
+//! selects the formula of [`estimate`](Momentum::estimate).
+//!
+//! Assumptions: a start at rest, a known attitude at every sample, no unknown external torque. Gyro
+//! noise is white; noise of the attitude and of the tachometers is left out of the covariance.
 //!
 //! Departures from the paper:
-//! * The paper starts at rest, `ω(0) = 0`. So does this: it waits for a sample within
-//!   [`rest_sigma`](Config::rest_sigma) of zero, and counts from there. A body that moves keeps
-//!   `P(t) P(0)⁻¹ J ω(0)` on the right: the unknown J in turned axes, for which none of the four
-//!   formulas has a place.
-//! * The paper has no external torque. A known one changes the momentum in inertial space by
-//!   `∫ P⁻¹ τ dt` (trapezoidal rule), which joins Q. An unknown one is an error of Q that only the
-//!   residual betrays.
-//! * The paper gives no covariance. Here the elements are always what the formula says, however
-//!   wrong, and the covariance is about *them*: what the method neglects and what noise in the
-//!   regressor does are part of it. Where the formula divides by nothing, the prior is held.
 //!
-//! What to expect: gyro noise in ω pulls every element towards zero, and nothing here takes it
-//! out, as the paper doesn't. Noise of the attitude and of the tachometers is left out of the
-//! covariance. There is no prediction to compare a sample with, and so no spike is recognised.
+//! * The paper starts at rest, `ω(0) = 0`. The balance starts with the first sample within
+//!   [`rest_sigma`](Config::rest_sigma) of zero. A body in motion would keep `P(t) P(0)⁻¹ J ω(0)` on
+//!   the right, the unknown J in turned axes, for which none of the four formulas has a place.
+//! * The paper has no external torque. A known one joins Q as its impulse. An unknown one is an error
+//!   of Q that only the residual reveals.
+//! * The paper gives no covariance. Here the elements are always the formula's, and the covariance is
+//!   that of *their* error: the terms that a method neglects and the bias by noise in the regressor are
+//!   part of it. An element whose formula divides by zero takes the prior.
+//!
+//! Accuracy: gyro noise in ω biases every element towards zero, and as in the paper nothing removes
+//! it. Without a prediction there is no innovation, and no spike gate.
 
+mod balance;
+mod config;
+mod covariance;
 mod formulas;
 mod sums;
-mod worth;
+#[cfg(test)]
+mod tests;
 
+pub use config::Config;
 pub use formulas::Method;
 
 use crate::attitude::NoAttitude;
 use crate::dynamics::wheels::WheelArray;
-use crate::error::{ConfigError, not_negative, positive};
+use crate::error::ConfigError;
 use crate::estimate::{Estimate, Status};
 use crate::estimator::Estimator;
-use crate::gate::{self, Gate, Rejection, Verdict};
+use crate::gate::{Gate, Rejection, Verdict};
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::innovation::Innovation;
 use crate::monitor::observability::{Observed, observed};
 use crate::outcome::{Coasting, Outcome, Reset};
-use crate::prior::Prior;
 use crate::sample::Sample;
 use crate::tensor::Inertia;
+use balance::Balance;
+use covariance::ErrorModel;
 use sums::Sums;
-use worth::Worth;
 
-/// Samples, at least, before their residual is believed to condemn the model.
+/// Samples before the residual is tested: its relative scatter is then below √(1/(2 · 3 · 64)) = 0.05.
 const WARM_UP: u32 = 64;
 
-/// Squared residual over what gyro noise explains, above which the model doesn't explain the
-/// data: as for the innovations of the filters, gyro noise stated up to 1.4 times too small.
+/// Squared residual over that of the stated gyro noise, above which the model does not explain the
+/// data. As for the innovations of the filters: gyro noise stated up to 1.4 times too small passes.
 const DIVERGED: f64 = 2.0;
-
-/// Configuration, fixed for the estimator's life.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Config<T: Real> {
-    /// Which of the paper's formulas.
-    pub method: Method,
-    /// Gyro noise, one sigma, white, per sample, rad/s.
-    pub gyro_noise_rad_s: T,
-    /// What is believed beforehand. The paper has none, and the formulas make no use of it: it
-    /// says what sigma an element has that the data doesn't show. Default none: the size of the
-    /// inertia along the motion, and half of it for the products.
-    pub prior: Option<Prior<T>>,
-    /// A sample within so many sigma of zero on every axis is taken as rest, with which the paper
-    /// starts. Default 5. A slow drift that passes for rest leaves a residual.
-    pub rest_sigma: T,
-    /// Which samples are looked at. Default as for every estimator.
-    pub gate: gate::Config<T>,
-}
-
-impl<T: Real> Config<T> {
-    /// The paper's `method`.
-    pub fn kim_2010(method: Method, gyro_noise_rad_s: T) -> Self {
-        let gate = gate::Config::default();
-        Self { method, gyro_noise_rad_s, prior: None, rest_sigma: T::lit(5.0), gate }
-    }
-
-    /// Refuses the first field that is out of its range, by name.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        positive("gyro_noise_rad_s", self.gyro_noise_rad_s)?;
-        if let Some(prior) = &self.prior {
-            prior.validate()?;
-        }
-        not_negative("rest_sigma", self.rest_sigma)?;
-        self.gate.validate()
-    }
-}
 
 /// The estimator, W wheels.
 #[derive(Clone, Debug)]
@@ -101,19 +71,10 @@ pub struct Momentum<T: Real, const W: usize> {
     config: Config<T>,
     wheels: WheelArray<T, W>,
     gate: Gate<T>,
+    /// None before the first sample at rest, and after an unknown impulse.
     balance: Option<Balance<T>>,
     sums: Sums<T>,
     rate_rad_s: Vec3<T>,
-}
-
-/// What is conserved, in inertial axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Balance<T: Real> {
-    /// `P(0)⁻¹ h_w(0) + ∫ P⁻¹ τ dt`, N m s.
-    momentum_n_m_s: Vec3<T>,
-    /// When it was last brought up to date, and the external torque then, N m.
-    time_us: u64,
-    torque_n_m: Vec3<T>,
 }
 
 impl<T: Real, const W: usize> Momentum<T, W> {
@@ -133,46 +94,21 @@ impl<T: Real, const W: usize> Momentum<T, W> {
         })
     }
 
-    fn is_at_rest(&self, rate_rad_s: &Vec3<T>) -> bool {
-        let limit = self.config.rest_sigma * self.config.gyro_noise_rad_s;
-        rate_rad_s.iter().all(|x| x.abs() <= limit)
-    }
-
-    fn balance_at(&self, sample: &Sample<T, W>, to_body: &Mat<T, 3, 3>) -> Balance<T> {
-        let to_inertial = to_body.transpose();
-        Balance {
-            momentum_n_m_s: to_inertial * self.wheels.momentum_n_m_s(&sample.wheel_speed_rad_s),
-            time_us: sample.time_us,
-            torque_n_m: to_inertial * sample.torque_n_m,
-        }
-    }
-
-    fn take(&mut self, sample: &Sample<T, W>, to_body: &Mat<T, 3, 3>) -> Outcome {
+    /// One step: rest or balance, then the sums.
+    fn update(&mut self, sample: &Sample<T, W>, to_body: &Mat<T, 3, 3>) -> Outcome {
         self.rate_rad_s = sample.rate_rad_s;
-        let now = self.balance_at(sample, to_body);
+        let now = Balance::at_rest(&self.wheels, sample, to_body);
         let Some(last) = self.balance else {
-            if !self.is_at_rest(&sample.rate_rad_s) {
-                return Outcome::Coasting(Coasting::WaitingForRest);
-            }
-            self.balance = Some(now);
-            self.add(sample, to_body, &now);
-            return Outcome::Reset(Reset::FirstSample);
+            return self.start(sample, to_body, now);
         };
-        let elapsed_us = sample.time_us.saturating_sub(last.time_us);
-        let has_torque = [last.torque_n_m, now.torque_n_m].iter().any(|t| *t != Vec3::zeros());
-        // Without torque momentum is conserved across any gap; with it, the impulse is unknown.
-        if has_torque && elapsed_us > self.config.gate.max_gap_us {
+        if last.has_unknown_impulse(&now, self.config.gate.max_gap_us) {
             self.balance = self.is_at_rest(&sample.rate_rad_s).then_some(now);
             return Outcome::Reset(Reset::Gap);
         }
-        let half_elapsed_s = T::seconds(elapsed_us) * T::lit(0.5);
-        let impulse = (last.torque_n_m + now.torque_n_m) * half_elapsed_s;
-        let balance = Balance { momentum_n_m_s: last.momentum_n_m_s + impulse, ..now };
-        if !balance.momentum_n_m_s.iter().all(|h| h.is_finite()) {
-            self.balance = None;
+        self.balance = last.advanced_to(&now);
+        let Some(balance) = self.balance else {
             return Outcome::Reset(Reset::Diverged);
-        }
-        self.balance = Some(balance);
+        };
         if self.add(sample, to_body, &balance) {
             Outcome::Updated
         } else {
@@ -180,14 +116,31 @@ impl<T: Real, const W: usize> Momentum<T, W> {
         }
     }
 
-    /// `J ω = Q` of this sample into the sums.
-    fn add(&mut self, sample: &Sample<T, W>, to_body: &Mat<T, 3, 3>, balance: &Balance<T>) -> bool {
-        let h_w = self.wheels.momentum_n_m_s(&sample.wheel_speed_rad_s);
-        self.sums.add(&sample.rate_rad_s, &(to_body * balance.momentum_n_m_s - h_w))
+    /// Starts the balance with a sample at rest.
+    fn start(&mut self, sample: &Sample<T, W>, to_body: &Mat<T, 3, 3>, now: Balance<T>) -> Outcome {
+        if !self.is_at_rest(&sample.rate_rad_s) {
+            return Outcome::Coasting(Coasting::WaitingForRest);
+        }
+        self.balance = Some(now);
+        self.add(sample, to_body, &now);
+        Outcome::Reset(Reset::FirstSample)
     }
 
-    fn status(&self, shown: &Observed, estimated: &Observed) -> Status {
-        match (shown.directions, estimated.directions) {
+    /// Whether the rate is within [`Config::rest_sigma`] of zero on every axis.
+    fn is_at_rest(&self, rate_rad_s: &Vec3<T>) -> bool {
+        let limit = self.config.rest_sigma * self.config.gyro_noise_rad_s;
+        rate_rad_s.iter().all(|x| x.abs() <= limit)
+    }
+
+    /// Adds the rows `J ω = Q` of one sample; `false` where a number is out of range.
+    fn add(&mut self, sample: &Sample<T, W>, to_body: &Mat<T, 3, 3>, balance: &Balance<T>) -> bool {
+        let h_w = self.wheels.momentum_n_m_s(&sample.wheel_speed_rad_s);
+        self.sums.add(&sample.rate_rad_s, &balance.body_momentum_n_m_s(to_body, &h_w))
+    }
+
+    /// Status from the directions that the data observes and those that the method estimates.
+    fn status(&self, observed: &Observed, estimated: &Observed) -> Status {
+        match (observed.directions, estimated.directions) {
             (0, _) => Status::Unobservable,
             _ if !self.explains_the_data() => Status::Diverged,
             (6, 6) => Status::Converged,
@@ -208,24 +161,24 @@ impl<T: Real, const W: usize> Estimator<T, W> for Momentum<T, W> {
         }
         let attitude = sample.attitude.ok_or(NoAttitude::Missing);
         match attitude.and_then(|q| q.to_body()) {
-            Ok(to_body) => self.take(sample, &to_body),
+            Ok(to_body) => self.update(sample, &to_body),
             Err(why) => Outcome::Coasting(Coasting::NoAttitude(why)),
         }
     }
 
-    /// Directions are those that the data has shown to an estimator of all six elements; the
-    /// covariance is that of the method's own elements, which may be worse.
+    /// Observed directions are those of an estimator of all six elements on the same data; the
+    /// covariance is that of the method's own elements, which may be larger.
     fn estimate(&self) -> Estimate<T> {
         let Config { method, gyro_noise_rad_s, prior, .. } = &self.config;
-        let worth = Worth::new(&self.sums, *gyro_noise_rad_s, prior.as_ref());
-        let (elements, covariance_kg2_m4) = worth.of(*method);
-        let range = &worth.believed().sigma_kg_m2;
-        let shown = observed(&worth.covariance_of_the_best(), range);
+        let model = ErrorModel::new(&self.sums, *gyro_noise_rad_s, prior.as_ref());
+        let (elements, covariance_kg2_m4) = model.solve(*method);
+        let range = &model.prior().sigma_kg_m2;
+        let by_the_data = observed(&model.least_squares_covariance(), range);
         Estimate {
             inertia: Inertia::new(elements),
             covariance_kg2_m4,
-            observed: shown,
-            status: self.status(&shown, &observed(&covariance_kg2_m4, range)),
+            observed: by_the_data,
+            status: self.status(&by_the_data, &observed(&covariance_kg2_m4, range)),
             disturbance_torque_n_m: None,
             gyro_bias_rad_s: None,
             residual_rms_rad_s: self.sums.residual_rms_rad_s(),
@@ -234,7 +187,7 @@ impl<T: Real, const W: usize> Estimator<T, W> for Momentum<T, W> {
         }
     }
 
-    /// The last sample's: nothing is filtered.
+    /// The last sample's rate: nothing is filtered.
     fn rate_rad_s(&self) -> Vec3<T> {
         self.rate_rad_s
     }
@@ -242,418 +195,5 @@ impl<T: Real, const W: usize> Estimator<T, W> for Momentum<T, W> {
     /// None: nothing is predicted.
     fn innovation(&self) -> Option<Innovation<T>> {
         None
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::attitude::Quaternion;
-    use proptest::prelude::*;
-    use std::vec::Vec;
-
-    const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
-    const NOISE_RAD_S: f64 = 1e-4;
-    const PERIOD_US: u64 = 100_000;
-    const PERIOD_S: f64 = 0.1;
-    const WHEEL_KG_M2: f64 = 1e-3;
-    /// Momentum in inertial axes at the start, N m s: wheels that spin.
-    const INITIAL_MOMENTUM: [f64; 3] = [0.05, -0.08, 0.03];
-    const METHODS: [Method; 4] =
-        [Method::Batch, Method::Conventional, Method::PreEstimate, Method::Suggested];
-
-    /// What the body is made to do: three orthogonal wheels take up whatever momentum this needs.
-    struct Flight<'a> {
-        inertia: [f64; 6],
-        seconds: f64,
-        rate: &'a dyn Fn(f64) -> Vec3<f64>,
-        /// Constant external torque in inertial axes, N m.
-        torque: Vec3<f64>,
-    }
-
-    impl Flight<'_> {
-        /// Samples without noise. The attitude by quaternion steps twenty times finer.
-        fn samples(&self) -> Vec<Sample<f64, 3>> {
-            let j = Inertia::new(self.inertia).matrix_kg_m2();
-            let fine = 20;
-            let dt = PERIOD_S / f64::from(fine);
-            let mut q = [0.1, -0.3, 0.2, 0.86f64.sqrt()];
-            let mut samples = Vec::new();
-            for k in 0..=(self.seconds / PERIOD_S) as u64 {
-                let t = k as f64 * PERIOD_S;
-                let attitude = Quaternion::new(q);
-                let to_body = attitude.to_body().unwrap();
-                let momentum = Vec3::from(INITIAL_MOMENTUM) + self.torque * t;
-                let rate = (self.rate)(t);
-                let h_w = to_body * momentum - j * rate;
-                samples.push(Sample {
-                    time_us: k * PERIOD_US,
-                    rate_rad_s: rate,
-                    wheel_speed_rad_s: (h_w / WHEEL_KG_M2).into(),
-                    torque_n_m: to_body * self.torque,
-                    attitude: Some(attitude),
-                });
-                for i in 0..fine {
-                    q = turned(q, &((self.rate)(t + (f64::from(i) + 0.5) * dt) * dt));
-                }
-            }
-            samples
-        }
-    }
-
-    /// q after a small turn of the body: `q̇ = ½ Ω(ω) q`, scalar last, to third order and scaled
-    /// to one.
-    fn turned(q: [f64; 4], angle: &Vec3<f64>) -> [f64; 4] {
-        let [q1, q2, q3, q4] = q;
-        let half = angle * (0.5 - angle.norm_squared() / 48.0);
-        let (v, w) = (Vec3::new(q1, q2, q3), 1.0 - angle.norm_squared() / 8.0);
-        let v = v * w + half * q4 + v.cross(&half);
-        let w = q4 * w - Vec3::new(q1, q2, q3).dot(&half);
-        let norm = (v.norm_squared() + w * w).sqrt();
-        [v.x / norm, v.y / norm, v.z / norm, w / norm]
-    }
-
-    fn wheels<T: Real>() -> WheelArray<T, 3> {
-        WheelArray::new([Vec3::x(), Vec3::y(), Vec3::z()], [T::lit(WHEEL_KG_M2); 3]).unwrap()
-    }
-
-    fn narrow(s: &Sample<f64, 3>) -> Sample<f32, 3> {
-        Sample {
-            time_us: s.time_us,
-            rate_rad_s: s.rate_rad_s.map(|x| x as f32),
-            wheel_speed_rad_s: s.wheel_speed_rad_s.map(|x| x as f32),
-            torque_n_m: s.torque_n_m.map(|x| x as f32),
-            attitude: s.attitude.map(|q| Quaternion::new(q.elements().map(|x| x as f32))),
-        }
-    }
-
-    fn config(method: Method) -> Config<f64> {
-        Config::kim_2010(method, NOISE_RAD_S)
-    }
-
-    fn fly(config: Config<f64>, samples: &[Sample<f64, 3>]) -> Estimate<f64> {
-        let mut estimator = Momentum::new(config, wheels()).unwrap();
-        for sample in samples {
-            estimator.step(sample);
-        }
-        estimator.estimate()
-    }
-
-    fn fly_f32(method: Method, samples: &[Sample<f64, 3>]) -> Estimate<f32> {
-        let config = Config::kim_2010(method, NOISE_RAD_S as f32);
-        let mut estimator = Momentum::new(config, wheels()).unwrap();
-        for sample in samples {
-            estimator.step(&narrow(sample));
-        }
-        estimator.estimate()
-    }
-
-    /// Normal noise of one sigma from a fixed seed: twelve uniform numbers of a linear
-    /// congruential generator (Knuth's constants).
-    struct Normal(u64);
-
-    impl Normal {
-        fn draw(&mut self) -> f64 {
-            let mut uniform = || {
-                self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                (self.0 >> 11) as f64 / (1u64 << 53) as f64
-            };
-            (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-        }
-
-        fn vector(&mut self) -> Vec3<f64> {
-            Vec3::from_fn(|_, _| self.draw())
-        }
-    }
-
-    fn with_noise(mut samples: Vec<Sample<f64, 3>>, seed: u64) -> Vec<Sample<f64, 3>> {
-        let mut normal = Normal(seed);
-        for sample in &mut samples {
-            sample.rate_rad_s += normal.vector() * NOISE_RAD_S;
-        }
-        samples
-    }
-
-    /// From rest, about all axes in turn and at once.
-    fn tumble(t: f64) -> Vec3<f64> {
-        Vec3::new(0.05 * (0.11 * t).sin(), 0.04 * (0.17 * t).sin(), 0.06 * (0.23 * t).sin())
-    }
-
-    /// From rest about one axis and to rest again: the rates are proportional.
-    fn slew(t: f64) -> Vec3<f64> {
-        Vec3::new(0.5, 0.6, 0.6) * (0.01 * t * (-0.05 * t).exp())
-    }
-
-    fn still() -> Vec3<f64> {
-        Vec3::zeros()
-    }
-
-    fn flight(rate: &dyn Fn(f64) -> Vec3<f64>) -> Flight<'_> {
-        Flight { inertia: INERTIA, seconds: 200.0, rate, torque: still() }
-    }
-
-    fn worst_error(found: [f64; 6]) -> f64 {
-        (0..6).map(|i| (found[i] - INERTIA[i]).abs()).fold(0.0, f64::max)
-    }
-
-    /// What the attitude's steps leave of 1.5 kg m²: (0.06 rad/s · 5 ms)² / 12 of the turns.
-    const EXACT: f64 = 1e-7;
-
-    #[test]
-    fn without_noise_the_batch_finds_all_six() {
-        let quiet = Config { gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
-        let estimate = fly(quiet, &flight(&tumble).samples());
-        assert!(worst_error(estimate.inertia.elements_kg_m2()) < EXACT, "{estimate:?}");
-        assert_eq!((estimate.status, estimate.observed.directions), (Status::Converged, 6));
-    }
-
-    #[test]
-    fn without_noise_the_conventional_finds_all_six_one_axis_after_the_other() {
-        let one_after_the_other = |t: f64| {
-            let pulse = |from: f64| 0.05 * (0.05 * (t - from).clamp(0.0, 62.8)).sin();
-            Vec3::new(pulse(0.0), pulse(65.0), pulse(130.0)).map(|x| if x < 1e-4 { 0.0 } else { x })
-        };
-        let quiet = Config { gyro_noise_rad_s: 1e-9, ..config(Method::Conventional) };
-        let estimate = fly(quiet, &flight(&one_after_the_other).samples());
-        assert!(worst_error(estimate.inertia.elements_kg_m2()) < EXACT, "{estimate:?}");
-    }
-
-    #[test]
-    fn without_noise_a_single_axis_shows_its_column_and_the_rest_is_held() {
-        let about_x = |t: f64| Vec3::new(0.05 * (0.1 * t).sin(), 0.0, 0.0);
-        let prior = Prior { inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], sigma_kg_m2: [0.5; 6] };
-        let samples = flight(&about_x).samples();
-        for method in [Method::Conventional, Method::Suggested, Method::PreEstimate] {
-            let config = Config { gyro_noise_rad_s: 1e-9, prior: Some(prior), ..config(method) };
-            let estimate = fly(config, &samples);
-            let found = estimate.inertia.elements_kg_m2();
-            assert_eq!(estimate.observed.directions, 3);
-            assert_eq!(estimate.observed.element, [true, false, false, true, true, false]);
-            assert_eq!(estimate.status, Status::Partial);
-            for i in [0, 3, 4] {
-                assert!((found[i] - INERTIA[i]).abs() < EXACT, "{method:?} {found:?}");
-                assert!(estimate.sigma_kg_m2()[i] < EXACT);
-            }
-            for i in [1, 2, 5] {
-                assert_eq!(found[i], prior.inertia_kg_m2[i]);
-                assert!((estimate.sigma_kg_m2()[i] - 0.5).abs() < 1e-12);
-            }
-        }
-        // Nine unknowns at once have no solution, so all are held.
-        let batch = Config { prior: Some(prior), gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
-        let estimate = fly(batch, &samples);
-        assert_eq!(estimate.inertia.elements_kg_m2(), prior.inertia_kg_m2);
-        assert_eq!(estimate.observed.directions, 3);
-    }
-
-    #[test]
-    fn a_known_torque_changes_nothing() {
-        let quiet = Config { gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
-        let torque = Vec3::new(1e-3, -2e-3, 1e-3);
-        let estimate = fly(quiet, &Flight { torque, ..flight(&tumble) }.samples());
-        assert!(worst_error(estimate.inertia.elements_kg_m2()) < EXACT, "{estimate:?}");
-        assert_eq!(estimate.status, Status::Converged);
-    }
-
-    #[test]
-    fn a_body_that_moves_is_waited_for() {
-        let comes_to_rest = |t: f64| if t < 50.0 { tumble(t + 3.0) } else { tumble(t - 50.0) };
-        let quiet = Config { gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
-        let mut estimator = Momentum::new(quiet, wheels()).unwrap();
-        for (k, sample) in flight(&comes_to_rest).samples().iter().enumerate() {
-            let outcome = estimator.step(sample);
-            match k {
-                ..500 => assert_eq!(outcome, Outcome::Coasting(Coasting::WaitingForRest)),
-                500 => assert_eq!(outcome, Outcome::Reset(Reset::FirstSample)),
-                _ => assert_eq!(outcome, Outcome::Updated),
-            }
-            if k == 499 {
-                assert_eq!(estimator.estimate().status, Status::Unobservable);
-            }
-        }
-        assert!(worst_error(estimator.estimate().inertia.elements_kg_m2()) < EXACT);
-    }
-
-    #[test]
-    fn a_gap_costs_nothing_without_torque_and_waits_for_rest_with_it() {
-        let quiet = Config { gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
-        for torque in [still(), Vec3::new(1e-3, -2e-3, 1e-3)] {
-            let samples = Flight { torque, ..flight(&tumble) }.samples();
-            let mut estimator = Momentum::new(quiet, wheels()).unwrap();
-            let with_gap = [&samples[..301], &samples[400..]].concat();
-            let outcomes: Vec<Outcome> = with_gap.iter().map(|s| estimator.step(s)).collect();
-            let after = if torque == still() {
-                [Outcome::Updated; 2]
-            } else {
-                [Outcome::Reset(Reset::Gap), Outcome::Coasting(Coasting::WaitingForRest)]
-            };
-            assert_eq!(outcomes[301..303], after);
-            let found = estimator.estimate();
-            assert_eq!(found.observed.directions, 6);
-            assert!(worst_error(found.inertia.elements_kg_m2()) < EXACT, "{found:?}");
-        }
-    }
-
-    #[test]
-    fn of_a_slew_about_one_axis_every_method_says_that_three_directions_are_seen() {
-        let samples = with_noise(flight(&slew).samples(), 1);
-        for method in METHODS {
-            let estimate = fly(config(method), &samples);
-            assert_eq!(estimate.observed.directions, 3, "{method:?}");
-            assert_eq!(estimate.status, Status::Partial);
-            assert_eq!(fly_f32(method, &samples).observed, estimate.observed, "{method:?}");
-            for i in 0..6 {
-                let error = estimate.inertia.elements_kg_m2()[i] - INERTIA[i];
-                let sigma = estimate.sigma_kg_m2()[i];
-                assert!(error.abs() < 2.0 * sigma, "{method:?} element {i}: {error} ± {sigma}");
-            }
-        }
-    }
-
-    #[test]
-    fn single_precision_comes_to_the_same() {
-        // Rounding of a wheel's momentum, 6e-8 of 0.1 N m s, beside 0.05 rad/s of motion.
-        let rounding = 1e-5;
-        for (rate, seed) in [(&tumble as &dyn Fn(f64) -> Vec3<f64>, 2), (&slew, 3)] {
-            let samples = with_noise(flight(rate).samples(), seed);
-            for method in METHODS {
-                let double = fly(config(method), &samples);
-                let single = fly_f32(method, &samples);
-                for i in 0..6 {
-                    let difference = f64::from(single.inertia.elements_kg_m2()[i])
-                        - double.inertia.elements_kg_m2()[i];
-                    assert!(difference.abs() < rounding, "{method:?} element {i}: {difference}");
-                    let ratio = f64::from(single.sigma_kg_m2()[i]) / double.sigma_kg_m2()[i];
-                    assert!((ratio - 1.0).abs() < 0.01, "{method:?} element {i}: {ratio}");
-                }
-            }
-        }
-    }
-
-    /// Mean NEES per degree of freedom over spacecraft drawn from the prior.
-    fn nees(method: Method, rate: &dyn Fn(f64) -> Vec3<f64>) -> f64 {
-        let prior = Prior {
-            inertia_kg_m2: [1.5, 1.2, 1.8, 0.0, 0.0, 0.0],
-            sigma_kg_m2: [0.1, 0.1, 0.1, 0.1, 0.1, 0.1],
-        };
-        let runs = 100;
-        let mut normal = Normal(4);
-        let mut sum = 0.0;
-        for seed in 0..runs {
-            let inertia = core::array::from_fn(|i| {
-                prior.inertia_kg_m2[i] + prior.sigma_kg_m2[i] * normal.draw()
-            });
-            let samples = Flight { inertia, ..flight(rate) }.samples();
-            let config = Config { prior: Some(prior), ..config(method) };
-            let estimate = fly(config, &with_noise(samples, 100 + seed));
-            let error = Mat::<f64, 6, 1>::from(estimate.inertia.elements_kg_m2())
-                - Mat::<f64, 6, 1>::from(inertia);
-            let inverse = estimate.covariance_kg2_m4.try_inverse().unwrap();
-            sum += (error.transpose() * inverse * error)[0] / 6.0;
-        }
-        sum / runs as f64
-    }
-
-    #[test]
-    fn the_covariance_is_that_of_the_formulas_error_whatever_it_neglects() {
-        // An honest one gives 1 ± 0.06 over 600 degrees of freedom. Along directions of noise alone
-        // Σ ω vᵀ follows from Σ ω ωᵀ, which is left out: sigma is then a little too large.
-        for method in METHODS {
-            for (name, rate) in [("tumble", &tumble as &dyn Fn(f64) -> Vec3<f64>), ("slew", &slew)]
-            {
-                let nees = nees(method, rate);
-                std::println!("{method:?} on {name}: NEES {nees:.3}");
-                assert!((0.7..1.25).contains(&nees), "{method:?} on {name}: {nees}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_torque_that_nobody_told_is_called_diverged() {
-        let mut samples = Flight { torque: Vec3::new(2e-4, 0.0, 0.0), ..flight(&tumble) }.samples();
-        for sample in &mut samples {
-            sample.torque_n_m = still();
-        }
-        let samples = with_noise(samples, 5);
-        assert_eq!(fly(config(Method::Batch), &samples).status, Status::Diverged);
-        let honest = with_noise(flight(&tumble).samples(), 5);
-        let estimate = fly(config(Method::Batch), &honest);
-        assert_eq!(estimate.status, Status::Converged);
-        assert!((estimate.residual_rms_rad_s / NOISE_RAD_S - 1.0).abs() < 0.05);
-    }
-
-    #[test]
-    fn an_attitude_that_cannot_be_used_is_named_and_changes_nothing() {
-        let samples = flight(&tumble).samples();
-        let mut estimator = Momentum::new(config(Method::Batch), wheels()).unwrap();
-        let mut step = |attitude: Option<Quaternion<f64>>, k: usize| {
-            estimator.step(&Sample { attitude, ..samples[k] })
-        };
-        let coasting = |why| Outcome::Coasting(Coasting::NoAttitude(why));
-        assert_eq!(step(samples[0].attitude, 0), Outcome::Reset(Reset::FirstSample));
-        assert_eq!(step(None, 1), coasting(NoAttitude::Missing));
-        assert_eq!(step(Some(Quaternion::new([0.0; 4])), 2), coasting(NoAttitude::NotUnit));
-        let nan = Quaternion::new([f64::NAN, 0.0, 0.0, 1.0]);
-        assert_eq!(step(Some(nan), 3), coasting(NoAttitude::NotFinite));
-        assert_eq!(step(samples[4].attitude, 4), Outcome::Updated);
-    }
-
-    #[test]
-    fn at_rest_nothing_is_seen() {
-        let rest = |_: f64| Vec3::zeros();
-        for samples in [flight(&rest).samples(), with_noise(flight(&rest).samples(), 6)] {
-            for method in METHODS {
-                let estimate = fly(config(method), &samples);
-                assert_eq!(estimate.status, Status::Unobservable, "{method:?}");
-                assert_eq!(estimate.observed, Observed::default());
-                assert!(estimate.sigma_kg_m2().iter().all(|sigma| *sigma > 0.9));
-            }
-        }
-    }
-
-    #[test]
-    fn names_the_field_that_is_out_of_range() {
-        let field = |config: Config<f64>| config.validate().unwrap_err().field;
-        let good = config(Method::Suggested);
-        assert_eq!(good.validate(), Ok(()));
-        assert_eq!(field(Config { gyro_noise_rad_s: 0.0, ..good }), "gyro_noise_rad_s");
-        assert_eq!(field(Config { rest_sigma: -1.0, ..good }), "rest_sigma");
-        let prior = Prior { inertia_kg_m2: [1.0; 6], sigma_kg_m2: [1.0; 6] };
-        assert_eq!(field(Config { prior: Some(prior), ..good }), "prior.inertia_kg_m2");
-    }
-
-    proptest! {
-        #[test]
-        fn any_bits_leave_a_finite_estimate(
-            rows in prop::collection::vec(prop::array::uniform16(any::<u32>()), 30),
-            turns in prop::collection::vec(prop::array::uniform3(-1.0..1.0f32), 30),
-            scale in prop::sample::select(std::vec![1e-30f32, 1e-12, 1.0, 1e12, 1e30]),
-        ) {
-            for method in METHODS {
-                let config = Config::kim_2010(method, 1e-4f32);
-                let mut estimator = Momentum::new(config, wheels()).unwrap();
-                for (k, (bits, turn)) in rows.iter().zip(&turns).enumerate() {
-                    let f = bits.map(f32::from_bits);
-                    // Any bits mostly fail the gate: so every other sample is sane but for its size.
-                    let sane = k % 2 == 0;
-                    let pick = |any: [f32; 3]| if sane { turn.map(|x| x * scale) } else { any };
-                    estimator.step(&Sample {
-                        time_us: k as u64 * PERIOD_US,
-                        rate_rad_s: if sane { Vec3::from(*turn) } else { [f[0], f[1], f[2]].into() },
-                        wheel_speed_rad_s: pick([f[3], f[4], f[5]]),
-                        torque_n_m: pick([f[6], f[7], f[8]]).into(),
-                        attitude: Some(if sane {
-                            Quaternion::identity()
-                        } else {
-                            Quaternion::new([f[9], f[10], f[11], f[12]])
-                        }),
-                    });
-                }
-                let e = estimator.estimate();
-                prop_assert!(e.inertia.elements_kg_m2().iter().all(|x| x.is_finite()));
-                prop_assert!(e.covariance_kg2_m4.iter().all(|x| x.is_finite()));
-                prop_assert!(e.residual_rms_rad_s.is_finite());
-            }
-        }
     }
 }

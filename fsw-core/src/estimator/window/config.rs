@@ -1,8 +1,9 @@
 //! What the window estimator is told.
 
 use super::unknowns::{has_bias, has_torque};
-use crate::error::{ConfigError, Invalid, not_negative, positive};
+use crate::error::{ConfigError, Invalid};
 use crate::gate;
+use crate::math::range::{not_negative, positive};
 use crate::math::scalar::Real;
 use crate::prior::Prior;
 

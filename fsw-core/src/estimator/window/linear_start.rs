@@ -18,7 +18,7 @@ use super::solution::{Hold, hard};
 use super::unknowns::{BIAS, DRAG, MOMENTUM, TORQUE, has_bias, has_torque, inertia_of};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real};
-use crate::tensor::Inertia;
+use crate::tensor::{Inertia, regressor_noise_share};
 
 /// Passes over the noise correction. Each shrinks its error by [`LARGEST_CORRECTION`] or more:
 /// eight leave 3e-6 of the correction.
@@ -307,7 +307,7 @@ impl<T: Real> Solving<T> {
         room: &mut SquareRootInformation<T, U>,
     ) -> Found<T> {
         let noise_information = noise_rad_s * noise_rad_s * T::count(linear.rows);
-        let share = |i: usize| noise_information * T::lit(if i < 3 { 1.0 } else { 2.0 });
+        let share = |i: usize| noise_information * regressor_noise_share(i);
         match (self.stage, self.kind) {
             (Stage::Hold(index), _) if index < inertia_of(U) => {
                 self.hold(index, noise_rad_s, holds, room);

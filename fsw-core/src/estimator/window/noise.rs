@@ -1,8 +1,8 @@
 //! The gyro's noise where nobody tells it: from third differences of its readings, which white noise
 //! fills and smooth motion doesn't.
 
-use crate::checkpoint::{Archive, Persist, mix, name};
 use crate::math::{Vec3, scalar::Real};
+use crate::persist::{Archive, Persist, mix, name};
 
 /// Variance of a third difference over that of a reading: 1 + 9 + 9 + 1.
 const THIRD_DIFFERENCE: f64 = 20.0;

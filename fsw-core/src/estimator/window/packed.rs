@@ -15,8 +15,8 @@
 //! were too few for them, and showed in residuals and NEES.
 
 use super::block::Block;
-use crate::checkpoint::{Archive, Persist};
 use crate::math::{Vec3, scalar::Real};
+use crate::persist::{Archive, Persist};
 
 /// Bits of each axis.
 const RATE_BITS: u32 = 17;

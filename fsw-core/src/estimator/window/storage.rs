@@ -3,8 +3,8 @@
 
 use super::block::Block;
 use super::packed::{Packed, Packer, Scale};
-use crate::checkpoint::{Archive, Persist, mix, name};
 use crate::math::{Vec3, scalar::Real};
+use crate::persist::{Archive, Persist, mix, name};
 use heapless::Vec;
 
 /// Storage is rebuilt while this share of it, and at least so many blocks, is still free: meanwhile

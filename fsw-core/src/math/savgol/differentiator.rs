@@ -5,7 +5,8 @@
 //! kept in a ring; nothing is allocated.
 
 use super::kernel::{Fit, Kernel};
-use crate::error::{ConfigError, not_negative};
+use crate::error::ConfigError;
+use crate::math::range::{not_negative, within};
 use crate::math::scalar::Real;
 
 /// How the window fills after a start.
@@ -18,8 +19,6 @@ pub enum Growth {
     /// samples there are: 3, 3, 5, 5, 7 for 3 to 7 of them, \[Kim2013\].
     Odd,
 }
-
-crate::persist!([] enum Growth { 0 => WaitUntilFull, 1 => Odd });
 
 /// What the window holds after a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,21 +48,17 @@ pub struct Fitted<T: Real, const N: usize> {
 /// N channels, a window of up to C samples.
 #[derive(Clone, Debug)]
 pub struct Differentiator<T: Real, const N: usize, const C: usize> {
-    fit: Fit<T>,
-    growth: Growth,
+    pub(crate) fit: Fit<T>,
+    pub(crate) growth: Growth,
     /// An interval may differ from the mean of those before it by this share.
-    period_tolerance: T,
-    ring: [([T; N], u64); C],
+    pub(crate) period_tolerance: T,
+    pub(crate) ring: [([T; N], u64); C],
     /// Where the next sample goes.
-    next: usize,
-    filled: usize,
-    smoothing: Kernel<T, C>,
-    differentiation: Kernel<T, C>,
+    pub(crate) next: usize,
+    pub(crate) filled: usize,
+    pub(crate) smoothing: Kernel<T, C>,
+    pub(crate) differentiation: Kernel<T, C>,
 }
-
-crate::persist!([T: Real, const N: usize, const C: usize] Differentiator<T, N, C> {
-    ring, next, filled, smoothing, differentiation; unchanged fit, growth, period_tolerance
-} if |this| this.next < C && this.filled <= this.fit.window);
 
 impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
     /// Fits as `fit` says; its `derivative` is not looked at, since value and first derivative
@@ -73,7 +68,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
     /// What [`Fit::validate`] refuses, an `order` of zero, and a negative `period_tolerance`.
     pub fn new(fit: Fit<T>, growth: Growth, period_tolerance: T) -> Result<Self, ConfigError> {
         fit.validate(C)?;
-        crate::error::within("order", fit.order, 1, fit.window - 1)?;
+        within("order", fit.order, 1, fit.window - 1)?;
         not_negative("period_tolerance", period_tolerance)?;
         let [smoothing, differentiation] = Kernel::value_and_slope(&fit);
         Ok(Self {

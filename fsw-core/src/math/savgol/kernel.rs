@@ -16,7 +16,8 @@
 //! Differentiated m times it is the same with `m pₖ⁽ᵐ⁻¹⁾` added on the right. So the weights need
 //! no more memory than a few windows, and no square root.
 
-use crate::error::{ConfigError, within};
+use crate::error::ConfigError;
+use crate::math::range::{finite, within};
 use crate::math::scalar::Real;
 
 /// The longest window.
@@ -39,8 +40,6 @@ pub struct Fit<T: Real> {
     pub at: T,
 }
 
-crate::persist!([T: Real] Fit<T> { window, order, derivative, at });
-
 impl<T: Real> Fit<T> {
     /// Evaluated in the middle of the window: at a sample if it is odd, between two if even.
     pub fn centred(window: usize, order: usize, derivative: usize) -> Self {
@@ -57,7 +56,7 @@ impl<T: Real> Fit<T> {
     pub fn validate(&self, capacity: usize) -> Result<(), ConfigError> {
         within("window", self.window, 2, capacity.min(LARGEST_WINDOW))?;
         within("order", self.order, 0, LARGEST_ORDER.min(self.window - 1))?;
-        crate::error::finite("at", self.at)
+        finite("at", self.at)
     }
 }
 
@@ -69,13 +68,9 @@ fn periods<T: Real>(window: usize) -> T {
 /// Weights for a window of up to C samples, oldest first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kernel<T: Real, const C: usize> {
-    weights: [T; C],
-    window: usize,
+    pub(crate) weights: [T; C],
+    pub(crate) window: usize,
 }
-
-crate::persist!(
-    [T: Real, const C: usize] Kernel<T, C> { weights, window } if |kernel| kernel.window <= C
-);
 
 impl<T: Real, const C: usize> Kernel<T, C> {
     /// Takes about `n p` products.

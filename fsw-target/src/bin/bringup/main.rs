@@ -22,8 +22,7 @@ mod on_target {
     use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
     use fsw_target::arch::exit;
     use fsw_target::board::{
-        Board, CheckpointFlash, Delay, GyroBus, GyroDataReady, LogPort, Tunnel, WheelCaptures,
-        now_us,
+        Board, CheckpointFlash, Delay, GyroBus, GyroDataReady, Tunnel, WheelCaptures, now_us,
     };
     use fsw_target::drivers::gyro::bmi088::{CHIP_ID, register};
     use fsw_target::drivers::gyro::bus::{RegisterBus, Spi};
@@ -32,13 +31,13 @@ mod on_target {
     use fsw_target::flight::supervisor::{Supervisor, Task};
     use fsw_target::runtime::{log, stack};
 
-    fsw_target::ends_by!(exit::failed);
+    fsw_target::ends_by!(exit::end_after);
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
         let Some(mut board) = Board::take() else { exit::failure() };
         let report = board.report();
-        log::init(LogPort::new(board.link));
+        log::init(board.link.into_log_output());
         defmt::info!("{}", report);
 
         let mut all_well = true;

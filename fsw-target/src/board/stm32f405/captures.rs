@@ -12,8 +12,8 @@
 
 use super::pins::TachLevels;
 use super::rates::{Clocks, timer_prescaler};
-use super::shared::Shared;
 use crate::drivers::wheel_tach::{CaptureTimer, Captured, EdgeFilter};
+use crate::runtime::shared::Shared;
 use core::sync::atomic::{AtomicU32, Ordering};
 use stm32f4::stm32f405::{RCC, TIM2, interrupt, tim2};
 

@@ -11,10 +11,10 @@
 //! Registers: RM0090, chapters 9 (SYSCFG) and 12 (EXTI).
 
 use super::captures;
-use super::shared::Shared;
 use super::time::now_us;
-use crate::drivers::stamps::Stamps;
 use crate::flight::sensors::DataReady;
+use crate::runtime::shared::Shared;
+use crate::runtime::stamps::Stamps;
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::{NVIC, SCB};
 use stm32f4::stm32f405::{EXTI, Interrupt, SYSCFG, interrupt};

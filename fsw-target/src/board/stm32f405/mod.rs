@@ -41,7 +41,6 @@ pub mod pins;
 mod rates;
 mod reset;
 pub mod services;
-mod shared;
 pub mod spi;
 pub mod time;
 pub mod usart;
@@ -56,7 +55,7 @@ pub use reset::ResetCause;
 pub use services::Services;
 pub use spi::{GyroBus, SpiFault};
 pub use time::{Delay, now_us};
-pub use usart::{Link, LogPort, SerialCounters, Tunnel};
+pub use usart::{Link, SerialCounters, Tunnel};
 pub use watchdog::Watchdog;
 
 use cortex_m::peripheral::scb::SystemHandler;

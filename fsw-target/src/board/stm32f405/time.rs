@@ -10,7 +10,7 @@
 //! Registers: RM0090, chapter 18 (TIM2 to TIM5).
 
 use super::rates::{Clocks, timer_prescaler};
-use crate::drivers::extended_time::ExtendedTime;
+use crate::runtime::extended_time::ExtendedTime;
 use core::cell::Cell;
 use critical_section::Mutex;
 use embedded_hal::delay::DelayNs;

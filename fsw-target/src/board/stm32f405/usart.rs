@@ -6,13 +6,13 @@
 //! packet was hit, by its CRC, and the counts say why. Sending never waits: [`Write::write`] takes
 //! a byte if the transmitter has room, and the loop offers the next one when it comes by again.
 //!
-//! [`LogPort`] is USART1 for the images that log and end by themselves: it sends by polling.
+//! [`Link::into_log_output`] makes USART1 the output of the log, for images that have no telemetry.
 //!
 //! Registers: RM0090, chapter 30 (USART).
 
 use super::clocks::wait;
 use super::rates::{Clocks, baud_divider};
-use super::shared::Shared;
+use crate::runtime::shared::Shared;
 use crate::stand_in::tunnel;
 use core::convert::Infallible;
 use core::ops::Deref;
@@ -175,24 +175,18 @@ impl<U: Registers> tunnel::Port for SerialPort<U> {
     }
 }
 
-/// USART1 for images that log and end by themselves: sends by polling.
-pub struct LogPort {
-    link: Link,
-}
+/// Attempts to send one byte before it is dropped. A byte takes 14,600 cycles at 168 MHz and an attempt
+/// at least ten, so that the limit is more than the time of ten bytes: the port is dead.
+const ATTEMPTS: u32 = 16_000;
 
-/// How often the transmitter is offered a byte before it is given up. A byte takes 14,600 cycles
-/// at 168 MHz and an offer at least ten, so this is more than ten bytes' time: the port is dead.
-const OFFERS: u32 = 16_000;
-
-impl LogPort {
-    /// Makes the link the log's.
-    pub fn new(link: Link) -> Self {
-        Self { link }
-    }
-
-    /// Sends one byte, or drops it if the port takes none in [`OFFERS`] tries.
-    pub fn send(&mut self, byte: u8) {
-        let _ = wait(OFFERS, || self.link.write(byte).is_ok());
+impl Link {
+    /// Makes this port the output of the log. The function sends one byte by polling; it drops the byte if
+    /// the port does not take it in [`ATTEMPTS`].
+    pub fn into_log_output(self) -> fn(u8) {
+        |byte| {
+            let mut port = Self { shared: &PORT_1 };
+            let _ = wait(ATTEMPTS, || port.write(byte).is_ok());
+        }
     }
 }
 

@@ -1,11 +1,12 @@
 //! Checkpoints of the estimators: brought back at the start, saved now and then, sent to the ground.
 
 use super::Housekeeping;
-use crate::flight::selected::{FlownWindow, SelectedEstimator};
+use crate::flight::selected::SelectedEstimator;
 use crate::link::telemetry::{CheckpointPart, CheckpointState, PART_BYTES};
 use crate::store::{self, Store};
 use embedded_storage::nor_flash::NorFlash;
 use fsw_core::checkpoint::{self, Archive, Persist};
+use fsw_steps::EstimatorSlot;
 
 /// Between two checkpoints, unless the ground asks, µs: ten minutes. At seven checkpoints of
 /// `window` to an erasure of one half of the flash, 10,000 erasures of each last 2.6 years.
@@ -21,7 +22,7 @@ const OFF_US: u64 = 60_000_000;
 
 /// Words that a checkpoint takes at most: as many as the largest estimator in memory, and one more for each of
 /// what is smaller there than a word.
-const MOST_WORDS: u32 = (size_of::<FlownWindow>() / size_of::<u32>() + SMALL_ONES) as u32;
+const MOST_WORDS: u32 = (EstimatorSlot::LARGEST_BYTES / size_of::<u32>() + SMALL_ONES) as u32;
 const SMALL_ONES: usize = 128;
 
 /// Checkpoints, and what became of them.
@@ -163,7 +164,7 @@ fn bring_back<F: NorFlash>(
         }
         Err(why) => {
             // It may be half of one and half of the other.
-            let _ = onboard.configure(); // the craft was accepted once
+            let _ = onboard.restart(); // the craft was accepted once
             match why {
                 store::Error::Invalid(_) => CheckpointState::Unusable,
                 _ => CheckpointState::Failed,
@@ -188,8 +189,8 @@ mod tests {
     fn words(onboard: &mut SelectedEstimator) -> u32 {
         let mut words = vec![0; 2 * MOST_WORDS as usize];
         let mut noted = ToWords::new(&mut words);
-        checkpoint::pass(&mut Kept { time_us: 0, onboard }, &mut noted).unwrap();
-        noted.noted() as u32
+        checkpoint::transfer(&mut Kept { time_us: 0, onboard }, &mut noted).unwrap();
+        noted.written() as u32
     }
 
     fn sample(k: u64, rate_rad_s: [f32; 3], wheel_speed_rad_s: [f32; 4]) -> Sample<f32, 4> {

@@ -296,7 +296,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.must_answer = false;
         let now_us = self.board.now_us();
         let health = self.board.health();
-        let failure = health.last_life.failure;
+        let failure = health.last_run.failure;
         let counters = self.flight.counters();
         let overruns = self.flight.sensors().data_ready.overruns();
         let accepted = self.uplink.last_accepted();
@@ -304,7 +304,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         let report = StatusReport {
             uptime_s: u32::try_from(uptime_us / 1_000_000).unwrap_or(u32::MAX),
             reset_cause: health.reset_cause,
-            failures: health.last_life.failures,
+            failures: health.last_run.failures,
             last_failure: failure.map(|failure| failure.kind),
             last_failure_at: failure.map_or(0, |failure| failure.at),
             last_failure_from: failure.map_or(0, |failure| failure.from),

@@ -6,7 +6,7 @@ use crate::flight::flight_loop::Sensors;
 use crate::flight::sensors::{DataReady, TorqueCommand, WheelTachometers};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry::{ClockSource, ResetCause};
-use crate::runtime::failure::LastLife;
+use crate::runtime::failure::LastRun;
 use embedded_hal::delay::DelayNs;
 use embedded_hal_nb::serial::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
@@ -60,7 +60,7 @@ pub struct Health {
     /// Why it started.
     pub reset_cause: ResetCause,
     /// What the life before left behind.
-    pub last_life: LastLife,
+    pub last_run: LastRun,
     /// What its clock runs on.
     pub clock: ClockSource,
     /// Whether the watchdog runs.

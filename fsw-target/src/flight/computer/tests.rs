@@ -6,7 +6,7 @@ use crate::link::Receiver;
 use crate::link::frame::Frame;
 use crate::link::packet::SequenceCount;
 use crate::link::telemetry::{CheckpointState, ClockSource, Received, ResetCause, Telemetry};
-use crate::runtime::failure::LastLife;
+use crate::runtime::failure::LastRun;
 use crate::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS};
 use crate::stand_in::recording::{Recording, Row};
 use core::cell::{Cell, RefCell};
@@ -234,7 +234,7 @@ impl Housekeeping for Part {
     fn health(&mut self) -> Health {
         Health {
             reset_cause: ResetCause::PowerOn,
-            last_life: LastLife::default(),
+            last_run: LastRun::default(),
             clock: ClockSource::Crystal,
             watchdog: true,
             stack_high_water_bytes: 0,

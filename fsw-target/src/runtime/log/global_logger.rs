@@ -5,7 +5,6 @@
 //! at a low rate, and from nothing that is faster.
 
 use super::rtt::{self, UpWriter};
-use crate::board::LogPort;
 use core::cell::RefCell;
 use critical_section::{Mutex, RestoreState};
 use defmt::Encoder;
@@ -14,7 +13,7 @@ use defmt::Encoder;
 struct State {
     encoder: Encoder,
     rtt: UpWriter,
-    port: Option<LogPort>,
+    output: Option<fn(u8)>,
     /// The interrupt mask from before the frame in work.
     restore: RestoreState,
 }
@@ -22,13 +21,13 @@ struct State {
 static STATE: Mutex<RefCell<State>> = Mutex::new(RefCell::new(State {
     encoder: Encoder::new(),
     rtt: UpWriter::new(),
-    port: None,
+    output: None,
     restore: RestoreState::invalid(),
 }));
 
-/// Mirrors the log on `port` from now on. What was logged before went to RTT only.
-pub fn init(port: LogPort) {
-    with_state(|state| state.port = Some(port));
+/// Copies the log to `output`, byte by byte, from the next line on. Earlier lines went to RTT only.
+pub fn init(output: fn(u8)) {
+    with_state(|state| state.output = Some(output));
 }
 
 #[defmt::global_logger]
@@ -44,14 +43,14 @@ unsafe impl defmt::Logger for GlobalLogger {
         with_state(|state| {
             state.restore = restore;
             state.rtt.begin();
-            let State { encoder, rtt, port, .. } = state;
-            encoder.start_frame(|bytes| send(rtt, port, bytes));
+            let State { encoder, rtt, output, .. } = state;
+            encoder.start_frame(|bytes| send(rtt, *output, bytes));
         });
     }
 
     unsafe fn write(bytes: &[u8]) {
-        with_state(|State { encoder, rtt, port, .. }| {
-            encoder.write(bytes, |bytes| send(rtt, port, bytes));
+        with_state(|State { encoder, rtt, output, .. }| {
+            encoder.write(bytes, |bytes| send(rtt, *output, bytes));
         });
     }
 
@@ -62,8 +61,8 @@ unsafe impl defmt::Logger for GlobalLogger {
     unsafe fn release() {
         let mut restore = RestoreState::invalid();
         with_state(|state| {
-            let State { encoder, rtt, port, .. } = state;
-            encoder.end_frame(|bytes| send(rtt, port, bytes));
+            let State { encoder, rtt, output, .. } = state;
+            encoder.end_frame(|bytes| send(rtt, *output, bytes));
             state.rtt.commit(&rtt::CONTROL_BLOCK);
             restore = state.restore;
         });
@@ -72,11 +71,11 @@ unsafe impl defmt::Logger for GlobalLogger {
     }
 }
 
-fn send(rtt: &mut UpWriter, port: &mut Option<LogPort>, bytes: &[u8]) {
+fn send(rtt: &mut UpWriter, output: Option<fn(u8)>, bytes: &[u8]) {
     for &byte in bytes {
         rtt.push(&rtt::CONTROL_BLOCK, &rtt::BUFFER, byte);
-        if let Some(port) = port {
-            port.send(byte);
+        if let Some(output) = output {
+            output(byte);
         }
     }
 }

@@ -16,7 +16,7 @@ use crate::flight::sensors::{DataReady, TorqueCommand};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry::{ClockSource, ResetCause};
 use crate::link::wire::{Unreadable, Wire, Writer};
-use crate::runtime::failure::LastLife;
+use crate::runtime::failure::LastRun;
 use core::marker::PhantomData;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::{ErrorType as SpiErrorType, Operation, SpiDevice};
@@ -31,7 +31,7 @@ pub const HEALTH: Health = Health {
     watchdog: false,
     stack_high_water_bytes: 0,
     serial_errors: 0,
-    last_life: LastLife { failure: None, failures: 0 },
+    last_run: LastRun { failure: None, failures: 0 },
 };
 
 /// The parts of a flight computer whose sensors are at the end of a tunnel through the port `P`, and

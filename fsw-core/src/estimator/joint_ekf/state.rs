@@ -1,0 +1,61 @@
+//! The nine states, and the two operations on them that a form of the filter provides.
+
+use super::Config;
+use crate::dynamics::interval::Interval;
+use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
+use crate::tensor::Inertia;
+
+/// Rate and inertia, `(ωx ωy ωz Jxx Jyy Jzz Jxy Jxz Jyz)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State<T: Real> {
+    /// Body rate, rad/s, body axes.
+    pub rate_rad_s: Vec3<T>,
+    /// Inertia tensor, kg m². Not necessarily physical: the filter knows no constraint.
+    pub inertia: Inertia<T>,
+}
+
+crate::persist!([T: Real] State<T> { rate_rad_s, inertia });
+
+impl<T: Real> State<T> {
+    /// The nine states as numbers: rad/s, then kg m².
+    pub(super) fn elements(&self) -> [T; 9] {
+        let [x, y, z]: [T; 3] = self.rate_rad_s.into();
+        let [a, b, c, d, e, f] = self.inertia.elements_kg_m2();
+        [x, y, z, a, b, c, d, e, f]
+    }
+}
+
+/// Representation of the covariance, with the prediction and the correction that go with it.
+///
+/// Covariances have the units of the products of the states: rad²/s², kg m² rad/s, kg² m⁴.
+pub trait Form<T: Real>: Sized {
+    /// Starts with this covariance of the nine states.
+    fn new(covariance: &Ud<T, 9>) -> Self;
+
+    /// Prediction: state and covariance over one interval between samples.
+    ///
+    /// `None` where the inertia has no inverse; state and covariance are then unchanged.
+    fn predict(
+        &mut self,
+        state: &mut State<T>,
+        interval: &Interval<T>,
+        config: &Config<T>,
+    ) -> Option<()>;
+
+    /// Variance of the rate on each axis, rad²/s².
+    fn rate_variance(&self) -> Vec3<T>;
+
+    /// Correction of state and covariance by a measured rate, rad/s, of noise variance
+    /// `noise_variance` on each axis, rad²/s².
+    fn update(&mut self, state: &mut State<T>, measured_rad_s: &Vec3<T>, noise_variance: T);
+
+    /// Sets the rate's covariance to `variance` on each axis (rad²/s²), uncorrelated with the
+    /// inertia, whose covariance is unchanged.
+    fn restart_rate(&mut self, variance: T);
+
+    /// Covariance of the nine states, 9×9.
+    fn covariance(&self) -> Mat<T, 9, 9>;
+
+    /// Whether every number is finite and no variance negative.
+    fn is_valid(&self) -> bool;
+}

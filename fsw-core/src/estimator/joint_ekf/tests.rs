@@ -1,0 +1,131 @@
+//! Tests of the nine-state filter.
+
+use super::*;
+use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
+use crate::gate::Rejection;
+use crate::monitor::observability::Observed;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+const NOISE_RAD_S: f64 = 1e-4;
+const PERIOD_US: u64 = 100_000;
+
+/// A minute of motion under known torques, without noise: 10 Hz, no wheels.
+fn flight(inertia: [f64; 6]) -> Vec<Sample<f32, 0>> {
+    let flight = TestFlight {
+        inertia_kg_m2: inertia,
+        initial_rate_rad_s: Vec3::new(0.01, -0.02, 0.03),
+        wheels: WheelArray::<f64, 0>::new([], []).unwrap(),
+        period_us: PERIOD_US,
+        samples: 600,
+    };
+    flight.fly(|_| [], tumbling_torque_n_m)
+}
+
+fn filter() -> JointEkfUd<f32, 0> {
+    let wheels = WheelArray::new([], []).unwrap();
+    JointEkfUd::new(Config::new(NOISE_RAD_S as f32), wheels).unwrap()
+}
+
+fn relative_error(filter: &JointEkfUd<f32, 0>, truth: [f64; 6]) -> f64 {
+    let found = filter.estimate().inertia.elements_kg_m2();
+    (0..6).map(|i| (f64::from(found[i]) - truth[i]).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn starts_from_nothing_aligns_and_converges() {
+    let mut filter = filter();
+    let outcomes: Vec<Outcome> = flight(INERTIA).iter().map(|sample| filter.step(sample)).collect();
+    assert_eq!(outcomes[0], Outcome::Reset(Reset::FirstSample));
+    assert_eq!(outcomes[1], Outcome::Coasting(Coasting::Aligning));
+    assert_eq!(outcomes.iter().filter(|o| **o == Outcome::Reset(Reset::Aligned)).count(), 1);
+    assert_eq!(outcomes[599], Outcome::Updated);
+    let estimate = filter.estimate();
+    assert_eq!((estimate.status, estimate.observed.directions), (Status::Converged, 6));
+    assert!(relative_error(&filter, INERTIA) < 1e-3);
+}
+
+#[test]
+fn says_unobservable_before_it_has_seen_anything() {
+    let estimate = filter().estimate();
+    assert_eq!((estimate.status, estimate.observed), (Status::Unobservable, Observed::default()));
+    assert!(estimate.sigma_kg_m2().iter().all(|s| *s >= 1e3));
+}
+
+#[test]
+fn broken_samples_are_passed_over_for_their_reason() {
+    let mut filter = filter();
+    let mut samples = flight(INERTIA);
+    samples[400].rate_rad_s.x = f32::NAN;
+    samples[420].rate_rad_s.y += 0.5;
+    samples[440].time_us = samples[439].time_us;
+    let outcomes: Vec<Outcome> = samples.iter().map(|sample| filter.step(sample)).collect();
+    let rejected = |why| Outcome::Coasting(Coasting::Rejected(why));
+    assert_eq!(outcomes[400], rejected(Rejection::NotFinite));
+    assert_eq!(outcomes[420], Outcome::Coasting(Coasting::Spike));
+    assert_eq!(outcomes[440], rejected(Rejection::OutOfOrder));
+    for next in [401, 421, 441] {
+        assert_eq!(outcomes[next], Outcome::Updated, "sample {next}");
+    }
+    assert!(relative_error(&filter, INERTIA) < 1e-3);
+}
+
+#[test]
+fn a_gap_keeps_the_inertia_and_starts_the_rate_anew() {
+    let mut filter = filter();
+    let samples = flight(INERTIA);
+    samples[..400].iter().for_each(|sample| {
+        filter.step(sample);
+    });
+    let before = filter.estimate();
+    assert_eq!(filter.step(&samples[450]), Outcome::Reset(Reset::Gap));
+    assert_eq!(filter.rate_rad_s(), samples[450].rate_rad_s);
+    assert_eq!(filter.estimate().inertia, before.inertia);
+    assert_eq!(filter.step(&samples[451]), Outcome::Updated);
+}
+
+#[test]
+fn a_deployment_locks_out_and_is_followed() {
+    let deployed = [3.0, 1.6, 2.6, 0.2, -0.1, 0.05];
+    let mut filter = filter();
+    flight(INERTIA).iter().for_each(|sample| {
+        filter.step(sample);
+    });
+    let later = flight(deployed).into_iter().map(|mut sample| {
+        sample.time_us += 600 * PERIOD_US;
+        sample
+    });
+    let outcomes: Vec<Outcome> = later.map(|sample| filter.step(&sample)).collect();
+    assert!(outcomes.contains(&Outcome::Reset(Reset::Lockout)));
+    assert_eq!(outcomes[599], Outcome::Updated);
+    assert_eq!(filter.estimate().status, Status::Converged);
+    assert!(relative_error(&filter, deployed) < 1e-2);
+}
+
+proptest! {
+    #[test]
+    fn any_sequence_of_samples_leaves_a_finite_estimate(
+        bits in prop::collection::vec((any::<u64>(), prop::array::uniform6(any::<u32>())), 50),
+        spoil in 0..600usize,
+    ) {
+        let mut filter = filter();
+        let mut samples = flight(INERTIA);
+        for (k, (time, values)) in bits.into_iter().enumerate() {
+            let [a, b, c, d, e, f] = values.map(f32::from_bits);
+            let sample = &mut samples[(spoil + 7 * k) % 600];
+            if time % 3 == 0 {
+                sample.time_us = time;
+            }
+            sample.rate_rad_s = Vec3::new(a, b, c);
+            sample.torque_n_m = Vec3::new(d, e, f);
+        }
+        for sample in &samples {
+            filter.step(sample);
+        }
+        let estimate = filter.estimate();
+        prop_assert!(estimate.inertia.elements_kg_m2().iter().all(|x| x.is_finite()));
+        prop_assert!(estimate.sigma_kg_m2().iter().all(|x| x.is_finite()));
+        prop_assert!(filter.state().iter().all(|x| x.is_finite()));
+    }
+}

@@ -1,0 +1,37 @@
+//! Types of [`math`](crate::math) as words.
+//!
+//! Implemented here, so that the algebra does not depend on checkpoints. Fields of these types are
+//! visible within the crate for this purpose alone.
+
+use crate::math::savgol::{Differentiator, Fit, Growth, Kernel};
+use crate::math::scalar::Real;
+use crate::math::square_root_information::{Left, SquareRootInformation};
+use crate::math::ud::Ud;
+
+crate::persist!(
+    [T: Real, const N: usize] SquareRootInformation<T, N> { factor, right_hand_side }
+    if |this| (0..N).all(|i| this.factor[i][i] >= T::zero())
+);
+
+crate::persist!([T: Real] Left<T> { value, weight });
+
+/// Bound on the magnitude of a stored UD factor: the variances that follow from factors below it are
+/// finite in single precision.
+const LARGEST_FACTOR: f64 = 1.0e12;
+
+crate::persist!(
+    [T: Real, const N: usize] Ud<T, N> { packed }
+    if |ud| ud.is_valid() && ud.packed.iter().all(|x| x.abs() < T::lit(LARGEST_FACTOR))
+);
+
+crate::persist!([T: Real] Fit<T> { window, order, derivative, at });
+
+crate::persist!(
+    [T: Real, const C: usize] Kernel<T, C> { weights, window } if |kernel| kernel.window <= C
+);
+
+crate::persist!([] enum Growth { 0 => WaitUntilFull, 1 => Odd });
+
+crate::persist!([T: Real, const N: usize, const C: usize] Differentiator<T, N, C> {
+    ring, next, filled, smoothing, differentiation; unchanged fit, growth, period_tolerance
+} if |this| this.next < C && this.filled <= this.fit.window);

@@ -1,0 +1,138 @@
+//! How a type is kept: its parts, one after the other. A macro, so that a part that was forgotten
+//! doesn't compile.
+
+/// Keeps a type, part by part in the order given.
+///
+/// ```text
+/// persist!([generics] Type { field, field; unchanged field, field } if |this| condition);
+/// persist!([generics] enum Type { 0 => Variant, 1 => Other(item: Item), 2 => Third { part: Part } }
+///     if |this| condition);
+/// ```
+///
+/// All fields of a struct must be named, or it doesn't compile. Those after `unchanged` are
+/// configuration; without them the type is also
+/// [`Blank`](crate::persist::Blank). What fails the condition is refused.
+#[macro_export]
+macro_rules! persist {
+    ([$($generics:tt)*] enum $type:ty { $(
+        $tag:literal => $variant:ident
+            $(($($item:ident: $of_item:ty),+))? $({$($part:ident: $of_part:ty),+})?
+    ),+ $(,)? } $(if |$this:ident| $valid:expr)?) => {
+        impl<$($generics)*> $crate::persist::Persist for $type {
+            fn layout() -> u32 {
+                use $crate::persist as stream;
+                let layout = const { stream::name(stringify!($type)) };
+                $(
+                    let layout = stream::mix(layout, const { stream::mix(stream::name(stringify!($variant)), $tag) });
+                    $($(let layout = stream::mix(layout, <$of_item as stream::Persist>::layout());)+)?
+                    $($(let layout = stream::mix(layout, <$of_part as stream::Persist>::layout());)+)?
+                )+
+                layout
+            }
+
+            #[inline(never)]
+            fn persist(&mut self, archive: &mut $crate::persist::Archive<'_>) {
+                let before: u32 = match self {
+                    $(Self::$variant $(($($item),+))? $({$($part),+})? => {
+                        $($(let _ = $item;)+)?
+                        $($(let _ = $part;)+)?
+                        $tag
+                    })+
+                };
+                let mut tag = before;
+                archive.word(&mut tag);
+                if tag != before {
+                    *self = match tag {
+                        $($tag => Self::$variant
+                            $(($(<$of_item as $crate::persist::Blank>::blank()),+))?
+                            $({$($part: <$of_part as $crate::persist::Blank>::blank()),+})?,)+
+                        _ => return archive.refuse(stringify!($type)),
+                    };
+                }
+                match self {
+                    $(Self::$variant $(($($item),+))? $({$($part),+})? => {
+                        $($($crate::persist::Persist::persist($item, archive);)+)?
+                        $($($crate::persist::Persist::persist($part, archive);)+)?
+                    })+
+                }
+                $(
+                    let $this = &*self;
+                    let is_valid: bool = $valid;
+                    if !is_valid {
+                        archive.refuse(stringify!($type));
+                    }
+                )?
+            }
+        }
+
+        impl<$($generics)*> $crate::persist::Blank for $type {
+            fn blank() -> Self {
+                $crate::persist!(@first $(
+                    Self::$variant
+                        $(($(<$of_item as $crate::persist::Blank>::blank()),+))?
+                        $({$($part: <$of_part as $crate::persist::Blank>::blank()),+})?
+                );+)
+            }
+        }
+    };
+    (@unchanged $archive:ident) => {};
+    (@unchanged $archive:ident $($configured:ident)+) => {
+        let before = $archive.set_configuration(true);
+        $($crate::persist::Persist::persist($configured, $archive);)+
+        $archive.set_configuration(before);
+    };
+    (@first $first:expr $(; $other:expr)*) => { $first };
+    ([$($generics:tt)*] $type:ty { $($field:ident),+ $(,)? } $(if |$this:ident| $valid:expr)?) => {
+        $crate::persist!(
+            @fields [$($generics)*] $type { $($field),+; } $(if |$this| $valid)?
+        );
+
+        impl<$($generics)*> $crate::persist::Blank for $type {
+            fn blank() -> Self {
+                Self { $($field: $crate::persist::Blank::blank()),+ }
+            }
+        }
+    };
+    ([$($generics:tt)*] $type:ty {
+        $($field:ident),+; unchanged $($configured:ident),+ $(,)?
+    } $(if |$this:ident| $valid:expr)?) => {
+        $crate::persist!(
+            @fields [$($generics)*] $type { $($field),+; $($configured),+ } $(if |$this| $valid)?
+        );
+    };
+    (@fields [$($generics:tt)*] $type:ty {
+        $($field:ident),+; $($configured:ident),*
+    } $(if |$this:ident| $valid:expr)?) => {
+        impl<$($generics)*> $crate::persist::Persist for $type {
+            fn layout() -> u32 {
+                use $crate::persist as stream;
+                let layout = const { stream::name(stringify!($type)) };
+                $(
+                    let layout =
+                        stream::mix(layout, const { !stream::name(stringify!($configured)) });
+                    let layout = stream::mix(layout, stream::layout_of(|this: &Self| &this.$configured));
+                )*
+                $(
+                    let layout = stream::mix(layout, const { stream::name(stringify!($field)) });
+                    let layout = stream::mix(layout, stream::layout_of(|this: &Self| &this.$field));
+                )+
+                layout
+            }
+
+            #[inline(never)]
+            fn persist(&mut self, archive: &mut $crate::persist::Archive<'_>) {
+                // Without `..`: a field that isn't named doesn't compile.
+                let Self { $($configured,)* $($field),+ } = self;
+                $crate::persist!(@unchanged archive $($configured)*);
+                $($crate::persist::Persist::persist($field, archive);)+
+                $(
+                    let $this = &*self;
+                    let is_valid: bool = $valid;
+                    if !is_valid {
+                        archive.refuse(stringify!($type));
+                    }
+                )?
+            }
+        }
+    };
+}
