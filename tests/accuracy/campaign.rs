@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use serde_json::Value;
 
 use super::tables::Columns;
-use crate::program::host_sim_output;
+use crate::program::HostSim;
 
 /// One campaign of `host-sim mc`.
 #[derive(Clone, Copy, Debug)]
@@ -64,15 +64,15 @@ impl Row {
     ///
     /// # Errors
     /// The campaign cannot be flown.
-    pub fn fly(&self, runs: u64) -> Result<Value> {
-        fly(&self.arguments(runs))
+    pub fn fly(&self, host_sim: &HostSim, runs: u64) -> Result<Value> {
+        fly(host_sim, &self.arguments(runs))
     }
 }
 
 /// JSON document of `host-sim` with these arguments.
-pub(super) fn fly(arguments: &[String]) -> Result<Value> {
+pub(super) fn fly(host_sim: &HostSim, arguments: &[String]) -> Result<Value> {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).chain(["--json"]).collect();
-    let text = host_sim_output(&arguments).with_context(|| arguments.join(" "))?;
+    let text = host_sim.output(&arguments).with_context(|| arguments.join(" "))?;
     Ok(serde_json::from_str(&text)?)
 }
 

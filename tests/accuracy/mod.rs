@@ -1,7 +1,7 @@
 //! The accuracy tables of the pages: the campaigns behind them, and the rows that they give.
 //!
 //! ```text
-//!  tables::TABLES ─► row::Row ─► host-sim mc … --json ─► cells ─► page, between its markers
+//!  tables::TABLES ─► campaign::Row ─► host-sim mc … --json ─► cells ─► page, between its markers
 //! ```
 //!
 //! The first cell of a row is the command that prints its figures, so that a page and the list are
@@ -13,9 +13,12 @@ pub mod tables;
 mod unmodelled;
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use anyhow::Result;
 
+use crate::program::HostSim;
+use campaign::Row;
 use tables::{Columns, TABLES, Table};
 
 /// Number of runs of each campaign.
@@ -42,33 +45,29 @@ impl Runs {
 ///
 /// # Errors
 /// A campaign cannot be flown.
-pub fn fly_all(runs: Runs, mut progress: impl FnMut(&str)) -> Result<Vec<Vec<String>>> {
-    let mut flown = HashMap::new();
-    TABLES.iter().map(|table| rows(table, runs, &mut flown, &mut progress)).collect()
-}
-
-type Flown = HashMap<String, serde_json::Value>;
-
-fn rows(
-    table: &Table,
+pub fn fly_all(
+    host_sim: &HostSim,
     runs: Runs,
-    flown: &mut Flown,
-    progress: &mut impl FnMut(&str),
-) -> Result<Vec<String>> {
-    let mut rows = Vec::new();
-    for row in table.rows {
-        progress(&row.command());
-        let cells = match table.columns {
-            Columns::WhiteResiduals => unmodelled::cells(row, runs.of(row.runs))?,
-            _ => {
-                let arguments = row.arguments(runs.of(row.runs)).join(" ");
-                if !flown.contains_key(&arguments) {
-                    flown.insert(arguments.clone(), row.fly(runs.of(row.runs))?);
-                }
-                campaign::cells(table.columns, &flown[&arguments])?
+    progress: impl Fn(&str),
+) -> Result<Vec<Vec<String>>> {
+    let mut flown = HashMap::new();
+    let mut cells = |table: &Table, row: &Row| {
+        let count = runs.of(row.runs);
+        if table.columns == Columns::WhiteResiduals {
+            progress(&format!("{}, torque about {}", row.scenario, row.title));
+            return unmodelled::cells(host_sim, row, count);
+        }
+        let report = match flown.entry(row.command()) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(unknown) => {
+                progress(unknown.key());
+                unknown.insert(row.fly(host_sim, count)?)
             }
         };
-        rows.push(table.row(row, &cells));
-    }
-    Ok(rows)
+        campaign::cells(table.columns, report)
+    };
+    let mut rows = |table: &Table| {
+        table.rows.iter().map(|row| Ok(table.row(row, &cells(table, row)?))).collect()
+    };
+    TABLES.iter().map(&mut rows).collect()
 }

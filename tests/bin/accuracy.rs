@@ -4,10 +4,13 @@
 //! `--check` nothing is written: two runs of each campaign are flown, and the pages are compared
 //! with the list as far as that is possible without the figures.
 
+use std::path::PathBuf;
+
 use anyhow::Result;
 use clap::Parser;
 use tests::accuracy::tables::TABLES;
 use tests::accuracy::{Runs, fly_all, page};
+use tests::program::HostSim;
 
 /// Runs of each campaign with `--check`.
 const FEW: u64 = 2;
@@ -18,17 +21,21 @@ struct Arguments {
     /// Fly two runs of each campaign, compare the pages with the list of campaigns, write nothing.
     #[arg(long)]
     check: bool,
+    /// Program to run in place of `cargo run --release -p host-sim --`.
+    #[arg(long, value_name = "PROGRAM")]
+    host_sim: Option<PathBuf>,
 }
 
 fn main() -> Result<()> {
-    let Arguments { check } = Arguments::parse();
+    let Arguments { check, host_sim } = Arguments::parse();
+    let host_sim = host_sim.map_or(HostSim::ByCargo, HostSim::Built);
     let progress = |command: &str| eprintln!("{command}");
     if check {
         TABLES.iter().try_for_each(page::check)?;
-        fly_all(Runs::Few(FEW), progress)?;
+        fly_all(&host_sim, Runs::Few(FEW), progress)?;
         return Ok(());
     }
-    for (table, rows) in TABLES.iter().zip(fly_all(Runs::AsListed, progress)?) {
+    for (table, rows) in TABLES.iter().zip(fly_all(&host_sim, Runs::AsListed, progress)?) {
         page::rewrite(table, &rows)?;
     }
     Ok(())

@@ -26,7 +26,10 @@ impl Command {
             [program, from, to] if program == "cp" => {
                 Ok(Self::Copy { from: from.clone(), to: to.clone() })
             }
-            _ => Err("is not executed here; precede the block with `<!-- not run: REASON -->`".into()),
+            _ => {
+                Err("is not executed here; precede the block with `<!-- not run: REASON -->`"
+                    .into())
+            }
         }
     }
 }

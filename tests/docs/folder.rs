@@ -3,10 +3,9 @@
 
 use std::fs;
 use std::os::unix::fs::symlink;
-use std::process::Command as Process;
 
 use tempfile::TempDir;
-use tests::program::{host_sim, repository};
+use tests::program::repository;
 
 use super::command::{Command, with_few_runs};
 
@@ -31,7 +30,8 @@ impl Folder {
                 fs::copy(path(from), path(to)).map(|_| ()).map_err(|why| why.to_string())
             }
             Command::HostSim(arguments) => {
-                let output = Process::new(host_sim().unwrap())
+                let output = super::host_sim()
+                    .command()
                     .args(with_few_runs(arguments))
                     .current_dir(self.0.path())
                     .output()

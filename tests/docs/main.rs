@@ -22,8 +22,14 @@ use std::process::Command as Process;
 use command::{Command, lines, word_lists};
 use folder::Folder;
 use page::{Page, Role};
-use tests::program::{host_sim_output, repository};
+use tests::program::{HostSim, repository};
 use workspace::Workspace;
+
+const HOST_SIM: &str = env!("CARGO_BIN_EXE_host-sim-for-tests");
+
+fn host_sim() -> HostSim {
+    HostSim::Built(HOST_SIM.into())
+}
 
 /// Runs `check` on each page, and fails with all complaints at once.
 fn on_each_page(check: impl Fn(&Page) -> Vec<String>) {
@@ -83,7 +89,7 @@ fn outputs_are_those_of_the_commands() {
             let Command::HostSim(arguments) = Command::parse(command).unwrap() else {
                 return Some(format!("`{command}`: only the output of host-sim is compared"));
             };
-            let printed = host_sim_output(&arguments).unwrap();
+            let printed = host_sim().output(&arguments).unwrap();
             output::compare(&block.text, &printed)
                 .err()
                 .map(|why| format!("output of `{command}`: {why}"))
@@ -150,6 +156,7 @@ fn readme_is_short() {
 /// Two runs of each campaign, and the cells of the pages that need no campaign.
 #[test]
 fn accuracy_tables_follow_the_list_of_campaigns() {
-    let output = Process::new(env!("CARGO_BIN_EXE_accuracy")).arg("--check").output().unwrap();
+    let mut accuracy = Process::new(env!("CARGO_BIN_EXE_accuracy"));
+    let output = accuracy.args(["--check", "--host-sim", HOST_SIM]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

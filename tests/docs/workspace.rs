@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fs;
 
 use serde_json::Value;
-use tests::program::{cargo, host_sim_output, repository};
+use tests::program::{cargo, repository};
 
 use super::command::host_sim_arguments;
 
@@ -26,7 +26,8 @@ pub struct Workspace {
 
 impl Workspace {
     pub fn load() -> Self {
-        let metadata = cargo(&["metadata", "--no-deps", "--format-version", "1"]).unwrap();
+        let metadata =
+            cargo().args(["metadata", "--no-deps", "--format-version", "1"]).output().unwrap();
         let metadata: Value = serde_json::from_slice(&metadata.stdout).unwrap();
         let packages = metadata["packages"].as_array().unwrap().iter().map(names).collect();
         let read = |name: &str| fs::read_to_string(repository().join(name)).unwrap();
@@ -59,7 +60,9 @@ impl Workspace {
         let verb = words.first().ok_or("cargo without a verb")?;
         if self.aliases.contains(verb) {
             if IMAGE_ALIASES.contains(&verb.as_str()) {
-                return words[1..].iter().try_for_each(|image| self.check_name("fsw-target", image));
+                return words[1..]
+                    .iter()
+                    .try_for_each(|image| self.check_name("fsw-target", image));
             }
             return if words.len() > 1 { self.check_cargo(&words[1..]) } else { Ok(()) };
         }
@@ -74,15 +77,15 @@ impl Workspace {
                 "-p" | "--package" => package = Some(self.package(value()?)?),
                 "--bin" | "--test" | "--example" | "--features" => {
                     let package = package.ok_or("names no package")?;
-                    self.check_name(package, value()?)?;
+                    let mut names = value()?.split(',');
+                    names.try_for_each(|name| self.check_name(package, name))?;
                 }
                 "--profile" => {
                     let profile = value()?;
                     let is_known = self.profiles.contains(profile);
                     is_known.then_some(()).ok_or(format!("no profile `{profile}`"))?;
                 }
-                "--release" | "--no-default-features" | "--workspace" | "--no-deps"
-                | "--all-targets" => {}
+                "--release" | "--no-default-features" | "--workspace" | "--no-deps" | "--open" => {}
                 other => return Err(format!("an unknown flag `{other}`")),
             }
         }
@@ -94,8 +97,8 @@ impl Workspace {
     }
 
     /// A target or a feature of a package.
-    fn check_name(&self, package: &str, name: &String) -> Result<(), String> {
-        let is_known = self.packages[package].contains(name);
+    fn check_name(&self, package: &str, name: &str) -> Result<(), String> {
+        let is_known = self.packages[package].iter().any(|known| known == name);
         is_known.then_some(()).ok_or(format!("{package} has no target or feature `{name}`"))
     }
 }
@@ -114,7 +117,8 @@ fn check_host_sim(arguments: &[String]) -> Result<(), String> {
     let verbs = if arguments[0] == "command" { 2 } else { 1 };
     let verbs: Vec<&str> =
         arguments.iter().take(verbs).filter(is_word).map(String::as_str).collect();
-    let help = host_sim_output(&[&verbs[..], &["--help"]].concat()).map_err(|e| e.to_string())?;
+    let help =
+        super::host_sim().output(&[&verbs[..], &["--help"]].concat()).map_err(|e| e.to_string())?;
     let flags = arguments.iter().filter(|word| word.starts_with("--") && *word != "--help");
     let mut unknown = flags.filter(|flag| !help.contains(flag.as_str()));
     unknown.next().map_or(Ok(()), |flag| Err(format!("{verbs:?} has no flag `{flag}`")))
