@@ -10,6 +10,8 @@
 #[doc = include_str!("../docs/board.md")]
 pub mod board {}
 
+/// [board room]: crate::board
+///
 #[doc = include_str!("../docs/porting.md")]
 pub mod porting {}
 

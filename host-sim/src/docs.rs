@@ -1,17 +1,19 @@
 //! [scenarios]: self::scenarios
 //! [replay]: self::replay
+//! [keys]: crate::input::keys
 //! [campaigns]: self::campaigns
 //! [papers]: self::papers
 //! [pil]: self::pil
 //!
 #![doc = include_str!("../docs/index.md")]
 
+/// [keys]: crate::input::keys
 /// [campaigns]: super::campaigns
 ///
 #[doc = include_str!("../docs/scenarios.md")]
 pub mod scenarios {}
 
-/// [scenarios]: super::scenarios
+/// [keys]: crate::input::keys
 ///
 #[doc = include_str!("../docs/replay.md")]
 pub mod replay {}
