@@ -1,9 +1,9 @@
 //! On-board estimation of a spacecraft's inertia tensor, one gyro sample per step.
 //!
 //! Input: body rate from a gyro, wheel speeds, external torque. Output: the six elements of the inertia
-//! tensor with their covariance, the directions that the motion has shown, and a status. No
-//! allocation, no unsafe code, no panic; every step costs a bounded amount of work. Everything is
-//! generic over [`Real`], `f32` or `f64`; single precision is what flies.
+//! tensor with their covariance, the observed directions, and a status. No allocation, no unsafe code,
+//! no panic; every step costs a bounded amount of work. Everything is generic over [`Real`], `f32` or
+//! `f64`; single precision is what flies.
 //!
 //! # Flow of a sample
 //!
