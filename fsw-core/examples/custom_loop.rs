@@ -128,8 +128,7 @@ impl Body {
 
     /// Moves the body over the period that ends with this torque.
     fn advance(&mut self, torque_n_m: Vec3<f32>) {
-        let drive =
-            fsw_core::dynamics::interval::Drive { torque_n_m, wheel_momentum_n_m_s: Vec3::zeros() };
+        let drive = Drive { torque_n_m, wheel_momentum_n_m_s: Vec3::zeros() };
         let interval = self.drive.advance(drive, PERIOD_S);
         self.rate_rad_s = runge_kutta_4(&self.gyrostat, &self.rate_rad_s, &interval);
     }

@@ -51,6 +51,8 @@ impl<T: Real> Default for Config<T> {
 }
 
 impl<T: Real> Config<T> {
+    /// Range check of the limits.
+    ///
     /// # Errors
     /// `gate.range_rad_s` not positive or not finite.
     pub fn validate(&self) -> Result<(), ConfigError> {

@@ -110,6 +110,8 @@ impl<T: Real> Fit<T> {
         Self { window, order, derivative, at: periods(window) }
     }
 
+    /// Range check of the fit, for a window of up to `capacity` samples.
+    ///
     /// # Errors
     /// `window` outside 2 to `capacity`, `order` outside 0 to `window − 1`, `at` not finite.
     pub fn validate(&self, capacity: usize) -> Result<(), ConfigError> {
