@@ -1,10 +1,8 @@
-//! Drivers: each knows one kind of part, over embedded-hal 1.0 or a small trait of its own, and
-//! implements one of the traits of [`crate::flight::sensors`].
+//! Drivers: one per kind of part, over embedded-hal 1.0 or a small trait of its own. Each implements
+//! one trait of [`crate::flight::sensors`].
 //!
 //! 1. [`gyro`]: rate gyros on SPI or I²C.
 //! 2. [`wheel_tach`]: reaction-wheel speed from the edges of a Hall sensor or encoder.
 
-pub mod extended_time;
 pub mod gyro;
-pub mod stamps;
 pub mod wheel_tach;

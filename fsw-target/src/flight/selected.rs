@@ -1,145 +1,72 @@
-//! The estimators that fly, side by side, of which one is stepped.
+//! The selected estimator: the one of the roster that is stepped.
 //!
-//! Input: a craft, then samples and the ground's wishes: another estimator, another prior, a window
-//! opened or closed. Output: what the selected estimator says. A wish that can't be granted is
-//! refused with the reason, and nothing changes.
+//! Input: a craft, then samples, and the telecommands that concern the estimators: select, reset, set
+//! a prior, open or close a window. Output: the estimate of the selected estimator. A telecommand that
+//! cannot be executed is rejected with the reason; the state is unchanged.
 //!
-//! What is kept in a checkpoint is the selected one, and the prior: [`Persist`].
+//! All estimators share one place in memory ([`EstimatorSlot`]), so that a selection allocates
+//! nothing. A selected estimator starts from the craft and the prior, without the state of the one
+//! before it. Cargo features decide which estimators are built in, see [`EstimatorId::BUILT_IN`].
 //!
-//! All share one place in memory, so that selecting one allocates nothing. Selecting one starts it
-//! afresh: what another one has seen is no business of its. Which are aboard is a choice of features,
-//! `window`, `joint-ekf` and `ekf-sgf-rls`: all, unless told otherwise.
+//! A checkpoint holds the prior, the number of the selected estimator and its state ([`Persist`]).
 
 use crate::flight::craft::{Craft, WHEELS};
 use fsw_core::checkpoint::{self, Archive, Persist};
-#[cfg(feature = "ekf-sgf-rls")]
-use fsw_core::estimator::ekf_sgf;
-#[cfg(feature = "joint-ekf")]
-use fsw_core::estimator::joint_ekf;
-#[cfg(feature = "window")]
-use fsw_core::estimator::window;
-use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3};
-use fsw_core::{Innovation, Prior};
-use fsw_steps::Flown;
+use fsw_core::{Coasting, ConfigError, Estimate, Estimator, Innovation, Outcome, Prior};
+use fsw_core::{Sample, Vec3};
+use fsw_steps::{EstimatorSlot, InitialData, Window9};
 
-/// `window` as it flies: momentum and inertia are its unknowns. A torque or a bias would take 1.2 KiB
-/// each.
-pub type FlownWindow = fsw_steps::Window9;
-/// `joint-ekf` as it flies.
-pub type FlownJointEkf = fsw_steps::JointEkf;
-/// `ekf-sgf-rls` as it flies.
-pub type FlownChain = fsw_steps::EkfSgfRls;
+pub use fsw_steps::{EstimatorId, Refused};
 
-/// Which estimator is stepped. The numbers are those of telemetry and telecommand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
-#[repr(u8)]
-pub enum EstimatorId {
-    /// `window`: each manoeuvre fitted as a whole.
-    #[default]
-    Window = 0,
-    /// `joint-ekf`: rate and inertia in one filter.
-    JointEkf = 1,
-    /// `ekf-sgf-rls`: rate filter, differentiator, least squares. Needs a nominal inertia, which is
-    /// the prior's.
-    EkfSgfRls = 2,
-}
-
-impl EstimatorId {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Window, Self::JointEkf, Self::EkfSgfRls];
-
-    /// The first that is aboard: stepped from the start.
-    pub const FIRST: Self = if cfg!(feature = "window") {
-        Self::Window
-    } else if cfg!(feature = "joint-ekf") {
-        Self::JointEkf
-    } else {
-        Self::EkfSgfRls
-    };
-
-    /// The one of this number.
-    pub fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|id| *id as u8 == number)
-    }
-
-    /// Its name, as `host-sim --estimator` has it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Window => "window",
-            Self::JointEkf => "joint-ekf",
-            Self::EkfSgfRls => "ekf-sgf-rls",
-        }
-    }
-}
-
-/// Why a wish wasn't granted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Refused {
-    /// A value that no estimator accepts.
-    Config(ConfigError),
-    /// `ekf-sgf-rls` filters the rate with a nominal inertia: set a prior first.
-    NoNominalInertia,
-    /// Only `window` has windows.
-    NoWindows,
-    /// This image was built without it.
-    NotAboard,
-}
-
-impl From<ConfigError> for Refused {
-    fn from(error: ConfigError) -> Self {
-        Self::Config(error)
-    }
-}
-
-/// The estimators.
+/// The selected estimator, with the data that it and any other starts from.
 #[derive(Debug, Clone)]
 pub struct SelectedEstimator {
-    /// As built.
+    /// Spacecraft as configured.
     craft: Craft<WHEELS>,
-    /// The craft's, or what the ground has set instead.
+    /// Prior of the craft, or of the last telecommand that set one.
     prior: Option<Prior<f32>>,
-    flown: Flown,
+    slot: EstimatorSlot,
 }
 
 impl SelectedEstimator {
-    /// The estimators of a spacecraft, the first of them selected, all waiting for their first sample.
+    /// The first built-in estimator on this spacecraft, before its first sample.
     ///
     /// # Errors
-    /// Names the value of the craft that an estimator refuses.
+    /// Names the value of the craft that the estimator does not accept.
     pub fn new(craft: Craft<WHEELS>) -> Result<Self, ConfigError> {
-        let mut onboard = Self::nowhere();
-        onboard.board(craft)?;
-        Ok(onboard)
+        let mut estimator = Self::uninitialised();
+        estimator.configure(craft)?;
+        Ok(estimator)
     }
 
-    /// On no spacecraft, and stepping nothing. It takes 16 KiB, and a stack has less than that: so it
-    /// stands in a static, as zeros, until it goes on [`board`](Self::board).
-    pub const fn nowhere() -> Self {
-        let none = Craft {
+    /// No spacecraft and no estimator, until [`configure`](Self::configure). For a static: the value
+    /// takes 16 KiB, more than a stack, and is all zeros, so that it takes no flash.
+    pub const fn uninitialised() -> Self {
+        let craft = Craft {
             wheel_axes: [[0.0; 3]; WHEELS],
             spin_inertia_kg_m2: [0.0; WHEELS],
             gyro_noise_rad_s: 0.0,
             prior: None,
         };
-        Self { craft: none, prior: None, flown: Flown::Nothing }
+        Self { craft, prior: None, slot: EstimatorSlot::Uninitialised }
     }
 
-    /// Goes on board of this spacecraft.
+    /// Sets the spacecraft and starts the first built-in estimator.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn board(&mut self, craft: Craft<WHEELS>) -> Result<(), ConfigError> {
+    pub fn configure(&mut self, craft: Craft<WHEELS>) -> Result<(), ConfigError> {
         self.craft = craft;
-        self.configure()
+        self.restart()
     }
 
-    /// Configures all for the craft: as at the start. Where `ekf-sgf-rls` is all that is aboard, and the
-    /// craft has no prior, nothing is stepped until it is told one.
+    /// Returns to the state after [`configure`](Self::configure). No estimator is stepped where
+    /// `ekf-sgf-rls` alone is built in and the craft has no prior: it starts with the first
+    /// [`set_prior`](Self::set_prior).
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn configure(&mut self) -> Result<(), ConfigError> {
+    pub fn restart(&mut self) -> Result<(), ConfigError> {
         self.prior = self.craft.prior;
         match self.select(EstimatorId::FIRST) {
             Err(Refused::Config(error)) => Err(error),
@@ -147,190 +74,121 @@ impl SelectedEstimator {
         }
     }
 
-    /// Which estimator is stepped.
+    /// The estimator that is stepped.
     pub fn selected(&self) -> EstimatorId {
-        match self.flown {
-            Flown::Nothing => EstimatorId::FIRST,
-            #[cfg(feature = "window")]
-            Flown::Window(_) => EstimatorId::Window,
-            #[cfg(feature = "joint-ekf")]
-            Flown::JointEkf(_) => EstimatorId::JointEkf,
-            #[cfg(feature = "ekf-sgf-rls")]
-            Flown::EkfSgfRls(_) => EstimatorId::EkfSgfRls,
-        }
+        self.slot.id().unwrap_or(EstimatorId::FIRST)
     }
 
-    /// What is believed of the inertia beforehand: the craft's prior, or the one that was set last.
+    /// The prior that estimators start from: of the craft, or of the last
+    /// [`set_prior`](Self::set_prior).
     pub fn prior(&self) -> Option<Prior<f32>> {
         self.prior
     }
 
-    /// Starts the selected estimator afresh: all that it has found is forgotten, the prior stays.
+    /// Starts the selected estimator again: its estimate is discarded, the prior stays.
     ///
     /// # Errors
-    /// None that a craft which was accepted once can cause; see [`select`](Self::select).
+    /// As [`select`](Self::select); none for a selected estimator that has been started before.
     pub fn reset(&mut self) -> Result<(), Refused> {
         self.select(self.selected())
     }
 
-    /// Steps this estimator from now on, from a fresh start.
+    /// Starts this estimator and steps it from the next sample on.
     ///
     /// # Errors
-    /// [`Refused::NoNominalInertia`], [`Refused::NotAboard`].
+    /// [`Refused::NoNominalInertia`], [`Refused::NotBuiltIn`].
     pub fn select(&mut self, id: EstimatorId) -> Result<(), Refused> {
-        let (craft, prior) = (&self.craft, self.prior);
-        let (noise, wheels) = (craft.gyro_noise_rad_s, craft.wheels()?);
-        match id {
-            #[cfg(feature = "window")]
-            EstimatorId::Window => {
-                let config = window::Config { prior, ..window::Config::new(noise) };
-                self.flown.start_window(&config, &wheels)?;
-            }
-            #[cfg(feature = "joint-ekf")]
-            EstimatorId::JointEkf => {
-                let config = joint_ekf::Config { prior, ..joint_ekf::Config::new(noise) };
-                self.flown.start_joint_ekf(&config, &wheels)?;
-            }
-            #[cfg(feature = "ekf-sgf-rls")]
-            EstimatorId::EkfSgfRls => {
-                let nominal = prior.ok_or(Refused::NoNominalInertia)?;
-                let config = ekf_sgf::Config::kim_2013(noise, nominal);
-                self.flown.start_ekf_sgf_rls(&config, &wheels)?;
-            }
-            #[allow(unreachable_patterns, reason = "where all are aboard")]
-            _ => return Err(Refused::NotAboard),
-        }
-        Ok(())
+        let from = InitialData {
+            gyro_noise_rad_s: self.craft.gyro_noise_rad_s,
+            wheels: self.craft.wheels()?,
+            prior: self.prior,
+        };
+        self.slot.start(id, &from)
     }
 
-    /// Believes this of the inertia beforehand, and starts the selected estimator afresh with it.
+    /// Sets the prior and starts the selected estimator again with it.
     ///
     /// # Errors
-    /// [`Refused::Config`] for a tensor that no body has, or a sigma that isn't positive.
+    /// [`Refused::Config`] for a tensor that no rigid body has, or a sigma that is not positive.
     pub fn set_prior(&mut self, prior: Prior<f32>) -> Result<(), Refused> {
         prior.validate()?;
         self.prior = Some(prior);
         self.reset()
     }
 
-    /// Begins a window with the next sample.
+    /// Opens a window with the next sample.
     ///
     /// # Errors
     /// [`Refused::NoWindows`].
     pub fn open_window(&mut self) -> Result<(), Refused> {
-        self.of_windows().map(FlownWindow::open_window)
+        self.window_mut().map(Window9::open_window)
     }
 
-    /// Ends the window that is open.
+    /// Closes the open window.
     ///
     /// # Errors
     /// [`Refused::NoWindows`].
     pub fn close_window(&mut self) -> Result<(), Refused> {
-        self.of_windows().map(FlownWindow::close_window)
+        self.window_mut().map(Window9::close_window)
     }
 
-    /// Whether samples that fail to come now cost nothing. Only `window` knows when nothing moves.
+    /// True at rest, when a lost sample costs no information. Always false for estimators other than
+    /// `window`, which do not detect rest.
     pub fn is_at_rest(&self) -> bool {
-        match &self.flown {
-            #[cfg(feature = "window")]
-            Flown::Window(window) => window.is_at_rest(),
-            _ => false,
-        }
+        let window = self.slot.selected().and_then(|estimator| estimator.window());
+        window.is_some_and(Window9::is_at_rest)
     }
 
-    fn of_windows(&mut self) -> Result<&mut FlownWindow, Refused> {
-        match &mut self.flown {
-            #[cfg(feature = "window")]
-            Flown::Window(window) => Ok(window),
-            _ => Err(Refused::NoWindows),
-        }
+    fn window_mut(&mut self) -> Result<&mut Window9, Refused> {
+        let window = self.slot.selected_mut().and_then(|estimator| estimator.window_mut());
+        window.ok_or(Refused::NoWindows)
     }
 }
 
-fsw_core::persist!([] enum EstimatorId { 0 => Window, 1 => JointEkf, 2 => EkfSgfRls });
-
-/// The prior, which estimator is selected, and its state. The others are started afresh when they
-/// are selected.
+/// Prior, selected estimator and its state. Every other estimator starts again when it is selected.
 impl Persist for SelectedEstimator {
     fn layout() -> u32 {
-        [
-            Option::<Prior<f32>>::layout(),
-            EstimatorId::layout(),
-            FlownWindow::layout(),
-            FlownJointEkf::layout(),
-            FlownChain::layout(),
-        ]
-        .into_iter()
-        .fold(0, checkpoint::mix)
+        let layout = [Option::<Prior<f32>>::layout(), EstimatorId::layout()];
+        EstimatorSlot::mix_layout(layout.into_iter().fold(0, checkpoint::mix))
     }
 
     fn persist(&mut self, archive: &mut Archive<'_>) {
         self.prior.persist(archive);
         let mut selected = self.selected();
         selected.persist(archive);
-        // All of its state comes back, its prior too: it only has to be there.
+        // The archive replaces all of its state, the prior included; it only has to be started.
         if selected != self.selected() && self.select(selected).is_err() {
             return archive.refuse("SelectedEstimator");
         }
-        match &mut self.flown {
-            Flown::Nothing => archive.refuse("SelectedEstimator"),
-            #[cfg(feature = "window")]
-            Flown::Window(window) => window.persist(archive),
-            #[cfg(feature = "joint-ekf")]
-            Flown::JointEkf(filter) => filter.persist(archive),
-            #[cfg(feature = "ekf-sgf-rls")]
-            Flown::EkfSgfRls(chain) => chain.persist(archive),
+        match self.slot.selected_mut() {
+            Some(estimator) => estimator.persist(archive),
+            None => archive.refuse("SelectedEstimator"),
         }
     }
-}
-
-/// What the estimator that is stepped says. (Not by a reference to any estimator: its table would
-/// have all steps once more, compiled for size.)
-macro_rules! ask {
-    ($flown:expr, $estimator:ident => $answer:expr, $nothing:expr) => {
-        match $flown {
-            Flown::Nothing => $nothing,
-            #[cfg(feature = "window")]
-            Flown::Window($estimator) => $answer,
-            #[cfg(feature = "joint-ekf")]
-            Flown::JointEkf($estimator) => $answer,
-            #[cfg(feature = "ekf-sgf-rls")]
-            Flown::EkfSgfRls($estimator) => $answer,
-        }
-    };
 }
 
 impl Estimator<f32, WHEELS> for SelectedEstimator {
     fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
-        self.flown.step(sample)
+        match self.slot.selected_mut() {
+            Some(estimator) => estimator.step(sample),
+            None => Outcome::Coasting(Coasting::Aligning),
+        }
     }
 
-    #[inline(never)]
     fn estimate(&self) -> Estimate<f32> {
-        match &self.flown {
-            Flown::Nothing => Estimate::nothing(),
-            #[cfg(feature = "window")]
-            Flown::Window(window) => fsw_steps::estimate_of_window(window),
-            #[cfg(feature = "joint-ekf")]
-            Flown::JointEkf(filter) => estimate_of(filter),
-            #[cfg(feature = "ekf-sgf-rls")]
-            Flown::EkfSgfRls(chain) => estimate_of(chain),
+        match self.slot.selected() {
+            Some(estimator) => estimator.estimate(),
+            None => Estimate::nothing(),
         }
     }
 
     fn rate_rad_s(&self) -> Vec3<f32> {
-        ask!(&self.flown, estimator => estimator.rate_rad_s(), Vec3::zeros())
+        self.slot.selected().map_or(Vec3::zeros(), |estimator| estimator.rate_rad_s())
     }
 
     fn innovation(&self) -> Option<Innovation<f32>> {
-        ask!(&self.flown, estimator => estimator.innovation(), None)
+        self.slot.selected().and_then(|estimator| estimator.innovation())
     }
-}
-
-/// A function of its own for each, so that one doesn't take the stack of all.
-#[inline(never)]
-fn estimate_of(estimator: &impl Estimator<f32, WHEELS>) -> Estimate<f32> {
-    estimator.estimate()
 }
 
 #[cfg(test)]
@@ -346,9 +204,10 @@ mod tests {
         sigma_kg_m2: [0.02, 0.02, 0.02, 0.005, 0.005, 0.005],
     };
 
-    fn fly(onboard: &mut SelectedEstimator) -> Estimate<f32> {
+    /// Steps the estimator through the recorded flight and returns its estimate.
+    fn run(estimator: &mut SelectedEstimator) -> Estimate<f32> {
         for row in &ROWS {
-            onboard.step(&Sample {
+            estimator.step(&Sample {
                 time_us: row.time_us,
                 rate_rad_s: Vec3::from(row.rate_rad_s),
                 wheel_speed_rad_s: row.wheel_speed_rad_s,
@@ -356,18 +215,18 @@ mod tests {
                 attitude: None,
             });
         }
-        onboard.estimate()
+        estimator.estimate()
     }
 
     #[test]
-    fn each_estimator_flies_when_selected() {
-        let mut onboard = SelectedEstimator::new(CRAFT).unwrap();
-        onboard.set_prior(PRIOR).unwrap();
+    fn each_estimator_of_the_roster_can_be_selected() {
+        let mut estimator = SelectedEstimator::new(CRAFT).unwrap();
+        estimator.set_prior(PRIOR).unwrap();
         let mut estimates = std::vec::Vec::new();
         for id in EstimatorId::ALL {
-            onboard.select(id).unwrap();
-            assert_eq!(onboard.selected(), id);
-            estimates.push(fly(&mut onboard));
+            estimator.select(id).unwrap();
+            assert_eq!(estimator.selected(), id);
+            estimates.push(run(&mut estimator));
         }
         assert_eq!(estimates[0].status, Status::Converged);
         assert_eq!(estimates[1].status, Status::Converged);
@@ -375,49 +234,49 @@ mod tests {
     }
 
     #[test]
-    fn a_reset_forgets_what_was_found() {
-        let mut onboard = SelectedEstimator::new(CRAFT).unwrap();
-        let fresh = onboard.estimate();
-        let once = fly(&mut onboard);
-        assert_ne!(once.inertia, fresh.inertia);
-        onboard.reset().unwrap();
-        assert_eq!(onboard.estimate(), fresh);
-        assert_eq!(fly(&mut onboard), once);
+    fn a_reset_discards_the_estimate() {
+        let mut estimator = SelectedEstimator::new(CRAFT).unwrap();
+        let initial = estimator.estimate();
+        let first = run(&mut estimator);
+        assert_ne!(first.inertia, initial.inertia);
+        estimator.reset().unwrap();
+        assert_eq!(estimator.estimate(), initial);
+        assert_eq!(run(&mut estimator), first);
     }
 
     #[test]
-    fn a_wish_that_can_t_be_granted_changes_nothing() {
-        let mut onboard = SelectedEstimator::new(CRAFT).unwrap();
-        assert_eq!(onboard.select(EstimatorId::EkfSgfRls), Err(Refused::NoNominalInertia));
-        assert_eq!(onboard.selected(), EstimatorId::Window);
+    fn a_rejected_telecommand_changes_nothing() {
+        let mut estimator = SelectedEstimator::new(CRAFT).unwrap();
+        assert_eq!(estimator.select(EstimatorId::EkfSgfRls), Err(Refused::NoNominalInertia));
+        assert_eq!(estimator.selected(), EstimatorId::Window);
         let impossible = Prior { inertia_kg_m2: [1.0, 1.0, 3.0, 0.0, 0.0, 0.0], ..PRIOR };
-        assert!(matches!(onboard.set_prior(impossible), Err(Refused::Config(_))));
-        assert_eq!(onboard.prior(), None);
-        onboard.select(EstimatorId::JointEkf).unwrap();
-        assert_eq!(onboard.open_window(), Err(Refused::NoWindows));
+        assert!(matches!(estimator.set_prior(impossible), Err(Refused::Config(_))));
+        assert_eq!(estimator.prior(), None);
+        estimator.select(EstimatorId::JointEkf).unwrap();
+        assert_eq!(estimator.open_window(), Err(Refused::NoWindows));
     }
 
-    /// Whatever was selected, and whichever prior was set.
     #[test]
-    fn what_was_kept_comes_back_into_a_fresh_one() {
+    fn a_checkpoint_restores_selection_prior_and_estimate() {
         for id in EstimatorId::ALL {
-            let mut flown = SelectedEstimator::new(CRAFT).unwrap();
-            flown.set_prior(PRIOR).unwrap();
-            flown.select(id).unwrap();
-            fly(&mut flown);
+            let mut saved = SelectedEstimator::new(CRAFT).unwrap();
+            saved.set_prior(PRIOR).unwrap();
+            saved.select(id).unwrap();
+            run(&mut saved);
             let mut words = [0; 8192];
-            checkpoint::transfer(&mut flown, &mut ToWords::new(&mut words)).unwrap();
+            checkpoint::transfer(&mut saved, &mut ToWords::new(&mut words)).unwrap();
             let mut restored = SelectedEstimator::new(Craft { prior: None, ..CRAFT }).unwrap();
             checkpoint::transfer(&mut restored, &mut FromWords::new(&words)).unwrap();
             assert_eq!((restored.selected(), restored.prior()), (id, Some(PRIOR)));
-            assert_eq!(restored.estimate(), flown.estimate());
+            assert_eq!(restored.estimate(), saved.estimate());
         }
     }
 
     #[test]
-    fn numbers_of_estimators_go_there_and_back() {
+    fn numbers_and_names_identify_estimators() {
         for id in EstimatorId::ALL {
             assert_eq!(EstimatorId::from_number(id as u8), Some(id));
+            assert_eq!(EstimatorId::from_name(id.name()), Some(id));
         }
         assert_eq!(EstimatorId::from_number(3), None);
     }

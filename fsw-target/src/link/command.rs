@@ -1,62 +1,62 @@
-//! Telecommands: what the ground may ask for, as a number and arguments.
+//! Telecommands: function code and arguments.
 //!
-//! In: a command, or the user data of a packet. Out: the user data, or a command whose arguments a
-//! flight computer can rely on: finite, in range, of a body that can exist. Layout: `link.md`.
+//! Encoder: a [`Command`] to a packet. Decoder: user data to a [`Command`] with valid arguments:
+//! finite, in range, and an inertia that a rigid body can have. Layout: `link.md`.
 
 use super::packet::{COMMAND, Header, Packet, PacketType, SequenceCount};
-use super::wire::{Reader, Unreadable, Wire, codes};
-use crate::flight::selected::EstimatorId;
+use super::wire::{Coded, Reader, Unreadable, Wire, codes};
 use core::fmt;
 use fsw_core::Prior;
+use fsw_steps::EstimatorId;
 
-/// Bytes of the longest telecommand packet, and a few to spare for a later one.
+/// Longest telecommand packet, bytes, with reserve for further functions.
 pub const MAX_COMMAND: usize = 64;
 
-/// The shortest time between two reports, ms: at 115,200 baud both take 34 ms on the line.
-pub const LEAST_PERIOD_MS: u32 = 50;
-/// The longest time between two reports, ms: an hour. Who hears nothing for longer thinks it dead.
-pub const MOST_PERIOD_MS: u32 = 3_600_000;
-/// The largest external torque on an axis, N m. No small satellite has an actuator for more: it is
-/// a wrong unit.
-pub const MOST_TORQUE_N_M: f32 = 100.0;
-/// The largest element of a prior and its sigma, kg m²: what the estimators hold as possible.
-pub const MOST_PRIOR_KG_M2: f32 = 1.0e4;
-/// The least moment and the least sigma, kg m²: its square is still a normal number in `f32`.
-pub const LEAST_PRIOR_KG_M2: f32 = 1.0e-9;
+/// Shortest report period, ms. Both reports take 34 ms on the line at 115,200 baud.
+pub const MIN_PERIOD_MS: u32 = 50;
+/// Longest report period, ms: one hour. A longer silence is indistinguishable from a failure.
+pub const MAX_PERIOD_MS: u32 = 3_600_000;
+/// Largest external torque per axis, N m: above the actuators of small satellites. A larger value is
+/// an error of the unit.
+pub const MAX_TORQUE_N_M: f32 = 100.0;
+/// Largest inertia element and sigma of a prior, kg m²: the limit of the estimators.
+pub const MAX_PRIOR_KG_M2: f32 = 1.0e4;
+/// Smallest moment and sigma of a prior, kg m². Its square is a normal number in `f32`.
+pub const MIN_PRIOR_KG_M2: f32 = 1.0e-9;
 
-/// What the ground asks for.
+/// A telecommand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Command {
-    /// Nothing: that it was accepted shows in the next status report.
+    /// No action. The next status report shows its acceptance.
     Ping,
-    /// Nothing, but it is accepted whatever its sequence count, and the next ones are measured
-    /// against that: for a ground station that has lost count.
+    /// No action. Accepted with any sequence count, which becomes the reference for the following
+    /// telecommands: for a ground station without the last count.
     StartSequence,
-    /// Start the selected estimator afresh: all that it has found is forgotten, the prior stays.
+    /// Restart the selected estimator. Its estimate is discarded, its prior is kept.
     Reset,
-    /// Believe this of the inertia beforehand, and start the selected estimator afresh with it.
+    /// Set the prior of the inertia and restart the selected estimator with it.
     SetPrior(Prior<f32>),
-    /// Begin a window with the next sample.
+    /// Open a window at the next sample.
     OpenWindow,
-    /// End the window that is open.
+    /// Close the open window.
     CloseWindow,
-    /// Step this estimator from now on, from a fresh start.
+    /// Select an estimator and start it without an estimate.
     Select(EstimatorId),
-    /// Write the estimator's state to flash now.
+    /// Write the state of the selected estimator to flash.
     SaveCheckpoint,
-    /// Send the estimator's state as [`CheckpointPart`](super::telemetry::CheckpointPart)s.
+    /// Send the newest checkpoint as [`CheckpointPart`](super::telemetry::CheckpointPart)s.
     DumpCheckpoint,
-    /// Send reports so often.
+    /// Set the report period.
     SetTelemetryPeriod {
-        /// Between two reports of a kind, ms.
+        /// Time between two reports of a kind, ms.
         ms: u32,
     },
-    /// The external torque that acts from now on, body axes, N m.
+    /// Set the external torque from the next sample on, body axes, N m.
     SetTorque([f32; 3]),
 }
 
-/// The commands without their arguments, by the number that goes first in the user data.
+/// Function of a telecommand, without arguments. Its code is the first byte of the user data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Function {
@@ -98,28 +98,35 @@ codes! { Function {
     11 "set_torque" => SetTorque;
 } }
 
-codes! { EstimatorId {
-    0 "window" => Window;
-    1 "joint-ekf" => JointEkf;
-    2 "ekf-sgf-rls" => EkfSgfRls;
-} }
+impl Coded for EstimatorId {
+    const NAME: &'static str = "EstimatorId";
+    const CODES: &'static [(u8, &'static str)] = Self::CODES;
 
-/// Why the user data of an intact packet is no command.
+    fn code(self) -> (u8, &'static str) {
+        (self as u8, self.name())
+    }
+
+    fn of_code(code: u8) -> Option<Self> {
+        Self::from_number(code)
+    }
+}
+
+/// Reason for user data that is not a valid telecommand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CommandError {
-    /// No function has this number.
+    /// Unknown function code.
     UnknownFunction,
-    /// Fewer or more bytes than the function's arguments take.
+    /// Length of the arguments differs from that of the function.
     WrongLength,
-    /// An argument isn't finite, is out of range, or is of no body.
+    /// An argument is not finite, out of range, or an impossible inertia.
     Argument(&'static str),
 }
 
 impl fmt::Display for CommandError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::UnknownFunction => f.write_str("no function has this number"),
-            Self::WrongLength => f.write_str("the arguments have another length"),
+            Self::UnknownFunction => f.write_str("unknown function code"),
+            Self::WrongLength => f.write_str("wrong length of the arguments"),
             Self::Argument(why) => f.write_str(why),
         }
     }
@@ -128,7 +135,7 @@ impl fmt::Display for CommandError {
 impl core::error::Error for CommandError {}
 
 impl Command {
-    /// The command without its arguments.
+    /// Function of the command.
     pub fn function(&self) -> Function {
         match self {
             Self::Ping => Function::Ping,
@@ -145,8 +152,8 @@ impl Command {
         }
     }
 
-    /// As a packet, whatever its arguments; the ground calls [`check`](Self::check) before.
-    /// `None` never happens: no command is longer than a packet.
+    /// Packet of the command. Does not validate the arguments: the ground calls
+    /// [`check`](Self::check) first. Always `Some`: every command is shorter than a packet.
     pub fn packet(&self, sequence_count: SequenceCount) -> Option<Packet> {
         let header =
             Header { packet_type: PacketType::Tc, apid: COMMAND, sequence_count, time_us: None };
@@ -171,10 +178,10 @@ impl Command {
         })
     }
 
-    /// From the user data of a packet.
+    /// Command from the user data of a packet.
     ///
     /// # Errors
-    /// The first of [`CommandError`] that applies.
+    /// The first [`CommandError`] that applies.
     pub fn decode(data: &[u8]) -> Result<Self, CommandError> {
         let mut from = Reader::new(data);
         let command = Self::take(&mut from)?;
@@ -206,21 +213,21 @@ impl Command {
         })
     }
 
-    /// Whether a flight computer can rely on the arguments.
+    /// Validates the arguments.
     ///
     /// # Errors
-    /// [`CommandError::Argument`], with what is wrong.
+    /// [`CommandError::Argument`] with the violated limit.
     pub fn check(&self) -> Result<(), CommandError> {
         match self {
             Self::SetPrior(prior) => check_prior(prior),
             Self::SetTelemetryPeriod { ms } => {
-                let allowed = (LEAST_PERIOD_MS..=MOST_PERIOD_MS).contains(ms);
-                refuse_unless(allowed, "the period must lie between 50 ms and 3600000 ms")
+                let allowed = (MIN_PERIOD_MS..=MAX_PERIOD_MS).contains(ms);
+                require(allowed, "the telemetry period must be 50 to 3600000 ms")
             }
             Self::SetTorque(torque_n_m) => {
-                // Written so that NaN is out of range.
-                let allowed = torque_n_m.iter().all(|axis| axis.abs() <= MOST_TORQUE_N_M);
-                refuse_unless(allowed, "each axis of the torque must lie within 100 N m")
+                // NaN compares as out of range.
+                let allowed = torque_n_m.iter().all(|axis| axis.abs() <= MAX_TORQUE_N_M);
+                require(allowed, "each axis of the torque must be within ±100 N m")
             }
             Self::Ping
             | Self::StartSequence
@@ -236,37 +243,37 @@ impl Command {
 
 fn argument<W: Wire>(from: &mut Reader<'_>) -> Result<W, CommandError> {
     W::take(from).map_err(|why| match why {
-        Unreadable::UnknownCode { .. } => CommandError::Argument("no estimator has this number"),
+        Unreadable::UnknownCode { .. } => CommandError::Argument("unknown estimator number"),
         _ => CommandError::WrongLength,
     })
 }
 
 fn check_prior(prior: &Prior<f32>) -> Result<(), CommandError> {
-    let range = LEAST_PRIOR_KG_M2..=MOST_PRIOR_KG_M2;
+    let range = MIN_PRIOR_KG_M2..=MAX_PRIOR_KG_M2;
     let [jxx, jyy, jzz, jxy, jxz, jyz] = prior.inertia_kg_m2;
-    refuse_unless(
+    require(
         [jxx, jyy, jzz].iter().all(|moment| range.contains(moment))
-            && [jxy, jxz, jyz].iter().all(|product| product.abs() <= MOST_PRIOR_KG_M2),
-        "each moment must lie between 1e-9 and 1e4 kg m², each product within 1e4 kg m²",
+            && [jxy, jxz, jyz].iter().all(|product| product.abs() <= MAX_PRIOR_KG_M2),
+        "each moment must be 1e-9 to 1e4 kg m², each product within ±1e4 kg m²",
     )?;
-    refuse_unless(
+    require(
         prior.sigma_kg_m2.iter().all(|sigma| range.contains(sigma)),
-        "each sigma must lie between 1e-9 and 1e4 kg m²",
+        "each sigma must be 1e-9 to 1e4 kg m²",
     )?;
-    refuse_unless(prior.validate().is_ok(), "no body has this inertia tensor")
+    require(prior.validate().is_ok(), "no rigid body has this inertia tensor")
 }
 
-fn refuse_unless(allowed: bool, why: &'static str) -> Result<(), CommandError> {
+fn require(allowed: bool, why: &'static str) -> Result<(), CommandError> {
     if allowed { Ok(()) } else { Err(CommandError::Argument(why)) }
 }
 
-/// Commands to test with.
+/// Test commands.
 #[cfg(test)]
 pub mod samples {
     use super::*;
     use proptest::prelude::*;
 
-    /// Each function, with arguments.
+    /// One command of each function.
     pub fn one_of_each() -> [Command; 11] {
         let prior = Prior {
             inertia_kg_m2: [14.2, 17.3, 20.3, 0.0867, -0.1357, 0.6016],
@@ -287,7 +294,7 @@ pub mod samples {
         ]
     }
 
-    /// Any command that is accepted.
+    /// Any valid command.
     pub fn any_command() -> impl Strategy<Value = Command> {
         let moments = prop::array::uniform3(1.0_f32..2.0);
         let products = prop::array::uniform3(-0.1_f32..0.1);
@@ -298,9 +305,9 @@ pub mod samples {
         });
         prop_oneof![
             4 => prop::sample::select(one_of_each().to_vec()),
-            1 => prior.prop_filter("of a body", |command| command.check().is_ok()),
+            1 => prior.prop_filter("a physical inertia", |command| command.check().is_ok()),
             1 => prop::array::uniform3(-100.0_f32..100.0).prop_map(Command::SetTorque),
-            1 => (LEAST_PERIOD_MS..=MOST_PERIOD_MS).prop_map(|ms| Command::SetTelemetryPeriod { ms }),
+            1 => (MIN_PERIOD_MS..=MAX_PERIOD_MS).prop_map(|ms| Command::SetTelemetryPeriod { ms }),
         ]
     }
 }
@@ -311,14 +318,14 @@ mod tests {
     use crate::link::wire::Coded;
 
     #[test]
-    fn estimators_have_the_names_and_numbers_of_the_program() {
+    fn estimators_have_their_own_names_and_numbers() {
         for id in EstimatorId::ALL {
             assert_eq!(id.code(), (id as u8, id.name()));
         }
     }
 
     #[test]
-    fn reset_is_its_number_alone() {
+    fn reset_is_its_code_alone() {
         assert_eq!(Command::decode(&[3]), Ok(Command::Reset));
         assert_eq!(Command::decode(&[3, 3]), Err(CommandError::WrongLength));
         assert_eq!(Command::decode(&[]), Err(CommandError::WrongLength));

@@ -1,23 +1,23 @@
-//! The tables of `link.md` are those of the code.
+//! Test: the tables of `link.md` match the types. A failing test prints the expected table.
 
 extern crate std;
 use super::command::Function;
 use super::telemetry::samples::{estimate, status};
 use super::telemetry::{CheckpointState, ClockSource, GyroState, ResetCause, Telemetry};
 use super::wire::{About, Coded, Shape, Value, Visitor};
-use crate::flight::selected::EstimatorId;
 use crate::runtime::failure::Kind as FailureKind;
 use fsw_core::{Outcome, Status};
+use fsw_steps::EstimatorId;
 use std::string::String;
 use std::vec::Vec;
 use std::{format, print, println};
 
 const LINK: &str = include_str!("link.md");
 
-/// Primary header and time.
+/// Length of primary header and time, bytes.
 const USER_DATA: usize = 14;
 
-/// The rows of one packet's table.
+/// Rows of one packet's table.
 struct Table {
     offset: usize,
     groups: Vec<&'static str>,
@@ -47,7 +47,7 @@ impl Visitor for Table {
 fn table(telemetry: &Telemetry) -> String {
     let mut table = Table { offset: USER_DATA, groups: Vec::new(), rows: String::new() };
     telemetry.visit(&mut table);
-    let crc = format!("| {} | u16 | | – | The checksum. |\n", table.offset);
+    let crc = format!("| {} | u16 | | – | Checksum. |\n", table.offset);
     format!(
         "| offset | type | field | unit | meaning |\n|---|---|---|---|---|\n{}{crc}",
         table.rows
@@ -62,20 +62,20 @@ fn words<C: Coded>() -> String {
 
 fn assert_documented(part: &str) {
     if !LINK.contains(part) {
-        println!("link.md should contain:");
+        println!("expected in link.md:");
         print!("{part}");
-        panic!("link.md doesn't contain what was just printed");
+        panic!("link.md differs from the types: replace its table by the one above");
     }
 }
 
 #[test]
-fn the_tables_of_packets_are_those_of_the_code() {
+fn tables_of_packets_match_the_types() {
     assert_documented(&table(&Telemetry::Estimate(estimate())));
     assert_documented(&table(&Telemetry::Status(status())));
 }
 
 #[test]
-fn the_numbers_of_words_are_those_of_the_code() {
+fn codes_match_the_types() {
     let rows = [
         words::<EstimatorId>(),
         words::<Status>(),

@@ -1,11 +1,10 @@
-//! From reports to bytes on the line.
+//! Transmitter: reports to bytes on the line.
 //!
-//! In: reports, as the flight computer makes them. Out: their frames, byte by byte, as fast as the
-//! serial port takes them. The loop never waits for the line: a packet for which the queue has no
-//! room is dropped whole and counted, and so is one that the port lost a byte of, by the ground.
+//! Input: reports of the flight computer. Output: their frames, byte by byte, at the rate of the
+//! serial port. The flight loop never waits for the line. A packet that does not fit in the queue is
+//! dropped whole and counted. A byte lost by the port invalidates its packet on the ground.
 //!
-//! Each kind of packet has a sequence count of its own, which also counts the dropped ones, so that
-//! the ground sees what it misses.
+//! Each APID has a sequence count, which includes dropped packets: a loss is visible as a gap.
 
 use super::frame::Frame;
 use super::packet::{self, Apid, SequenceCount};
@@ -13,7 +12,7 @@ use super::telemetry::Report;
 use embedded_hal_nb::{nb, serial};
 use heapless::Deque;
 
-/// The sending end of the line, with a queue of N bytes.
+/// Transmitting end of the line, with a queue of N bytes.
 #[derive(Debug)]
 pub struct Downlink<const N: usize> {
     queue: Deque<u8, N>,
@@ -25,7 +24,7 @@ pub struct Downlink<const N: usize> {
 }
 
 impl<const N: usize> Downlink<N> {
-    /// A downlink that has sent nothing.
+    /// A downlink before its first packet.
     pub const fn new() -> Self {
         let zero = SequenceCount::new(0);
         Self {
@@ -38,8 +37,8 @@ impl<const N: usize> Downlink<N> {
         }
     }
 
-    // Not inlined: packet and frame take half a kilobyte of the stack, and only here.
-    /// Queues a report made at `time_us` of on-board time. Says whether it fits.
+    // Not inlined: packet and frame occupy half a kilobyte of stack in this function only.
+    /// Queues a report made at on-board time `time_us`. Returns false if the queue is too full.
     #[inline(never)]
     pub fn send<R: Report>(&mut self, time_us: u64, report: &R) -> bool {
         let count = self.count(R::APID);
@@ -55,35 +54,35 @@ impl<const N: usize> Downlink<N> {
         sent
     }
 
-    /// Whether a frame of so many bytes would fit.
+    /// Whether a frame of `bytes` bytes fits in the queue.
     pub fn has_room_for(&self, bytes: usize) -> bool {
         bytes <= N.saturating_sub(self.queue.len())
     }
 
-    /// Hands the port as much as it takes now.
+    /// Writes to the port until it is busy or the queue is empty.
     pub fn drain(&mut self, port: &mut impl serial::Write<u8>) {
         while let Some(&byte) = self.queue.front() {
             match port.write(byte) {
                 Ok(()) => {}
                 Err(nb::Error::WouldBlock) => return,
-                // A byte that failed once is lost: tried again, it could hold up the line for good.
+                // A failed byte is dropped: repeating it could block the line for good.
                 Err(nb::Error::Other(_)) => self.port_errors = self.port_errors.saturating_add(1),
             }
             self.queue.pop_front();
         }
     }
 
-    /// Bytes that wait for the port.
+    /// Bytes in the queue.
     pub fn waiting(&self) -> usize {
         self.queue.len()
     }
 
-    /// Packets dropped whole, for which the queue had no room.
+    /// Packets dropped because the queue was full; saturates.
     pub fn dropped(&self) -> u32 {
         self.dropped
     }
 
-    /// Bytes that the port reported an error of.
+    /// Bytes rejected by the port with an error; saturates.
     pub fn port_errors(&self) -> u32 {
         self.port_errors
     }
@@ -123,7 +122,7 @@ mod tests {
     use embedded_hal_nb::serial::{ErrorKind, ErrorType, Write};
     use std::vec::Vec;
 
-    /// Takes so many bytes, then none; every byte of `broken` is an error.
+    /// A port that takes `takes` bytes and is busy then. Every byte equal to `broken` is an error.
     #[derive(Default)]
     struct Port {
         bytes: Vec<u8>,
@@ -181,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_dropped_whole_and_leaves_a_gap_in_the_count() {
+    fn packet_that_does_not_fit_is_dropped_whole_and_counted() {
         let mut downlink = Downlink::<200>::new();
         let mut port = Port { takes: usize::MAX, ..Port::default() };
         assert!(downlink.send(0, &estimate()));
@@ -196,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_has_a_count_of_its_own() {
+    fn each_kind_has_its_own_sequence_count() {
         let mut downlink = Downlink::<2000>::new();
         let mut port = Port { takes: usize::MAX, ..Port::default() };
         downlink.send(0, &estimate());
@@ -211,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_port_holds_nothing_up() {
+    fn broken_port_does_not_block_the_line() {
         let mut downlink = Downlink::<300>::new();
         let mut port = Port { takes: usize::MAX, broken: Some(0), ..Port::default() };
         assert!(downlink.send(0, &estimate()));

@@ -1,25 +1,25 @@
-//! Packets as frames on a line of bytes: COBS, between two bytes of zero.
+//! Packets as frames on a byte stream: COBS between two zero bytes.
 //!
-//! In: a packet, or bytes as they come. Out: the bytes of its frame, or a packet, or why there is
-//! none. Consistent Overhead Byte Stuffing (Cheshire and Baker, IEEE/ACM Trans. Networking 7, 1999)
-//! takes the zeros out of a packet for one byte more, so that a zero on the line always ends a
-//! frame: whatever is lost, the next frame is whole again. A frame also begins with a zero, which
-//! cuts off what noise or a transmitter that stopped halfway left before it.
+//! Encoder: a packet to the bytes of its frame. Decoder: bytes to a packet or a [`FrameError`].
 //!
-//! By the crate `cobs`, of which only the two state machines without a buffer are used:
-//! [`cobs::DecoderState`], and [`cobs::try_encode`], which reports a short buffer; the functions that
-//! panic there aren't linked.
+//! Consistent Overhead Byte Stuffing (Cheshire and Baker, IEEE/ACM Trans. Networking 7, 1999) removes
+//! the zeros from a packet at the cost of one byte. A zero therefore always ends a frame, and after
+//! any loss the next frame is intact. The leading zero separates a frame from line noise and from an
+//! aborted transmission before it.
+//!
+//! The crate `cobs` provides two state machines without buffers, [`cobs::DecoderState`] and
+//! [`cobs::try_encode`]; the latter reports a short buffer. Its functions that panic are not linked.
 
-/// Bytes of the longest packet. COBS adds one byte to a packet of at most 254.
+/// Longest packet, bytes: the limit up to which COBS adds one byte.
 pub const MAX_PACKET: usize = 254;
 
-/// Bytes of the longest frame: the packet, one byte of COBS, a zero on either side.
+/// Longest frame, bytes: the packet, one byte of COBS, and a zero on either side.
 pub const MAX_FRAME: usize = MAX_PACKET + 3;
 
-/// Ends each frame, and begins it.
+/// First and last byte of each frame.
 pub const DELIMITER: u8 = 0;
 
-/// A packet with all that goes around it.
+/// A packet in its frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     bytes: [u8; MAX_FRAME],
@@ -27,36 +27,36 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame of a packet; `None` where it is longer than [`MAX_PACKET`].
+    /// Frame of a packet; `None` above [`MAX_PACKET`] bytes.
     pub fn of(packet: &[u8]) -> Option<Self> {
         if packet.len() > MAX_PACKET {
             return None;
         }
         let mut bytes = [DELIMITER; MAX_FRAME];
-        // All bytes but the first, which stays a delimiter.
+        // The first byte stays a delimiter.
         let (_, after) = bytes.split_first_mut()?;
         let encoded = cobs::try_encode(packet, after).ok()?;
-        // The state machine may have prepared a byte after the last one.
+        // The state machine may have written a byte after the last one.
         *after.get_mut(encoded)? = DELIMITER;
         Some(Self { bytes, length: encoded + 2 })
     }
 
-    /// As they go over the line.
+    /// Bytes on the line.
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()
     }
 }
 
-/// Why bytes between two delimiters are no frame.
+/// Reason for bytes between two delimiters that are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
-    /// It ended before it was complete.
+    /// The delimiter arrived before the end of the data.
     Truncated,
-    /// It has more than the N bytes that the receiver takes. The rest of it is skipped.
+    /// More than the receiver's N bytes. The rest of the frame is skipped.
     Oversized,
 }
 
-/// Finds packets of at most N bytes in a stream of bytes.
+/// Decoder of packets of at most N bytes from a byte stream.
 #[derive(Debug)]
 pub struct FrameReceiver<const N: usize> {
     state: cobs::DecoderState,
@@ -66,13 +66,13 @@ pub struct FrameReceiver<const N: usize> {
 }
 
 impl<const N: usize> FrameReceiver<N> {
-    /// A receiver that waits for a frame.
+    /// A decoder before its first byte.
     pub const fn new() -> Self {
         Self { state: cobs::DecoderState::Idle, packet: [0; N], length: 0, skipping: false }
     }
 
-    /// Takes the next byte. Where it ends a frame, the packet; where it makes one impossible, why.
-    /// Delimiters in a row are no frame and no error.
+    /// Takes the next byte. The last byte of a frame yields the packet; the first byte that cannot
+    /// belong to a frame yields the error. Consecutive delimiters yield nothing.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
         use cobs::DecodeResult::{DataComplete, DataContinue, DataStart, NoData};
 
@@ -86,14 +86,14 @@ impl<const N: usize> FrameReceiver<N> {
                 self.length = 0;
                 None
             }
-            Ok(DataContinue(decoded)) => self.keep(decoded).err().map(Err),
+            Ok(DataContinue(decoded)) => self.append(decoded).err().map(Err),
             Ok(DataComplete) => self.packet.get(..self.length).map(Ok),
-            // Only a delimiter can be wrong, and it ends what it interrupts.
+            // The error of the decoder is an early delimiter, which also starts the next frame.
             Err(_) => Some(Err(FrameError::Truncated)),
         }
     }
 
-    fn keep(&mut self, decoded: u8) -> Result<(), FrameError> {
+    fn append(&mut self, decoded: u8) -> Result<(), FrameError> {
         let Some(place) = self.packet.get_mut(self.length) else {
             self.state = cobs::DecoderState::Idle;
             self.skipping = true;
@@ -131,14 +131,14 @@ mod tests {
     }
 
     #[test]
-    fn bytes_are_stuffed_as_published() {
+    fn stuffing_is_as_published() {
         assert_eq!(frame(&[0]), [0, 1, 1, 0]);
         assert_eq!(frame(&[0x11, 0x22, 0, 0x33]), [0, 3, 0x11, 0x22, 2, 0x33, 0]);
         assert_eq!(frame(&[0x11, 0, 0, 0]), [0, 2, 0x11, 1, 1, 1, 0]);
     }
 
     #[test]
-    fn the_longest_packet_fits_and_no_longer_one() {
+    fn longest_packet_fits_and_a_longer_one_is_rejected() {
         for fill in [0, 1, 0xff] {
             let packet = [fill; MAX_PACKET];
             let framed = frame(&packet);
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_without_an_end_costs_the_next_one_nothing() {
+    fn truncated_frame_leaves_the_next_one_intact() {
         let good = frame(&[1, 2, 0, 3]);
         let mut line = good[..3].to_vec();
         line.extend(&good);
@@ -157,14 +157,14 @@ mod tests {
     }
 
     #[test]
-    fn an_oversized_frame_is_one_error_however_long() {
+    fn oversized_frame_is_one_error() {
         let mut line = [7; 1000].to_vec();
         line.extend(frame(&[1, 2, 3]));
         assert_eq!(receive::<8>(line), [Err(FrameError::Oversized), Ok([1, 2, 3].to_vec())]);
     }
 
     #[test]
-    fn silence_between_frames_is_no_error() {
+    fn zeros_between_frames_are_ignored() {
         assert_eq!(receive::<8>([0; 100]), []);
     }
 
@@ -179,7 +179,7 @@ mod tests {
         }
 
         #[test]
-        fn after_any_bytes_the_next_frame_arrives(
+        fn frame_after_any_noise_arrives(
             noise in prop::collection::vec(any::<u8>(), 0..2000),
             packet in prop::collection::vec(any::<u8>(), 1..=64),
         ) {

@@ -1,17 +1,17 @@
 //! CCSDS space packets with a checksum.
 //!
-//! In: who sends what, or the bytes of a packet. Out: the bytes, or what is in them.
+//! Input and output: a [`Header`] with user data, and the bytes of the packet.
 //!
-//! | bytes | what | source |
+//! | bytes | content | source |
 //! |---|---|---|
 //! | 0 to 5 | primary header | CCSDS 133.0-B-2, 4.1.3 |
-//! | 6 to 13 | of telemetry: when it was made: on-board time, µs, u64 | secondary header, 4.1.4.2 |
+//! | 6 to 13 | telemetry: on-board time of the packet, µs, u64 | secondary header, 4.1.4.2 |
 //! | … | user data | `link.md` |
-//! | last 2 | checksum over all before it | ECSS-E-ST-70-41C, annex B |
+//! | last 2 | checksum of all bytes before it | ECSS-E-ST-70-41C, annex B |
 //!
-//! A packet is whole, never a segment of something longer. The primary header is written and read
-//! by the crate `spacepackets`. Its packet builders and readers aren't used: they slice by lengths
-//! that the compiler can't see, which would leave panicking code in the image.
+//! Packets are unsegmented. The crate `spacepackets` writes and reads the primary header. Its packet
+//! builders and readers are not used: they slice by lengths unknown to the compiler, which would
+//! leave panicking code in the image.
 
 use super::frame::MAX_PACKET;
 use super::wire::{Reader, Wire, Writer};
@@ -23,38 +23,38 @@ use spacepackets::{PacketId, PacketSequenceControl, SequenceFlags, SpacePacketHe
 pub use arbitrary_int::{u11 as Apid, u14 as SequenceCount};
 pub use spacepackets::PacketType;
 
-/// Telecommands.
+/// APID of telecommands.
 pub const COMMAND: Apid = u11::new(0x1f0);
-/// Telemetry: [`EstimateReport`](super::telemetry::EstimateReport).
+/// APID of [`EstimateReport`](super::telemetry::EstimateReport).
 pub const ESTIMATE: Apid = u11::new(0x1f1);
-/// Telemetry: [`StatusReport`](super::telemetry::StatusReport).
+/// APID of [`StatusReport`](super::telemetry::StatusReport).
 pub const STATUS: Apid = u11::new(0x1f2);
-/// Telemetry: [`CheckpointPart`](super::telemetry::CheckpointPart).
+/// APID of [`CheckpointPart`](super::telemetry::CheckpointPart).
 pub const CHECKPOINT: Apid = u11::new(0x1f3);
 
-/// CRC-16 with polynomial 0x1021 and start value 0xffff, not reflected. 512 bytes of table in
-/// flash make a packet cost a tenth of what it costs bit by bit.
+/// CRC-16, polynomial 0x1021, initial value 0xffff, not reflected. Its table of 512 bytes in flash
+/// reduces the cost of a packet to a tenth of the bitwise computation.
 static CHECKSUM: Crc<u16> = spacepackets::crc::CRC_CCITT_FALSE;
 
-/// Bytes of the checksum.
+/// Length of the checksum, bytes.
 const CHECKSUM_BYTES: usize = 2;
 
-/// What a packet says of itself.
+/// Header fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// Telemetry or telecommand.
     pub packet_type: PacketType,
-    /// What kind of packet, by one of the numbers above.
+    /// Application process identifier: the kind of packet.
     pub apid: Apid,
-    /// Counts the packets of one APID, modulo 2¹⁴.
+    /// Sequence count of the APID, modulo 2¹⁴.
     pub sequence_count: SequenceCount,
-    /// On-board time, µs: of telemetry.
+    /// On-board time of the packet, µs; telemetry only.
     pub time_us: Option<u64>,
 }
 
 impl Header {
     fn primary(&self, packet_bytes: usize) -> Option<SpacePacketHeader> {
-        // The field holds the bytes after the primary header, less one.
+        // The length field holds the number of bytes after the primary header, minus one.
         let after = packet_bytes.checked_sub(SpacePacketHeader::LENGTH)?.checked_sub(1)?;
         Some(SpacePacketHeader::new(
             PacketId::new(self.packet_type, self.time_us.is_some(), self.apid),
@@ -72,10 +72,10 @@ pub struct Packet {
 }
 
 impl Packet {
-    /// A packet whose user data `body` writes; `None` where that is too long.
+    /// A packet with the user data that `body` writes; `None` above [`MAX_PACKET`] bytes.
     pub fn new(header: &Header, body: impl FnOnce(&mut Writer<'_>)) -> Option<Self> {
         let mut bytes = [0; MAX_PACKET];
-        let (room_for_header, after) =
+        let (primary_header, after) =
             bytes.split_first_chunk_mut::<{ SpacePacketHeader::LENGTH }>()?;
         let mut writer = Writer::new(after);
         if let Some(time_us) = header.time_us {
@@ -84,46 +84,46 @@ impl Packet {
         body(&mut writer);
         let checksum_at = SpacePacketHeader::LENGTH + writer.finish()?;
         let length = checksum_at + CHECKSUM_BYTES;
-        header.primary(length)?.write_to_slice(room_for_header).ok()?;
+        header.primary(length)?.write_to_slice(primary_header).ok()?;
 
         let checksum = CHECKSUM.checksum(bytes.get(..checksum_at)?);
         Writer::new(bytes.get_mut(checksum_at..length)?).put(&checksum.to_be_bytes());
         Some(Self { bytes, length })
     }
 
-    /// All of it, from the primary header to the checksum.
+    /// The whole packet, from the primary header to the checksum.
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()
     }
 }
 
-/// Why bytes are no packet of ours.
+/// Reason for bytes that are not a packet of this link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PacketError {
-    /// It ends before its own length says.
+    /// Shorter than the length field.
     Truncated,
-    /// It goes on after its own length says.
+    /// Longer than the length field.
     TooLong,
-    /// The checksum isn't that of the bytes.
+    /// Wrong checksum.
     WrongChecksum,
-    /// Another version of the standard, a segment of something longer, or telemetry without a time.
+    /// Another version of the standard, a segment, or telemetry without a time.
     Unsupported,
 }
 
 impl fmt::Display for PacketError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Truncated => "the packet ends before its length field says",
-            Self::TooLong => "the packet goes on after its length field says",
-            Self::WrongChecksum => "the checksum isn't that of the bytes",
-            Self::Unsupported => "the packet is of another version, a segment, or without a time",
+            Self::Truncated => "packet shorter than its length field",
+            Self::TooLong => "packet longer than its length field",
+            Self::WrongChecksum => "packet with a wrong checksum",
+            Self::Unsupported => "packet of another version, segmented, or without a time",
         })
     }
 }
 
 impl core::error::Error for PacketError {}
 
-/// The header and the user data of a packet that is intact.
+/// Header and user data of an intact packet.
 ///
 /// # Errors
 /// See [`PacketError`]; the first that applies.
@@ -156,14 +156,14 @@ pub fn parse(bytes: &[u8]) -> Result<(Header, &[u8]), PacketError> {
     Ok((header, reader.rest()))
 }
 
-/// Whether `count` comes after `last`: by 1 to 8191, modulo 2¹⁴. So the half of all counts that
-/// lies ahead is new, and the half that lies behind, with `last` itself, is old.
+/// Whether `count` is 1 to 8191 ahead of `last`, modulo 2¹⁴: new. The other half of all counts,
+/// `last` included, is old.
 pub fn is_ahead(count: SequenceCount, last: SequenceCount) -> bool {
     let ahead = count.wrapping_sub(last).value();
     (1..1 << 13).contains(&ahead)
 }
 
-/// The count after this one.
+/// The following count, modulo 2¹⁴.
 pub fn next(count: SequenceCount) -> SequenceCount {
     count.wrapping_add(u14::new(1))
 }
@@ -187,13 +187,13 @@ mod tests {
     }
 
     #[test]
-    fn the_checksum_has_its_known_check_value() {
+    fn checksum_has_its_published_check_value() {
         assert_eq!(CHECKSUM.checksum(b"123456789"), 0x29b1);
     }
 
     #[test]
-    fn the_checksum_is_that_of_the_standards_examples() {
-        // ECSS-E-ST-70-41C, annex B.1.5: data and their checksums.
+    fn checksum_matches_the_examples_of_the_standard() {
+        // ECSS-E-ST-70-41C, annex B.1.5: data and checksum.
         for (data, checksum) in [
             (&[0x00, 0x00][..], 0x1d0f),
             (&[0x00, 0x00, 0x00], 0xcc9c),
@@ -205,9 +205,9 @@ mod tests {
     }
 
     #[test]
-    fn a_telecommand_lies_as_in_the_standard() {
-        // Version 000, type 1, no secondary header, APID 001 1111 0000; whole 11, count 0x0123;
-        // bytes after the header less one: 2 of data and 2 of checksum make 3.
+    fn telecommand_has_the_layout_of_the_standard() {
+        // Version 000, type 1, no secondary header, APID 001 1111 0000; unsegmented 11, count 0x0123;
+        // length field 3: two bytes of data and two of checksum, minus one.
         let made = [0b0001_0001, 0b1111_0000, 0b1100_0001, 0x23, 0x00, 0x03, 0xca, 0xfe];
         let sent = bytes(&TELECOMMAND, &[0xca, 0xfe]);
         assert_eq!(sent[..8], made);
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn telemetry_lies_as_in_the_standard() {
+    fn telemetry_has_the_layout_of_the_standard() {
         let header = Header {
             packet_type: PacketType::Tm,
             apid: STATUS,
@@ -231,7 +231,7 @@ mod tests {
         assert_eq!(parse(&sent), Ok((header, &[0xca][..])));
     }
 
-    /// The checksum as the standard describes it, with a shift register.
+    /// Checksum by the shift register of the standard.
     fn bit_by_bit(data: &[u8]) -> u16 {
         let mut register = 0xffff_u16;
         for bit in data.iter().flat_map(|byte| (0..8).rev().map(move |shift| byte >> shift & 1)) {
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_whole_packet_of_version_0_is_refused() {
+    fn only_an_unsegmented_packet_of_version_0_is_accepted() {
         let good = bytes(&TELECOMMAND, &[1, 2, 3]);
         for length in 0..good.len() {
             assert_eq!(parse(&good[..length]), Err(PacketError::Truncated), "{length} bytes");
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_count_is_ahead_for_half_a_turn() {
+    fn half_of_all_counts_is_ahead() {
         let ahead = |count, last| is_ahead(u14::new(count), u14::new(last));
         for last in [0, 1, 8191, 8192, 16_383] {
             for (step, expected) in
@@ -283,14 +283,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_bytes_are_read_without_a_panic(
+        fn any_bytes_are_parsed_without_a_panic(
             noise in prop::collection::vec(any::<u8>(), 0..=MAX_PACKET),
         ) {
             let _ = parse(&noise);
         }
 
         #[test]
-        fn a_corrupted_byte_is_always_noticed(
+        fn every_corrupted_byte_is_detected(
             data in prop::collection::vec(any::<u8>(), 0..200),
             at in any::<prop::sample::Index>(),
             bits in 1_u8..,

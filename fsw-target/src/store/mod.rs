@@ -1,118 +1,110 @@
-//! Checkpoints in flash: what an estimator knows survives a reset, bit for bit.
+//! Checkpoint store: estimator states in flash, restored bit for bit after a reset.
 //!
-//! Input: a state that can be kept ([`Persist`]), and a flash memory in two halves. Output: the state,
-//! as it was when it was last saved; or the one saved before, if the last one didn't get to its end.
+//! Input: a state that implements [`Persist`], and a flash memory in two halves. Output: the state as
+//! last saved, or the one saved before if the last save was interrupted.
 //!
-//! A journal. Checkpoints are appended to one half (`record.rs` has their form) until one doesn't fit
-//! any more; then the other half is erased and written. The half that holds the newest whole checkpoint
-//! is never erased, so that at each instant at which the power may fail there is at least one. Each is
-//! read back before it counts. Erasures go to and fro between the halves, and what was erased is marked
-//! as such only afterwards: an erasure that was cut short is done again.
+//! The store is a journal. Checkpoints (format: `record.rs`) are appended to one half until the next
+//! does not fit; then the other half is erased and continues. The half with the newest intact
+//! checkpoint is never erased, so at least one survives a power failure at any instant. Each
+//! checkpoint is read back before it counts as saved. Erasures alternate between the halves. An erased
+//! half is marked after its erasure; without the mark it is erased again.
 //!
-//! Nothing is held in memory but one chunk of 32 bytes: a state goes word by word to the flash and comes
-//! back from it in place. It is only touched once its CRC has been seen to be right.
+//! RAM: one chunk of 32 bytes. A state is streamed to the flash and back word by word. Loading changes
+//! the state only after its CRC has been verified.
 //!
-//! # Why not a crate
+//! # Alternatives
 //!
-//! The flight image has no code that panics. `sequential-storage` 8.0.2 leaves `assert_failed`,
-//! `unwrap_failed`, `panic` and `panic_fmt` in it, and takes 11.4 KB of flash, where this takes 7.4 and
-//! leaves none: both in a small image built as the flight image is, with a queue of 256-byte chunks that
-//! are pushed and iterated, and with a state of four words that is saved, loaded and read out. `ekv` 1.0
-//! has pages of at most 64 KiB, where the STM32F405's have 128, and erases at least one of many in each
-//! transaction. Both take a value as one slice, for which there is no memory.
+//! The flight image contains no panicking code. `sequential-storage` 8.0.2 adds `assert_failed`,
+//! `unwrap_failed`, `panic` and `panic_fmt`, and takes 11.4 KB of flash against 7.4 KB here, both in
+//! a small image with the flight image's profile: a queue of 256-byte chunks, pushed and iterated,
+//! against a state of four words that is saved, loaded and read out. `ekv` 1.0 supports pages of up to
+//! 64 KiB, the STM32F405 has 128 KiB, and each of its transactions erases at least one of many pages.
+//! Both take a value as one slice, for which there is no RAM.
 //!
-//! # What it takes
+//! # Timing
 //!
-//! On an STM32F405 a word typically takes 16 µs to program and a sector of 128 KiB 1 s to erase (DS8626,
-//! flash memory programming), and the core stands still meanwhile, since it runs from the same flash. A
-//! checkpoint of 16 KiB so takes 70 ms, and each eighth one an erasure, for which a flight computer may
-//! rather choose a time at which nothing moves: [`Store::make_room`].
+//! STM32F405, typical: 16 µs to program a word, 1 s to erase a sector of 128 KiB (DS8626, flash memory
+//! programming). The core stalls meanwhile, since it runs from the same flash. A checkpoint of 16 KiB
+//! takes 70 ms, and every eighth one an erasure. [`Store::make_room`] erases ahead, at a time that
+//! the flight computer chooses.
 
+mod half;
 mod record;
+mod stream;
 #[cfg(test)]
 mod tests;
 
 use core::mem;
 use embedded_storage::nor_flash::NorFlash;
-use fsw_core::checkpoint::{Invalid, Persist, fingerprint};
-use record::{CHUNK, Record, Stream};
+use fsw_core::checkpoint::{InvalidWord, Persist, fingerprint};
+use half::{Half, keep_newest};
+use record::{CHUNK, Record};
+use stream::Stream;
 
-/// Why nothing was saved or loaded.
+/// Reason for a failed save or load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Error<E> {
-    /// The flash memory failed.
+    /// Error of the flash memory.
     Flash(E),
-    /// It isn't two halves of whole pages, each large enough for something.
+    /// The flash is not two halves of whole pages, each with room for a checkpoint.
     Geometry,
-    /// The state is larger than a half.
+    /// The state exceeds a half.
     TooLarge,
-    /// The state has a value that can't be kept, or was kept under another configuration. What was
-    /// loaded into must be started afresh.
-    Invalid(Invalid),
-    /// What was written reads otherwise. The next attempt goes elsewhere.
+    /// The state has an invalid value, or was saved under another configuration. After a load the
+    /// state is unspecified and must be reset.
+    Invalid(InvalidWord),
+    /// The flash does not read back as written. The next save uses another place.
     NotStored,
 }
 
-impl<E> From<Invalid> for Error<E> {
-    fn from(why: Invalid) -> Self {
+impl<E> From<InvalidWord> for Error<E> {
+    fn from(why: InvalidWord) -> Self {
         Self::Invalid(why)
     }
 }
 
-/// A checkpoint that was saved or loaded.
+/// A saved or loaded checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Checkpoint {
-    /// The newer, the higher.
+    /// Sequence number, ascending.
     pub sequence: u32,
-    /// 32-bit words of state.
+    /// Length of the state, 32-bit words.
     pub words: u32,
-    /// Newer ones that were passed over: torn, or broken.
+    /// Newer checkpoints skipped as torn or corrupt.
     pub passed_over: u32,
 }
 
-/// One half of the flash.
-#[derive(Debug, Clone, Copy)]
-struct Half {
-    start: u32,
-    end: u32,
-    /// The offset after all that is written in it; none where it must be erased first.
-    used: Option<u32>,
-}
-
-impl Half {
-    fn contains(&self, record: &Record) -> bool {
-        (self.start..self.end).contains(&record.at)
-    }
-}
-
-/// Checkpoints in the flash `F`.
+/// Checkpoint store in the flash `F`.
 #[derive(Debug)]
 pub struct Store<F> {
     flash: F,
-    /// The one that is written.
+    /// Half that is written.
     active: Half,
     other: Half,
-    /// Of all halves so far.
+    /// Erasures of both halves.
     erasures: u32,
     next_sequence: u32,
     newest: Option<Record>,
-    /// What is being read out.
+    /// Checkpoint of the current read-out.
     read_out: Option<Record>,
 }
 
 impl<F: NorFlash> Store<F> {
     const GEOMETRY: () = {
-        assert!((CHUNK as usize).is_multiple_of(F::WRITE_SIZE), "words of more than 32 bytes");
-        assert!((CHUNK as usize).is_multiple_of(F::READ_SIZE), "words of more than 32 bytes");
-        assert!(F::ERASE_SIZE.is_multiple_of(CHUNK as usize), "pages that aren't made of chunks");
+        assert!((CHUNK as usize).is_multiple_of(F::WRITE_SIZE), "write size must divide 32 bytes");
+        assert!((CHUNK as usize).is_multiple_of(F::READ_SIZE), "read size must divide 32 bytes");
+        assert!(
+            F::ERASE_SIZE.is_multiple_of(CHUNK as usize),
+            "page must be a multiple of 32 bytes"
+        );
     };
 
-    /// Finds out what is in the flash. Writes nothing.
+    /// Reads the journal. Writes nothing.
     ///
     /// # Errors
-    /// [`Error::Geometry`], and the flash's own.
+    /// [`Error::Geometry`] and [`Error::Flash`].
     pub fn open(flash: F) -> Result<Self, Error<F::Error>> {
         const { Self::GEOMETRY };
         let half = u32::try_from(flash.capacity() / 2).map_err(|_| Error::Geometry)?;
@@ -133,16 +125,16 @@ impl<F: NorFlash> Store<F> {
         Ok(store)
     }
 
-    /// Saves a state. It must not change meanwhile: call it between two steps.
+    /// Saves a state. The state must not change during the call.
     ///
     /// # Errors
-    /// All of [`Error`]. The checkpoint before is then still there.
+    /// All of [`Error`]. The checkpoint before remains.
     pub fn save<P: Persist>(&mut self, state: &mut P) -> Result<Checkpoint, Error<F::Error>> {
         let words = Stream::count(&mut self.flash, state)?;
-        let at = self.room_for(words)?;
+        let at = self.allocate(words)?;
         let sequence = self.next_sequence;
         let record = Record { at, sequence, fingerprint: fingerprint::<P>(), words };
-        // Whatever happens, what comes next doesn't go to the same place.
+        // A failed save occupies its place, so the next one uses another.
         self.active.used = Some(record.end());
         self.next_sequence = sequence.saturating_add(1);
         Stream::write(&mut self.flash, &record, state)?;
@@ -155,28 +147,28 @@ impl<F: NorFlash> Store<F> {
         Ok(Checkpoint { sequence, words, passed_over: 0 })
     }
 
-    /// Erases now what the next [`save`](Self::save) of a state of at most so many words would have to
-    /// erase, and says whether it did.
+    /// Erases ahead what the next [`save`](Self::save) of at most `words` words would erase. Returns
+    /// whether it erased.
     ///
     /// # Errors
     /// As for `save`.
     pub fn make_room(&mut self, words: u32) -> Result<bool, Error<F::Error>> {
         let erasures = self.erasures;
-        self.room_for(words)?;
+        self.allocate(words)?;
         Ok(self.erasures != erasures)
     }
 
-    /// Brings the newest whole checkpoint of this state back; `None` if there is none.
+    /// Restores the newest intact checkpoint of this type of state; `None` without one.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if there are some, but the state accepts none. Where the state has been
-    /// touched, there is an error or a checkpoint, never `None`.
+    /// [`Error::Invalid`] if the state rejects every checkpoint. `Ok(None)` implies an unchanged
+    /// state.
     pub fn load<P: Persist>(
         &mut self,
         state: &mut P,
     ) -> Result<Option<Checkpoint>, Error<F::Error>> {
         let (mut before, mut passed_over, mut refused) = (None, 0, None);
-        // Each is older than the one before, so that this ends.
+        // Terminates: each record is older than the one before.
         while let Some(record) = self.newest_before(before, Some(fingerprint::<P>()))? {
             if record.is_whole(&mut self.flash)? {
                 match Stream::read(&mut self.flash, &record, state) {
@@ -194,12 +186,12 @@ impl<F: NorFlash> Store<F> {
         refused.map_or(Ok(None), |why| Err(Error::Invalid(why)))
     }
 
-    /// Reads the newest whole checkpoint out, as it stands in the flash, in parts of as many chunks of
-    /// 32 bytes as `part` has room for: says how many bytes of it are valid, fewer at the end and 0 after
-    /// that. All parts are of the checkpoint that was the newest when part 0 was read.
+    /// Reads out the newest intact checkpoint, as stored in flash, in parts of whole chunks of 32
+    /// bytes. Returns the number of valid bytes in `part`: fewer in the last part, then 0. Reading
+    /// part 0 selects the checkpoint for all parts.
     ///
     /// # Errors
-    /// The flash's own.
+    /// [`Error::Flash`].
     pub fn read_part(&mut self, index: u32, part: &mut [u8]) -> Result<usize, Error<F::Error>> {
         if index == 0 {
             self.read_out = self.newest;
@@ -219,24 +211,24 @@ impl<F: NorFlash> Store<F> {
         Ok(valid)
     }
 
-    /// Length of the newest whole checkpoint as it stands in the flash, bytes; 0 if there is none.
+    /// Length of the newest intact checkpoint in flash, bytes; 0 without one.
     pub fn newest_bytes(&self) -> u32 {
         self.newest.map_or(0, |record| record.end().saturating_sub(record.at))
     }
 
-    /// How often one half or the other has been erased.
+    /// Erasures of both halves since the flash was new.
     pub fn erasures(&self) -> u32 {
         self.erasures
     }
 
-    /// Notes what is where.
+    /// Finds the journal's end, its newest checkpoint and its erasures.
     fn survey(&mut self) -> Result<(), Error<F::Error>> {
         let (mut newest_head, mut halves) = (None, [self.active, self.other]);
         for half in &mut halves {
             let mark = record::erasures_of(&record::read(&mut self.flash, half.start)?);
             self.erasures = self.erasures.max(mark.unwrap_or(0));
             let used =
-                scan(&mut self.flash, half, &mut |record| keep_newest(&mut newest_head, record))?;
+                half.scan(&mut self.flash, &mut |record| keep_newest(&mut newest_head, record))?;
             half.used = mark.map(|_| used);
         }
         [self.active, self.other] = halves;
@@ -257,8 +249,8 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// The newest checkpoint, whole or not, that is older than this one and has this fingerprint, if
-    /// that matters.
+    /// The newest checkpoint, intact or not, older than `sequence` and of this `fingerprint`, as far
+    /// as they are given.
     #[inline(never)]
     fn newest_before(
         &mut self,
@@ -267,7 +259,7 @@ impl<F: NorFlash> Store<F> {
     ) -> Result<Option<Record>, Error<F::Error>> {
         let mut newest = None;
         for half in [self.active, self.other] {
-            scan(&mut self.flash, &half, &mut |record| {
+            half.scan(&mut self.flash, &mut |record| {
                 let is_older = sequence.is_none_or(|sequence| record.sequence < sequence);
                 if is_older && fingerprint.is_none_or(|print| record.fingerprint == print) {
                     keep_newest(&mut newest, record);
@@ -277,9 +269,9 @@ impl<F: NorFlash> Store<F> {
         Ok(newest)
     }
 
-    /// Where a state of so many words goes: behind what was written last, or into the other half.
+    /// Offset for a state of `words` words: after the last record, or in the other half.
     #[inline(never)]
-    fn room_for(&mut self, words: u32) -> Result<u32, Error<F::Error>> {
+    fn allocate(&mut self, words: u32) -> Result<u32, Error<F::Error>> {
         let length = Record::length(words);
         let Half { start, end, .. } = self.active;
         if length > end.saturating_sub(start).saturating_sub(CHUNK) {
@@ -288,7 +280,7 @@ impl<F: NorFlash> Store<F> {
         if let Some(at) = self.free(length)? {
             return Ok(at);
         }
-        // The half that holds the newest whole checkpoint is never erased.
+        // The half with the newest intact checkpoint is never erased.
         if !self.newest.is_some_and(|newest| self.other.contains(&newest)) {
             mem::swap(&mut self.active, &mut self.other);
         }
@@ -299,7 +291,7 @@ impl<F: NorFlash> Store<F> {
         self.free(length)?.ok_or(Error::NotStored)
     }
 
-    /// Where so many bytes are free in the half that is written, if anywhere.
+    /// Offset of `length` free bytes in the active half.
     #[inline(never)]
     fn free(&mut self, length: u32) -> Result<Option<u32>, Error<F::Error>> {
         let Some(used) = self.active.used else { return Ok(None) };
@@ -326,41 +318,5 @@ impl<F: NorFlash> Store<F> {
         record::write(&mut self.flash, start, &record::mark(self.erasures))?;
         self.active.used = Some(start.saturating_add(CHUNK));
         Ok(())
-    }
-}
-
-/// Shows all checkpoints of a half, whole or not, and returns the offset after all that is written.
-///
-/// What is no head is passed over chunk by chunk, so that a broken one hides itself alone.
-#[inline(never)]
-fn scan<F: NorFlash>(
-    flash: &mut F,
-    half: &Half,
-    show: &mut dyn FnMut(Record),
-) -> Result<u32, Error<F::Error>> {
-    let mut at = half.start.saturating_add(CHUNK);
-    let mut used = at;
-    while at < half.end {
-        let chunk = record::read(flash, at)?;
-        match Record::of_head(at, &chunk).filter(|record| record.end() <= half.end) {
-            Some(record) => {
-                show(record);
-                at = record.end();
-                used = at;
-            }
-            None => {
-                at = at.saturating_add(CHUNK);
-                if !record::is_erased(&chunk) {
-                    used = at;
-                }
-            }
-        }
-    }
-    Ok(used)
-}
-
-fn keep_newest(newest: &mut Option<Record>, record: Record) {
-    if newest.is_none_or(|newest| record.sequence > newest.sequence) {
-        *newest = Some(record);
     }
 }

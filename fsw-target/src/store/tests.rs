@@ -1,6 +1,7 @@
+//! The store on a flash with power failures and wrong bits.
+
 extern crate std;
 use super::*;
-use crate::flight::selected::FlownWindow;
 use crate::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS, WHEELS};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
@@ -13,26 +14,25 @@ use fsw_core::{Outcome, Prior};
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// Bytes of a flash word, and of a page.
+/// Lengths of a flash word and of a page, bytes.
 const WORD: usize = 4;
 const PAGE: usize = 256;
 /// Two halves of two pages.
 const CAPACITY: usize = 4 * PAGE;
 
-/// A flash memory as particular as a real one. Small ones that can be had (embedded-storage-inmemory)
-/// lose no power and let a word be written twice.
+/// A NOR flash with power failures and single writes per word, unlike embedded-storage-inmemory.
 #[derive(Clone)]
 struct Flash {
     bytes: Vec<u8>,
-    /// Words programmed since they were erased.
+    /// Words programmed since their last erasure.
     programmed: Vec<bool>,
-    /// Of each page.
+    /// Erasures of each page.
     erasures: Vec<u32>,
-    /// Words and pages until the power fails, in the midst of one.
+    /// Words and pages until the power fails, during the last of them.
     power: Option<u32>,
-    /// What is left of what was in the midst.
+    /// State of the generator for the content of an interrupted word or page.
     noise: u64,
-    /// A bit that can't be programmed to 0.
+    /// A bit that stays 1.
     stuck_bit: Option<usize>,
 }
 
@@ -61,13 +61,13 @@ impl Flash {
         }
     }
 
-    /// Numbers that jump about: a linear congruence.
+    /// Pseudo-random byte from a linear congruential generator.
     fn random(&mut self) -> u8 {
         self.noise = self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (self.noise >> 56) as u8
     }
 
-    /// Whether there is power for one more word or page to its end.
+    /// Whether the power lasts for one more word or page.
     fn lasts(&mut self) -> Result<bool, Failure> {
         match &mut self.power {
             None => Ok(true),
@@ -144,7 +144,7 @@ impl NorFlash for Flash {
     }
 }
 
-/// A state that shows it if it is mixed from two: the same number everywhere, more or less often.
+/// A state with the same number in every word, in two lengths: a mixture of two states is visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct State {
     words: [u32; 5],
@@ -167,7 +167,7 @@ fn loaded(store: &mut Store<Flash>) -> Option<State> {
     store.load(&mut found).unwrap().map(|_| found)
 }
 
-/// Saves states of these numbers, until the power fails; says which were saved to the end.
+/// Saves states of these numbers until the power fails. Returns the last one saved completely.
 fn save_all(store: &mut Store<Flash>, numbers: std::ops::Range<u32>) -> Option<u32> {
     let mut last = None;
     for number in numbers {
@@ -180,7 +180,7 @@ fn save_all(store: &mut Store<Flash>, numbers: std::ops::Range<u32>) -> Option<u
 }
 
 #[test]
-fn an_empty_flash_has_nothing() {
+fn empty_flash_has_no_checkpoint() {
     assert_eq!(loaded(&mut open(Flash::erased(CAPACITY))), None);
     let mut noise = Flash::erased(CAPACITY);
     for at in 0..CAPACITY {
@@ -194,7 +194,7 @@ fn an_empty_flash_has_nothing() {
 }
 
 #[test]
-fn the_newest_is_loaded_also_after_a_reset() {
+fn newest_checkpoint_is_loaded_after_a_reset() {
     let mut store = open(Flash::erased(CAPACITY));
     for number in 0..50 {
         let saved = store.save(&mut state(number)).unwrap();
@@ -222,15 +222,15 @@ fn both_halves_wear_alike_and_resets_wear_nothing() {
     };
     let pages = wear(|_| false);
     let (least, most) = (pages.iter().min().unwrap(), pages.iter().max().unwrap());
-    // A half has room for three checkpoints, of 160, 96 and 96 bytes: 400 / 3 erasures, of two halves.
+    // A half holds three checkpoints, of 160, 96 and 96 bytes: 400 / 3 erasures of two halves.
     assert!(most - least <= 1 && (66..=67).contains(most), "{least} to {most}");
     assert_eq!(wear(|number| number % 7 == 0), pages);
     assert_eq!(wear(|_| true), pages);
 }
 
-/// The power fails in the midst of each word and each page in turn.
+/// The power fails during each word and each page in turn.
 #[test]
-fn wherever_the_power_fails_the_last_or_the_one_before_is_loaded() {
+fn any_power_failure_leaves_the_last_checkpoint_or_the_one_before() {
     const SAVES: u32 = 14;
     let words_and_pages = {
         let mut flash = Flash::erased(CAPACITY);
@@ -252,7 +252,7 @@ fn wherever_the_power_fails_the_last_or_the_one_before_is_loaded() {
             let next = state(last.unwrap_or(0) + 1);
             let is_one = found == last.map(state) || found == Some(next);
             assert!(is_one, "cut {cut}: {found:?} after {last:?}");
-            // And it goes on.
+            // Saving continues.
             assert_eq!(save_all(&mut store, 100..110), Some(109), "cut {cut}");
             assert_eq!(loaded(&mut open(store.flash)), Some(state(109)));
         }
@@ -261,9 +261,9 @@ fn wherever_the_power_fails_the_last_or_the_one_before_is_loaded() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
-    /// Power that fails again and again.
+    /// Repeated power failures.
     #[test]
-    fn what_was_saved_is_never_lost(
+    fn saved_state_is_never_lost(
         cuts in prop::collection::vec(1..120u32, 1..40),
         noise in any::<u64>(),
     ) {
@@ -282,7 +282,7 @@ proptest! {
             }
             flash = store.flash;
             flash.power = None;
-            // The one that was being saved may have got there.
+            // The interrupted save may be complete.
             let found = loaded(&mut open(flash.clone()));
             prop_assert!(found == saved.map(state) || found == Some(state(number)));
             saved = found.map(|found| found.words[0]);
@@ -291,7 +291,7 @@ proptest! {
 }
 
 #[test]
-fn a_flipped_bit_brings_back_the_one_before_at_worst() {
+fn flipped_bit_loses_the_newest_checkpoint_at_most() {
     let mut store = open(Flash::erased(CAPACITY));
     save_all(&mut store, 1..8);
     let mut before = 0;
@@ -302,16 +302,16 @@ fn a_flipped_bit_brings_back_the_one_before_at_worst() {
         let found = loaded(&mut flipped);
         assert!(found == Some(state(7)) || found == Some(state(6)), "bit {bit}: {found:?}");
         before += u32::from(found == Some(state(6)));
-        // What is written next has room, whatever the flipped bit looks like.
+        // The next save succeeds, including where the flipped bit resembles a record.
         flipped.save(&mut state(8)).unwrap();
         assert_eq!(loaded(&mut open(flipped.flash)), Some(state(8)), "bit {bit}");
     }
-    // Each bit of the newest one counts.
+    // Every bit of the newest checkpoint is covered by its CRC.
     assert_eq!(before, 8 * Record::length(6));
 }
 
 #[test]
-fn what_was_passed_over_is_told() {
+fn skipped_checkpoints_are_counted() {
     let mut store = open(Flash::erased(CAPACITY));
     save_all(&mut store, 1..3);
     let newest = store.newest.unwrap();
@@ -321,11 +321,11 @@ fn what_was_passed_over_is_told() {
 }
 
 #[test]
-fn what_reads_otherwise_than_it_was_written_does_not_count() {
+fn checkpoint_that_does_not_read_back_does_not_count() {
     let mut store = open(Flash::erased(CAPACITY));
     store.save(&mut state(1)).unwrap();
     let next = store.active.used.unwrap() as usize;
-    // In the state, of which bit 0 is to be 0.
+    // In the state, at a bit that is 0.
     store.flash.stuck_bit = Some(8 * (next + 40));
     assert_eq!(store.save(&mut state(2)), Err(Error::NotStored));
     assert_eq!(loaded(&mut store), Some(state(1)));
@@ -334,7 +334,7 @@ fn what_reads_otherwise_than_it_was_written_does_not_count() {
 }
 
 #[test]
-fn only_its_own_layout_is_loaded() {
+fn only_the_own_layout_is_loaded() {
     let mut store = open(Flash::erased(CAPACITY));
     store.save(&mut state(1)).unwrap();
     let mut other = [0u32; 6];
@@ -344,18 +344,18 @@ fn only_its_own_layout_is_loaded() {
 }
 
 #[test]
-fn what_cannot_be_is_an_error() {
+fn impossible_operations_are_errors() {
     let odd = Store::open(Flash::erased(3 * PAGE));
     assert_eq!(odd.err(), Some(Error::Geometry));
     let mut store = open(Flash::erased(CAPACITY));
     assert_eq!(store.save(&mut [0u32; 120]), Err(Error::TooLarge));
     store.save(&mut [0u32; 8 * (512 / 32 - 3)]).unwrap();
-    let not_a_number = Error::Invalid(Invalid { place: "f32" });
+    let not_a_number = Error::Invalid(InvalidWord { place: "f32" });
     assert_eq!(store.save(&mut [f32::NAN]), Err(not_a_number));
 }
 
 #[test]
-fn room_is_made_before_it_is_needed() {
+fn room_is_made_ahead() {
     let mut store = open(Flash::erased(CAPACITY));
     let mut asked = 0;
     for number in 0..40 {
@@ -369,9 +369,9 @@ fn room_is_made_before_it_is_needed() {
     assert_eq!(asked, store.erasures());
 }
 
-/// The ground puts what it was sent into a flash of its own, behind the mark.
+/// The ground writes the received bytes to a flash of its own, after the mark.
 #[test]
-fn what_is_read_out_in_parts_can_be_loaded_elsewhere() {
+fn checkpoint_read_out_in_parts_can_be_loaded_elsewhere() {
     let mut store = open(Flash::erased(CAPACITY));
     assert_eq!((store.newest_bytes(), store.read_part(0, &mut [0; 64])), (0, Ok(0)));
     save_all(&mut store, 1..10);
@@ -385,7 +385,7 @@ fn what_is_read_out_in_parts_can_be_loaded_elsewhere() {
         sent.extend_from_slice(&part[..valid]);
         index += 1;
         if index == 1 {
-            // Saved meanwhile, and not read out.
+            // Saved during the read-out, and not part of it.
             store.save(&mut state(10)).unwrap();
         }
     }
@@ -403,17 +403,17 @@ fn joint_ekf() -> JointEkfUd<f32, WHEELS> {
     JointEkfUd::new(joint_ekf::Config::new(CRAFT.gyro_noise_rad_s), wheels()).unwrap()
 }
 
-fn chain() -> EkfSgf<f32, WHEELS> {
+fn ekf_sgf_rls() -> EkfSgf<f32, WHEELS> {
     let prior = Prior { inertia_kg_m2: [0.05, 0.05, 0.03, 0.0, 0.0, 0.0], sigma_kg_m2: [0.02; 6] };
     EkfSgf::new(ekf_sgf::Config::kim_2013(CRAFT.gyro_noise_rad_s, prior), wheels()).unwrap()
 }
 
-fn window() -> FlownWindow {
+fn window() -> fsw_steps::Window9 {
     Window::new(window::Config::new(CRAFT.gyro_noise_rad_s), wheels()).unwrap()
 }
 
-/// Flies the recording with a reset after each of these samples.
-fn flies_on_after_resets<E: Estimator<f32, WHEELS> + Persist>(
+/// Steps the recording with a reset after each of these samples.
+fn continues_after_resets<E: Estimator<f32, WHEELS> + Persist>(
     fresh: impl Fn() -> E,
     resets: &[usize],
 ) {
@@ -440,9 +440,9 @@ fn flies_on_after_resets<E: Estimator<f32, WHEELS> + Persist>(
 }
 
 #[test]
-fn estimators_fly_on_after_resets() {
+fn estimators_continue_bit_for_bit_after_resets() {
     let resets: Vec<usize> = (0..600).step_by(13).collect();
-    flies_on_after_resets(joint_ekf, &resets);
-    flies_on_after_resets(chain, &resets);
-    flies_on_after_resets(window, &resets);
+    continues_after_resets(joint_ekf, &resets);
+    continues_after_resets(ekf_sgf_rls, &resets);
+    continues_after_resets(window, &resets);
 }

@@ -1,9 +1,9 @@
-//! The estimators' steps as they fly: `f32`, four wheels.
+//! Steps of the estimators that fly, compiled for speed: `f32`, four wheels; and their [`roster`].
 //!
-//! What runs with each sample is compiled for speed, all else of the firmware for size. A compiler
-//! decides that crate by crate, and generic code is compiled where it is first used with a type: so
-//! the steps are used here, and the profile `firmware` (`Cargo.toml` of the workspace) compiles this
-//! crate for speed. Functions here are generic in nothing, and never inlined elsewhere.
+//! The work of each sample is compiled for speed, all other firmware for size. The optimisation level is
+//! set per crate, and generic code is compiled in the crate that first uses it with a type. So the steps
+//! are instantiated here, in functions that are not generic and never inlined, and the profile
+//! `firmware` (`Cargo.toml` of the workspace) compiles this crate for speed.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -12,34 +12,38 @@ use fsw_core::dynamics::step::Transition;
 use fsw_core::estimator::ekf_sgf::EkfSgf;
 use fsw_core::estimator::joint_ekf::{self, Form, JointEkfUd, State, StructuredUd};
 use fsw_core::estimator::window::Window;
-use fsw_core::{Coasting, Innovation};
-use fsw_core::{ConfigError, Estimate, Estimator, Outcome, Sample, Vec3, WheelArray};
+use fsw_core::{Estimate, Estimator, Innovation, Outcome, Sample, Vec3};
 
-/// Wheels that the flight image has room for. A spacecraft with fewer has some of no spin inertia.
+pub mod roster;
+
+pub use roster::{EstimatorId, EstimatorSlot, InitialData, Refused, Selected};
+
+/// Number of wheels of the flight image. A spacecraft with fewer sets the spin inertia of the others to
+/// zero.
 pub const WHEELS: usize = 4;
-/// Blocks that a window keeps: up to 48 turns of the body.
+/// Blocks of a window: up to 48 turns of the body.
 pub const BLOCKS: usize = 512;
 
-/// `window` of inertia alone.
+/// `window` with nine unknowns: angular momentum and inertia.
 pub type Window9 = Window<f32, WHEELS, BLOCKS, 9>;
-/// `window` with a torque that is tested, held at zero.
+/// `window` with twelve unknowns: torque as well, tested and constrained to zero.
 pub type Window12 = Window<f32, WHEELS, BLOCKS, 12>;
-/// `window` with torque and bias.
+/// `window` with 15 unknowns: torque and gyro bias as well.
 pub type Window15 = Window<f32, WHEELS, BLOCKS, 15>;
-/// `window` with torque, bias and drag.
+/// `window` with 18 unknowns: torque, gyro bias and drag as well.
 pub type Window18 = Window<f32, WHEELS, BLOCKS, 18>;
 /// `joint-ekf`.
 pub type JointEkf = JointEkfUd<f32, WHEELS>;
 /// `ekf-sgf-rls`.
 pub type EkfSgfRls = EkfSgf<f32, WHEELS>;
 
-/// An estimator whose step is compiled here.
+/// An estimator whose step is compiled in this crate.
 pub trait Step: Estimator<f32, WHEELS> {
-    /// As [`Estimator::step`], to the last bit.
+    /// [`Estimator::step`], bit for bit.
     fn step_fast(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome;
 }
 
-/// An estimator that is stepped so, for code that takes any estimator.
+/// Adapter for code that takes any [`Estimator`]: its step is [`Step::step_fast`].
 #[derive(Debug, Clone)]
 pub struct Fast<E>(pub E);
 
@@ -66,7 +70,7 @@ macro_rules! step_fast {
         $(impl Step for $estimator {
             #[inline(never)]
             fn step_fast(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
-                self.step(sample)
+                Estimator::step(self, sample)
             }
         })*
     };
@@ -74,100 +78,7 @@ macro_rules! step_fast {
 
 step_fast!(Window9, Window12, Window15, Window18, JointEkf, EkfSgfRls);
 
-/// The place of the estimator that is stepped, whichever of those that are aboard it is.
-#[derive(Debug, Clone, Default)]
-#[allow(clippy::large_enum_variant, reason = "there is one place for all")]
-#[repr(u8)] // so that a static of `Nothing` is all zeros, and takes no flash
-pub enum Flown {
-    /// None is, as yet.
-    #[default]
-    Nothing,
-    /// `window`.
-    #[cfg(feature = "window")]
-    Window(Window9),
-    /// `joint-ekf`.
-    #[cfg(feature = "joint-ekf")]
-    JointEkf(JointEkf),
-    /// `ekf-sgf-rls`.
-    #[cfg(feature = "ekf-sgf-rls")]
-    EkfSgfRls(EkfSgfRls),
-}
-
-/// Each is started where it stays: compiled for speed, none is made on the stack first.
-impl Flown {
-    /// Starts `window` afresh.
-    ///
-    /// # Errors
-    /// As [`Window::new`]; nothing has changed then.
-    #[cfg(feature = "window")]
-    #[inline(never)]
-    pub fn start_window(
-        &mut self,
-        config: &fsw_core::estimator::window::Config<f32>,
-        wheels: &WheelArray<f32, WHEELS>,
-    ) -> Result<(), ConfigError> {
-        config.validate::<9>()?;
-        if !matches!(self, Self::Window(_)) {
-            *self = Self::Window(Window::of_unknown_noise(*wheels));
-        }
-        match self {
-            Self::Window(window) => window.reset(*config),
-            _ => Ok(()),
-        }
-    }
-
-    /// Starts `joint-ekf` afresh.
-    ///
-    /// # Errors
-    /// As [`JointEkfUd::new`]; nothing has changed then.
-    #[cfg(feature = "joint-ekf")]
-    #[inline(never)]
-    pub fn start_joint_ekf(
-        &mut self,
-        config: &joint_ekf::Config<f32>,
-        wheels: &WheelArray<f32, WHEELS>,
-    ) -> Result<(), ConfigError> {
-        *self = Self::JointEkf(JointEkf::new(*config, *wheels)?);
-        Ok(())
-    }
-
-    /// Starts `ekf-sgf-rls` afresh.
-    ///
-    /// # Errors
-    /// As [`EkfSgf::new`]; nothing has changed then.
-    #[cfg(feature = "ekf-sgf-rls")]
-    #[inline(never)]
-    pub fn start_ekf_sgf_rls(
-        &mut self,
-        config: &fsw_core::estimator::ekf_sgf::Config<f32>,
-        wheels: &WheelArray<f32, WHEELS>,
-    ) -> Result<(), ConfigError> {
-        *self = Self::EkfSgfRls(EkfSgfRls::new(*config, *wheels)?);
-        Ok(())
-    }
-
-    /// Steps it.
-    #[inline(never)]
-    pub fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
-        match self {
-            Self::Nothing => Outcome::Coasting(Coasting::Aligning),
-            #[cfg(feature = "window")]
-            Self::Window(window) => window.step_fast(sample),
-            #[cfg(feature = "joint-ekf")]
-            Self::JointEkf(filter) => filter.step_fast(sample),
-            #[cfg(feature = "ekf-sgf-rls")]
-            Self::EkfSgfRls(chain) => chain.step_fast(sample),
-        }
-    }
-}
-
-/// What `window` estimates: compiled for size, it would take a fifth more of the stack.
-#[inline(never)]
-pub fn estimate_of_window(window: &Window9) -> Estimate<f32> {
-    window.estimate()
-}
-
-/// The covariance of `joint-ekf` alone, for the bench: predict and update.
+/// Prediction and update of the covariance of `joint-ekf` alone, for the bench.
 #[inline(never)]
 pub fn step_covariance(
     form: &mut StructuredUd<f32>,

@@ -1,25 +1,25 @@
-//! What the board does for a flight computer beside its sensors: time, the watchdog, how it is.
+//! Services of the board for the flight computer: clock, watchdog and health.
 
 use super::{ClockSource, Delay, ResetCause, Watchdog, clocks, time, usart};
 use crate::flight::computer::{Health, Housekeeping};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry;
-use crate::runtime::failure::LastLife;
+use crate::runtime::failure::LastRun;
 use crate::runtime::stack;
 
-/// The board's services. The watchdog runs as long as they are there.
+/// Services of the board, with the watchdog running.
 pub struct Services {
     watchdog: Watchdog,
     delay: Delay,
     reset_cause: ResetCause,
-    last_life: LastLife,
+    last_run: LastRun,
 }
 
 impl Services {
-    /// Starts the watchdog: from now on it must be fed.
-    pub fn start(mut watchdog: Watchdog, reset_cause: ResetCause, last_life: LastLife) -> Self {
+    /// Starts the watchdog, which must be fed from now on.
+    pub fn start(mut watchdog: Watchdog, reset_cause: ResetCause, last_run: LastRun) -> Self {
         watchdog.start();
-        Self { watchdog, delay: Delay, reset_cause, last_life }
+        Self { watchdog, delay: Delay, reset_cause, last_run }
     }
 }
 
@@ -46,7 +46,7 @@ impl Housekeeping for Services {
         let lost = usart::link_counters();
         Health {
             reset_cause: self.reset_cause.into(),
-            last_life: self.last_life,
+            last_run: self.last_run,
             clock: match clocks::in_force().source {
                 ClockSource::Crystal => telemetry::ClockSource::Crystal,
                 ClockSource::Internal => telemetry::ClockSource::Internal,

@@ -1,41 +1,41 @@
-//! Registers of eight bits behind SPI or I²C.
+//! 8-bit registers behind SPI or I²C.
 //!
-//! A driver reads and writes registers and doesn't know which bus it is on. The bus error passes
-//! through untouched.
+//! A driver reads and writes registers through [`RegisterBus`], independent of the bus. Bus errors
+//! pass through unchanged.
 
 use embedded_hal::i2c::{I2c, SevenBitAddress};
 use embedded_hal::spi::{Operation, SpiDevice};
 
-/// A chip's registers.
+/// Registers of a chip.
 pub trait RegisterBus {
-    /// The error of the bus.
+    /// Error of the bus.
     type Error;
 
-    /// Reads registers from `register` upwards in one transaction: what belongs together stays
-    /// together.
+    /// Reads consecutive registers from `register` upwards in one transaction, so that the bytes of
+    /// one sample belong together.
     fn read(&mut self, register: u8, into: &mut [u8]) -> Result<(), Self::Error>;
 
     /// Writes one register.
     fn write(&mut self, register: u8, value: u8) -> Result<(), Self::Error>;
 }
 
-/// Bit 7 of the first byte on SPI: read, rather than write.
+/// Bit 7 of the first byte on SPI: 1 for a read, 0 for a write.
 const SPI_READ: u8 = 0x80;
 
-/// Registers on SPI: the first byte is the register's number with bit 7 set to read, and data
-/// follows at once, without the dummy byte that some parts send.
+/// Registers on SPI. The first byte is the register number with bit 7 as the read flag; data follows
+/// without a dummy byte.
 #[derive(Debug, Clone, Copy)]
 pub struct Spi<D> {
     device: D,
 }
 
 impl<D> Spi<D> {
-    /// The registers of the chip that `device` selects.
+    /// Registers of the chip that `device` selects.
     pub fn new(device: D) -> Self {
         Self { device }
     }
 
-    /// The device again.
+    /// The SPI device.
     pub fn into_device(self) -> D {
         self.device
     }
@@ -54,7 +54,7 @@ impl<D: SpiDevice> RegisterBus for Spi<D> {
     }
 }
 
-/// Registers on I²C: the register's number is written, then data read or written.
+/// Registers on I²C: the register number is written, then data is read or written.
 #[derive(Debug, Clone, Copy)]
 pub struct TwoWire<B> {
     bus: B,
@@ -62,7 +62,7 @@ pub struct TwoWire<B> {
 }
 
 impl<B> TwoWire<B> {
-    /// The registers of the chip at `address`.
+    /// Registers of the chip at `address`.
     pub fn new(bus: B, address: SevenBitAddress) -> Self {
         Self { bus, address }
     }

@@ -1,51 +1,52 @@
-//! From the flanks of two channels to a position: direction, and glitches taken back.
+//! Quadrature decoding of one wheel: position and direction from the edges of two channels, with
+//! glitch rejection.
 //!
-//! The board's capture interrupt takes both flanks of channel A and calls [`EdgeFilter::edge`] with the
-//! time that the timer captured and the levels of both channels just after. B is a quarter of a period
-//! behind A while the wheel turns forward, so forward means that the levels differ.
+//! Input: every edge of channel A, from the board's capture interrupt, with its captured time and the
+//! levels of both channels just after it. Output: position in edges and the time of the last edge.
 //!
-//! Each flank of A lies at one angle of the wheel, passed in either direction. A wheel that turns back
-//! passes the same flank again: that edge changes direction and time but not the position. So the
-//! position is that of the last edge exactly, and a wheel that rests on a flank and dithers counts
-//! nothing.
+//! Channel B lags A by a quarter period in forward rotation, so the levels differ after a forward
+//! edge. Each edge of A lies at one angle of the wheel, in either direction. A reversal therefore
+//! passes the same edge again: direction and time change, the position does not. The position is
+//! exact at the last edge, and a wheel that dithers on an edge does not count.
 
 use super::Captured;
 
-/// A position that flanks have told.
+/// An accepted edge.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Edge {
-    /// In edges since start-up.
+    /// Position, edges since start-up.
     position: i32,
     ticks: u32,
     forward: bool,
 }
 
-/// The edges of one wheel.
+/// Edge filter of one wheel.
 #[derive(Debug, Clone, Copy)]
 pub struct EdgeFilter {
-    /// Less than this between two edges is no wheel, ticks.
+    /// Shortest time between two edges, ticks. A shorter interval is a glitch.
     shortest_ticks: u32,
     last: Option<Edge>,
-    /// The one before, to which a glitch goes back.
+    /// The edge before `last`, restored after a glitch.
     before: Option<Edge>,
-    /// Level of A after the last flank.
+    /// Level of A after its last edge.
     a: Option<bool>,
     glitches: u32,
 }
 
 impl EdgeFilter {
-    /// A wheel that has shown no edge yet. `shortest_ticks`: less than the time between two edges of
-    /// the fastest wheel, more than a disturbance of the line lasts; half of the former is good.
+    /// A filter before its first edge. `shortest_ticks` lies below the interval between edges at the
+    /// highest speed and above the duration of line disturbances; half of the former suits.
     pub const fn new(shortest_ticks: u32) -> Self {
         Self { shortest_ticks, last: None, before: None, a: None, glitches: 0 }
     }
 
-    /// Takes in a flank of channel A: its time, and the levels of both channels just after it.
+    /// Adds an edge of channel A: its time, and the levels of both channels just after it.
     ///
-    /// * A level of A that hasn't changed: the pulse was over before it could be looked at. Nothing
-    ///   happened.
-    /// * Too soon after the last edge and back again: a short pulse. The last edge is taken back.
-    /// * Too soon and onward: no wheel is so fast. Passed over.
+    /// * Level of A unchanged: a pulse that ended before the interrupt read the level. Ignored.
+    /// * Less than `shortest_ticks` after the last edge, in the other direction: a short pulse. The
+    ///   last edge is removed.
+    /// * Less than `shortest_ticks` after the last edge, in the same direction: faster than the
+    ///   fastest wheel. Ignored.
     pub fn edge(&mut self, ticks: u32, a: bool, b: bool) {
         let forward = a != b;
         if self.a.replace(a) == Some(a) {
@@ -66,19 +67,19 @@ impl EdgeFilter {
         let position = match (was_forward, forward) {
             (true, true) => position.wrapping_add(1),
             (false, false) => position.wrapping_sub(1),
-            _ => position, // Passed again, the other way.
+            _ => position, // reversal: the same edge again
         };
         self.before = self.last;
         self.last = Some(Edge { position, ticks, forward });
     }
 
-    /// What is known, for the instant `now_ticks`.
+    /// Position and time of the last edge, for the instant `now_ticks`.
     pub fn captured(&self, now_ticks: u32) -> Captured {
         let Edge { position, ticks, .. } = self.last.unwrap_or_default();
         Captured { edges: position, last_edge_ticks: ticks, now_ticks }
     }
 
-    /// Flanks that were none of the wheel's. Stops at its maximum.
+    /// Rejected edges since start-up; saturates.
     pub fn glitches(&self) -> u32 {
         self.glitches
     }

@@ -1,7 +1,7 @@
-//! Reaction-wheel speed from the edges of a Hall sensor or an encoder.
+//! Reaction-wheel tachometer: speed from the edges of a Hall sensor or an encoder.
 //!
-//! Input: edges, time-stamped by a capture timer. Output: each wheel's speed in rad/s at the instant
-//! that the gyro sampled.
+//! Input: edges, time-stamped by a capture timer. Output: speed of each wheel, rad/s, at the gyro's
+//! sampling instant.
 //!
 //! ```text
 //!  edge, by interrupt          at a sample                    for the flight loop
@@ -9,23 +9,24 @@
 //!  direction, glitches         position, time of an edge      WheelTach
 //! ```
 //!
-//! 1. [`edges`]: what a board calls for each edge. Direction comes from the level of a second channel,
-//!    not from the commanded direction: while a wheel is braked through zero the two differ, and then
-//!    its momentum changes fastest.
-//! 2. [`CaptureTimer`]: what a board offers to the driver.
-//! 3. [`speed`]: period and count method in one, to first order at the instant that is asked for.
+//! 1. [`edges`]: edge filter, called by the board for each edge. The direction comes from the level
+//!    of a second channel, not from the commanded direction: the two differ while a wheel is braked
+//!    through zero, when its momentum changes fastest.
+//! 2. [`CaptureTimer`]: interface to the board.
+//! 3. [`speed`]: period and count method combined, extrapolated to the sampling instant.
 //!
 //! # Resolution
 //!
-//! With `P` edges a turn (both flanks of one channel), a timer of `f` ticks a second and `T` between
-//! samples:
+//! `P` edges per turn (both edges of one channel), timer of `f` ticks per second, sample interval
+//! `T`, wheel speed `Ω`:
 //!
-//! * Fast: four edges, each stamped to a whole tick, leave at most `3.4 Ω / (f T)`, and `1.1 Ω / (f T)`
-//!   RMS. With 1 MHz and 10 Hz, 628 rad/s (6000 rpm) is seen to 0.021 rad/s, and 0.007 rad/s RMS. Uneven
-//!   edges are worse: one that is off by ε of the angle between edges counts as `2 π ε / (P T)`.
-//! * Slow: below one edge a sample, `2 π / (P T)`, the speed is the last that edges told, and is
-//!   corrected once an edge that should have come doesn't. What is slower than an edge in
-//!   [`Config::zero_after_s`] is zero: with 24 edges a turn and 0.5 s, below 0.52 rad/s.
+//! * Fast: the time quantum of four edges leaves an error of at most `3.4 Ω / (f T)`, and
+//!   `1.1 Ω / (f T)` RMS. At 1 MHz, 10 Hz and 628 rad/s (6000 rpm): 0.021 rad/s, and 0.007 rad/s RMS.
+//!   An edge that is misplaced by the fraction ε of the angle between edges adds `2 π ε / (P T)`.
+//! * Slow, below one edge per sample or `2 π / (P T)`: the speed is extrapolated from the last edges,
+//!   and bounded from the time at which the next edge is overdue.
+//! * Zero: less than one edge per [`Config::zero_after_s`]. With 24 edges per turn and 0.5 s, this is
+//!   below 0.52 rad/s.
 
 pub mod edges;
 pub mod speed;
@@ -35,82 +36,81 @@ pub use edges::EdgeFilter;
 use crate::flight::sensors::WheelTachometers;
 use speed::SpeedTracker;
 
-/// What is known of a wheel's edges at one instant.
+/// State of a wheel's edges at one instant.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Captured {
-    /// Where the wheel was at its last edge, in edges since start-up, signed by direction; wraps.
+    /// Position at the last edge, edges since start-up, signed by direction; wraps.
     pub edges: i32,
-    /// When that was, ticks; wraps.
+    /// Time of the last edge, ticks; wraps.
     pub last_edge_ticks: u32,
-    /// The instant that the speed is wanted for, ticks: the gyro's data-ready, if the same timer
-    /// captures it, else that of the reading. May lie before the last edge.
+    /// Instant of the requested speed, ticks: the gyro's data-ready, if the same timer captures it,
+    /// otherwise the instant of the reading. It may precede the last edge.
     pub now_ticks: u32,
 }
 
-/// A timer that time-stamps the edges of `W` wheels: what a board offers.
+/// A timer that time-stamps the edges of `W` wheels: the interface to the board.
 ///
-/// Its ticks wrap at 2³². It must be read at least once in half of that, with 1 MHz every half an hour.
+/// Its ticks wrap at 2³². Readings must be less than half of that apart: 35 minutes at 1 MHz.
 pub trait CaptureTimer<const W: usize> {
-    /// What may go wrong in reading it.
+    /// Error of a reading.
     type Error;
 
-    /// Ticks in a second, above zero.
+    /// Tick rate, 1/s, above zero.
     fn ticks_per_s(&self) -> u32;
 
-    /// The edges of each wheel so far, all for the same instant.
+    /// Edges of each wheel, all for the same instant.
     fn captured(&mut self) -> Result<[Captured; W], Self::Error>;
 }
 
-/// How the wheels' sensors are made and mounted.
+/// Design and mounting of the wheels' sensors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config<const W: usize> {
-    /// Edges in a turn of each wheel, both flanks of its first channel counted. Zero: there is no
-    /// wheel in this place, and its speed is zero.
+    /// Edges per turn of each wheel, both edges of its first channel. Zero: no wheel, speed zero.
     pub edges_per_turn: [u16; W],
-    /// Whether the edges of a wheel count up as it turns against its axis.
+    /// Whether a wheel's edges count up while it turns against its axis.
     pub reversed: [bool; W],
-    /// A wheel without an edge for so long stands still, s. The slowest speed that is seen is one edge
-    /// in this time; longer sees slower wheels, and notices later that one has stopped.
+    /// Time without an edge after which a wheel counts as standing, s. The slowest measurable speed
+    /// is one edge in this time; a longer time lowers it and detects a stop later.
     pub zero_after_s: f32,
 }
 
-/// Why there are no speeds. `E` is the error of the capture timer.
+/// Reason for missing speeds. `E` is the error of the capture timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Error<E> {
-    /// The timer failed.
+    /// Error of the timer.
     Timer(E),
-    /// Since start-up a wheel has shown neither three readings with edges, nor no edge for so long
-    /// that it must stand still. A made-up speed would be worse than none.
+    /// Too few edges since start-up: neither three readings with edges, nor
+    /// [`Config::zero_after_s`] without one. The speed is unknown.
     Starting {
-        /// Which, from zero.
+        /// Index of the wheel, from zero.
         wheel: usize,
     },
 }
 
-/// A [`Config`] that can't be.
+/// Reason for a rejected [`Config`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum ConfigError {
-    /// A timer that stands still.
+    /// The timer's tick rate is zero.
     TicksPerS,
-    /// `zero_after_s` isn't above zero, or is beyond half of the timer's range.
+    /// `zero_after_s` is not above zero, or is beyond half the timer's range.
     ZeroAfter,
 }
 
-/// The tachometers of `W` wheels on a capture timer `C`.
+/// Tachometers of `W` wheels on a capture timer `C`.
 #[derive(Debug, Clone, Copy)]
 pub struct WheelTach<C, const W: usize> {
     timer: C,
-    /// Of the wheels that there are.
+    /// One tracker per fitted wheel.
     trackers: [Option<SpeedTracker>; W],
 }
 
 impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
-    /// Tachometers that have seen no edge yet.
+    /// Tachometers before their first edge.
     ///
     /// # Errors
-    /// Names what can't be.
+    /// See [`ConfigError`].
     pub fn new(timer: C, config: &Config<W>) -> Result<Self, ConfigError> {
         let ticks_per_s = timer.ticks_per_s();
         let Config { edges_per_turn, reversed, zero_after_s } = *config;
@@ -130,7 +130,7 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
         Ok(Self { timer, trackers })
     }
 
-    /// The timer.
+    /// The capture timer.
     pub fn timer(&mut self) -> &mut C {
         &mut self.timer
     }
@@ -139,11 +139,11 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
 impl<C: CaptureTimer<W>, const W: usize> WheelTachometers<W> for WheelTach<C, W> {
     type Error = Error<C::Error>;
 
-    /// Every wheel is looked at, also after one that gives no speed yet. After a failure of the
-    /// timer, which may have lost edges, all begin anew.
+    /// Updates every wheel, including those after a wheel without a speed. An error of the timer,
+    /// which may have lost edges, resets all of them.
     fn speed_rad_s(&mut self) -> Result<[f32; W], Self::Error> {
         let captured = self.timer.captured().map_err(|error| {
-            self.trackers.iter_mut().flatten().for_each(SpeedTracker::forget);
+            self.trackers.iter_mut().flatten().for_each(SpeedTracker::reset);
             Error::Timer(error)
         })?;
         let mut speed_rad_s = [0.0; W];

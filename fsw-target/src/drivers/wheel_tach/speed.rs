@@ -1,33 +1,34 @@
-//! From positions and times of edges to a speed at an instant.
+//! Wheel speed at an instant, from the positions and times of edges.
 //!
-//! From one reading to the next the wheel has moved by whole edges, `N`, in the time `T` between the
-//! last edge of each. That is the period method while edges are few and the count method while they are
-//! many, and either way exact to a tick. `N / T` is the speed in the middle of that time, so it is late
-//! by `T / 2` and more. The estimator needs momentum at the gyro's instant: 1 N m on a wheel is 0.05
-//! N m s in 0.05 s, and an error like that in each of its samples. So the way that the mean speeds change
-//! goes on: the cubic through the last edges of four readings (of three, a parabola, at first), and its
-//! slope at that instant.
+//! Input: [`Captured`], once per gyro sample. Output: speed, rad/s, at `now_ticks`.
 //!
-//! * Constant acceleration has no error, nor has one that changes evenly. A wheel that swings with `ω`
-//!   has one of `(ω T)³ / 4` of its swing, a quarter of a period late or early: at 10 Hz and 0.23 Hz that
-//!   is 0.08 %. A parabola would leave `(ω T)² / 3`, 0.7 %, in phase, which is as if the wheel's inertia
-//!   were that much less; it made inertias of a CubeSat wrong by six of their sigmas.
-//! * Noise grows: each edge's own error counts 11/6, 3, 3/2 and 1/3 rather than 1 and 1, so that the
-//!   speed's is 2.7 times that of the mean.
-//! * Without an edge the cubic holds as long as it hasn't passed where the next one is. Once it has,
-//!   the wheel has moved by less than that since the last edge, and this bounds the speed.
-//! * No edge for `zero_after_s`: the wheel stands still. Coming out of that it is taken as having begun
-//!   at the last reading, half an edge before the first edge.
+//! Between two readings the wheel moves by `N` whole edges in the time `T` between the last edge of
+//! each. `N / T` is the period method at few edges and the count method at many, exact to a tick. It
+//! is the speed in the middle of `T`, hence late by at least `T / 2`. The estimator needs the
+//! momentum at the gyro's instant: a motor torque of 1 N m changes it by 0.05 N m s within 0.05 s, an
+//! error of every sample. The speed is therefore the slope, at the requested instant, of the cubic
+//! through the last edges of four readings (at first the parabola through three).
+//!
+//! * Truncation: constant and linearly changing acceleration have no error. An oscillation at `ω`
+//!   has an error of `(ω T)³ / 4` of its amplitude, in quadrature: 0.08 % at 10 Hz and 0.23 Hz. The
+//!   parabola would leave `(ω T)² / 3`, 0.7 %, in phase, equivalent to a spin inertia 0.7 % too small;
+//!   it shifted the inertia of a CubeSat by six sigma.
+//! * Noise: the errors of the four edges have weights 11/6, 3, 3/2 and 1/3 instead of 1 and 1. The
+//!   speed's noise is 2.7 times that of the mean speed.
+//! * No edge since the last reading: the cubic holds until it passes the position of the next edge.
+//!   From then on, the angle between edges over the time since the last edge bounds the speed.
+//! * No edge for `zero_after_s`: the wheel stands. The next motion is assumed to start at the last
+//!   reading, half an edge before its first edge.
 
 use super::Captured;
 
-/// So many times the angle between edges the next one may be away: they may be uneven by a quarter.
+/// Largest angle to the next edge, in angles between edges: edges may be misplaced by a quarter.
 const UNEVEN: f32 = 1.25;
 
-/// The speed of one wheel, reading by reading.
+/// Speed of one wheel, reading by reading.
 #[derive(Debug, Clone, Copy)]
 pub struct SpeedTracker {
-    /// Angle of an edge, rad; negative if they count backward.
+    /// Angle between edges, rad; negative if they count backward.
     step_rad: f32,
     tick_s: f32,
     zero_after_s: f32,
@@ -35,46 +36,46 @@ pub struct SpeedTracker {
     motion: Motion,
 }
 
-/// What is known of the motion at the last edge.
+/// Knowledge of the motion at the last edge.
 #[derive(Debug, Clone, Copy)]
 enum Motion {
     /// No edge since the first reading.
     Nothing {
-        /// When that was, ticks.
+        /// Time of the first reading, ticks.
         since_ticks: u32,
     },
-    /// An edge, and no mean speed yet.
+    /// One edge, no mean speed.
     OneEdge,
-    /// A mean speed, and not yet how it changes.
+    /// One mean speed, no acceleration.
     Mean(Mean),
-    /// No edge for so long that the wheel stands still.
+    /// Standing: no edge for `zero_after_s`.
     Standing,
-    /// The wheel moves along this curve.
+    /// Motion along a curve.
     Turning(Curve),
 }
 
-/// Position around the last edge by divided differences: with `x` the time since then, and `T`, `S` the
-/// times from the edges of one and two readings before to it,
-/// `x (mean + bend (x + T) + twist (x + T) (x + S))`.
+/// Angle since the last edge by divided differences (Newton form), `x` the time since then:
+/// `x (mean + bend (x + T) + twist (x + T) (x + S))`. `T` and `S` are the times from the edges of one
+/// and two readings before to the last edge, s.
 #[derive(Debug, Clone, Copy)]
 struct Curve {
     mean: Mean,
     bend_rad_s2: f32,
     twist_rad_s3: f32,
-    /// S; none where the edges of two readings before aren't of the same motion.
+    /// `S`; `None` if the edges of two readings before belong to another motion.
     span_s: Option<f32>,
 }
 
-/// Mean speed from one edge to another.
+/// Mean speed between two edges.
 #[derive(Debug, Clone, Copy)]
 struct Mean {
     rad_s: f32,
-    /// From the one to the other.
+    /// Time between the edges, s.
     duration_s: f32,
 }
 
 impl SpeedTracker {
-    /// A wheel that turns by `step_rad` from edge to edge. No edge for `zero_after_s`: it stands still.
+    /// A tracker before its first reading. `step_rad` is the angle between edges, signed.
     pub fn new(step_rad: f32, ticks_per_s: u32, zero_after_s: f32) -> Self {
         Self {
             step_rad,
@@ -85,14 +86,14 @@ impl SpeedTracker {
         }
     }
 
-    /// Begins anew: what comes next has nothing to do with what was.
-    pub fn forget(&mut self) {
+    /// Discards the motion: the next reading is the first.
+    pub fn reset(&mut self) {
         self.last = None;
         self.motion = Motion::OneEdge;
     }
 
-    /// Speed at `captured.now_ticks`, rad/s; `None` if since start-up too few edges have come, and yet
-    /// it isn't known to stand still.
+    /// Speed at `captured.now_ticks`, rad/s; `None` until enough edges have arrived or the wheel
+    /// counts as standing.
     pub fn speed_rad_s(&mut self, captured: &Captured) -> Option<f32> {
         let now_ticks = captured.now_ticks;
         let since_edge_s = self.seconds(now_ticks, captured.last_edge_ticks);
@@ -108,10 +109,10 @@ impl SpeedTracker {
         }
     }
 
-    /// What it means that no edge has come since the last reading.
+    /// Motion after a reading without an edge.
     fn without_an_edge(&self, captured: &Captured) -> Motion {
         let since_ticks = match self.motion {
-            // Time doesn't count any more: it would wrap.
+            // The time is not updated any more: it would wrap.
             Motion::Standing => return Motion::Standing,
             Motion::Nothing { since_ticks } => since_ticks,
             Motion::OneEdge | Motion::Mean(_) | Motion::Turning(_) => captured.last_edge_ticks,
@@ -120,7 +121,7 @@ impl SpeedTracker {
         if is_over { Motion::Standing } else { self.motion }
     }
 
-    /// What edges since the last reading tell.
+    /// Motion after a reading with edges.
     fn after_edges(&self, last: &Captured, captured: &Captured) -> Motion {
         let moved = captured.edges.wrapping_sub(last.edges) as f32;
         let mean = match self.motion {
@@ -134,13 +135,13 @@ impl SpeedTracker {
             }
         };
         if mean.duration_s <= 0.0 {
-            return Motion::OneEdge; // A glitch was taken back, or the timer wrapped unread.
+            return Motion::OneEdge; // a removed glitch, or a timer that wrapped between readings
         }
         let bend =
             |before: &Mean| (mean.rad_s - before.rad_s) / (mean.duration_s + before.duration_s);
         let curve = match self.motion {
             Motion::Nothing { .. } | Motion::OneEdge => return Motion::Mean(mean),
-            // From rest at constant acceleration: at the end, twice the mean.
+            // From rest at constant acceleration the final speed is twice the mean.
             Motion::Standing => {
                 let bend_rad_s2 = mean.rad_s / mean.duration_s;
                 Curve { mean, bend_rad_s2, twist_rad_s3: 0.0, span_s: None }
@@ -166,13 +167,13 @@ impl SpeedTracker {
         Motion::Turning(curve)
     }
 
-    /// Mean speed over so many edges.
+    /// Mean speed over a number of edges.
     fn mean(&self, edges: f32, from_ticks: u32, to_ticks: u32) -> Mean {
         let duration_s = self.seconds(to_ticks, from_ticks);
         Mean { rad_s: edges * self.step_rad / duration_s, duration_s }
     }
 
-    /// Speed so long after the last edge, rad/s, as far as it agrees with there being no edge since.
+    /// Speed at `since_edge_s` after the last edge, rad/s, bounded by the absence of an edge since.
     fn bounded(&self, curve: &Curve, since_edge_s: f32) -> f32 {
         let angle_rad = curve.angle_rad(since_edge_s);
         let farthest_rad = UNEVEN * self.step_rad.abs();
@@ -182,28 +183,28 @@ impl SpeedTracker {
         curve.speed_rad_s(since_edge_s)
     }
 
-    /// From one time to a later one, at most half the timer's range; negative if it is earlier.
+    /// Time difference, s, within ± half the timer's range; negative for a later second argument.
     fn seconds(&self, later_ticks: u32, earlier_ticks: u32) -> f32 {
         later_ticks.wrapping_sub(earlier_ticks).cast_signed() as f32 * self.tick_s
     }
 }
 
 impl Curve {
-    /// Angle turned since the last edge, rad.
+    /// Angle since the last edge, rad.
     fn angle_rad(&self, x: f32) -> f32 {
         let (from_one, from_two) = self.since_edges_s(x);
         let bend = self.bend_rad_s2 + self.twist_rad_s3 * from_two;
         x * (self.mean.rad_s + from_one * bend)
     }
 
-    /// Its derivative, rad/s.
+    /// Derivative of the angle, rad/s.
     fn speed_rad_s(&self, x: f32) -> f32 {
         let (from_one, from_two) = self.since_edges_s(x);
         let twist = from_one * from_two + x * (from_one + from_two);
         self.mean.rad_s + self.bend_rad_s2 * (x + from_one) + self.twist_rad_s3 * twist
     }
 
-    /// Times since the edges of one and two readings before.
+    /// Times since the edges of one and two readings before, s.
     fn since_edges_s(&self, x: f32) -> (f32, f32) {
         (x + self.mean.duration_s, x + self.span_s.unwrap_or(0.0))
     }

@@ -1,19 +1,19 @@
-//! The driver on wheels whose motion is known exactly.
+//! The driver on wheels with a known motion.
 
 extern crate std;
 
 use super::*;
 use core::f64::consts::TAU;
 
-/// Edges of a wheel in these tests: twelve pulses a turn.
+/// Edges per turn: twelve pulses.
 const EDGES: u16 = 24;
 const STEP_RAD: f64 = TAU / EDGES as f64;
 const TICKS_PER_S: u32 = 1_000_000;
 const ZERO_AFTER_S: f32 = 0.5;
-/// Between readings, s.
+/// Sample interval, s.
 const SAMPLE_S: f64 = 0.1;
 
-/// A wheel of constant acceleration, and what its sensor says.
+/// A wheel of constant acceleration.
 #[derive(Clone, Copy)]
 struct Wheel {
     speed_rad_s: f64,
@@ -25,16 +25,16 @@ impl Wheel {
         self.speed_rad_s + self.slope_rad_s2 * time_s
     }
 
-    /// In edges; starts in the middle between two.
+    /// Angle in units of the angle between edges; starts halfway between two.
     fn angle(&self, time_s: f64) -> f64 {
         0.5 + (self.speed_rad_s + 0.5 * self.slope_rad_s2 * time_s) * time_s / STEP_RAD
     }
 
-    /// The flanks between two times, in order: when, and the levels just after.
-    fn flanks(&self, from_s: f64, to_s: f64) -> std::vec::Vec<(f64, bool, bool)> {
+    /// Edges between two times, in order: time, and the levels of A and B just after it.
+    fn edges(&self, from_s: f64, to_s: f64) -> std::vec::Vec<(f64, bool, bool)> {
         const SLICES: u32 = 10_000;
         let slice_s = (to_s - from_s) / f64::from(SLICES);
-        let mut flanks = std::vec::Vec::new();
+        let mut edges = std::vec::Vec::new();
         for slice in 0..SLICES {
             let (mut before_s, mut after_s) =
                 (from_s + slice_s * f64::from(slice), from_s + slice_s * f64::from(slice + 1));
@@ -51,9 +51,9 @@ impl Wheel {
                 }
             }
             let a = to.rem_euclid(2.0) == 1.0;
-            flanks.push((after_s, a, a != (to > from)));
+            edges.push((after_s, a, a != (to > from)));
         }
-        flanks
+        edges
     }
 }
 
@@ -61,7 +61,7 @@ fn ticks(time_s: f64) -> u32 {
     (time_s * f64::from(TICKS_PER_S)) as u64 as u32
 }
 
-/// A board whose only wheel is read by the clock; time starts at `offset_s`.
+/// A board with one wheel, read at a fixed rate; its timer starts at `offset_s`.
 struct Board {
     wheel: Wheel,
     filter: EdgeFilter,
@@ -86,7 +86,7 @@ impl CaptureTimer<1> for Board {
     /// The next reading, [`SAMPLE_S`] after the last.
     fn captured(&mut self) -> Result<[Captured; 1], Self::Error> {
         let to_s = self.time_s + SAMPLE_S;
-        for (time_s, a, b) in self.wheel.flanks(self.time_s, to_s) {
+        for (time_s, a, b) in self.wheel.edges(self.time_s, to_s) {
             self.filter.edge(ticks(self.offset_s + time_s), a, b);
         }
         self.time_s = to_s;
@@ -102,7 +102,7 @@ fn tach(board: Board) -> WheelTach<Board, 1> {
     WheelTach::new(board, &config()).unwrap()
 }
 
-/// The largest error of `readings` after the first few, rad/s, and its RMS.
+/// Largest and RMS error of the valid readings, rad/s.
 fn errors_rad_s(tach: &mut WheelTach<Board, 1>, readings: u32) -> (f64, f64) {
     let (mut largest, mut squares, mut count) = (0.0f64, 0.0, 0);
     for _ in 0..readings {
@@ -118,54 +118,54 @@ fn errors_rad_s(tach: &mut WheelTach<Board, 1>, readings: u32) -> (f64, f64) {
 }
 
 #[test]
-fn a_fast_wheel_is_seen_to_the_tick() {
+fn fast_wheel_is_accurate_to_the_tick() {
     for speed_rad_s in [628.0, -628.0, 100.3] {
         let (largest, rms) = errors_rad_s(&mut tach(Board::new(speed_rad_s, 0.0)), 100);
         let tick = speed_rad_s.abs() / (f64::from(TICKS_PER_S) * SAMPLE_S);
-        // An interval is short of a sample by up to an edge: 2.7 % at 100 rad/s.
+        // An interval between edges is up to one edge shorter than a sample: 2.7 % at 100 rad/s.
         assert!(largest < 1.05 * 3.4 * tick, "{speed_rad_s}: {largest} rad/s");
         assert!(rms < 1.15 * 1.1 * tick, "{speed_rad_s}: {rms} rad/s RMS");
     }
 }
 
 #[test]
-fn an_accelerating_wheel_is_not_seen_late() {
+fn accelerating_wheel_has_no_delay() {
     // 20 mN m on a wheel of 4e-4 kg m².
     let slope_rad_s2 = 50.0;
     let (largest, _) = errors_rad_s(&mut tach(Board::new(200.0, slope_rad_s2)), 80);
-    // The mean over the last interval would be late by 50 ms: 2.5 rad/s.
+    // The mean over the last interval lags by 50 ms: 2.5 rad/s.
     assert!(largest < 0.02, "{largest} rad/s");
 }
 
 #[test]
-fn a_wheel_is_followed_through_zero() {
-    // From 20 to −20 rad/s; the last edge before zero is up to 0.23 s old when the next comes.
+fn speed_is_continuous_through_zero() {
+    // From 20 to −20 rad/s; the last edge before zero is up to 0.23 s old at the next edge.
     let mut tach = tach(Board::new(20.0, -10.0));
     let (largest, rms) = errors_rad_s(&mut tach, 40);
     assert!(rms < 0.15 && largest < 0.6, "{largest} rad/s, {rms} rad/s RMS");
-    // Where edges come several in a sample again it is seen well.
+    // Several edges per sample again: full accuracy.
     let (largest, _) = errors_rad_s(&mut tach, 20);
     assert!(largest < 0.01, "{largest} rad/s");
 }
 
 #[test]
-fn a_slow_wheel_is_seen_down_to_one_edge_in_the_time_out() {
+fn slow_wheel_is_measured_down_to_one_edge_per_time_out() {
     let slowest_rad_s = STEP_RAD / f64::from(ZERO_AFTER_S);
     let (largest, _) = errors_rad_s(&mut tach(Board::new(1.05 * slowest_rad_s, 0.0)), 200);
     assert!(largest < 1e-4, "{largest} rad/s");
-    // Half as slow: zero between edges.
+    // At half the slowest speed: zero between edges.
     let mut tach = tach(Board::new(0.5 * slowest_rad_s, 0.0));
     let mut speeds = (0..100).filter_map(|_| tach.speed_rad_s().ok());
     assert!(speeds.any(|[speed]| speed == 0.0));
 }
 
 #[test]
-fn a_wheel_that_stops_is_slower_by_the_sample_and_then_stands() {
+fn speed_of_a_stopped_wheel_falls_to_zero_within_the_time_out() {
     let mut tach = tach(Board::new(30.0, 0.0));
     for _ in 0..10 {
         let _ = tach.speed_rad_s();
     }
-    // It locks where it is.
+    // The wheel locks at once.
     let stopped_s = tach.timer().time_s;
     let wheel = Wheel { speed_rad_s: 0.0, slope_rad_s2: 0.0 };
     tach.timer().wheel = wheel;
@@ -176,7 +176,7 @@ fn a_wheel_that_stops_is_slower_by_the_sample_and_then_stands() {
         bound = bound.min(STEP_RAD / since_s);
         assert!(f64::from(speed) <= 1.26 * bound, "{since_s} s: {speed} rad/s");
         if speed == 0.0 {
-            // It was read every tenth of a second.
+            // The readings are a tenth of a second apart.
             assert!((since_s - f64::from(ZERO_AFTER_S)).abs() < 0.11, "{since_s} s");
             break;
         }
@@ -185,7 +185,7 @@ fn a_wheel_that_stops_is_slower_by_the_sample_and_then_stands() {
 }
 
 #[test]
-fn a_wheel_that_leaves_rest_is_seen_with_its_first_edges() {
+fn wheel_that_leaves_rest_is_measured_from_its_first_edges() {
     let mut tach = tach(Board::new(0.0, 0.0));
     while tach.speed_rad_s().is_err() {}
     assert_eq!(tach.speed_rad_s(), Ok([0.0]));
@@ -193,7 +193,7 @@ fn a_wheel_that_leaves_rest_is_seen_with_its_first_edges() {
     *tach.timer() = Board { offset_s, filter: tach.timer().filter, ..Board::new(0.0, 100.0) };
     let [speed] = tach.speed_rad_s().unwrap();
     assert!((speed - 10.0).abs() < 2.0, "{speed} rad/s");
-    // Half an edge of doubt where it began is two thirds as much in the next one's change.
+    // The start is uncertain by half an edge; two thirds of it enter the next speed.
     let [speed] = tach.speed_rad_s().unwrap();
     assert!((speed - 20.0).abs() < 2.0, "{speed} rad/s");
     tach.speed_rad_s().unwrap();
@@ -202,14 +202,14 @@ fn a_wheel_that_leaves_rest_is_seen_with_its_first_edges() {
 }
 
 #[test]
-fn until_a_speed_is_known_there_is_none() {
+fn speed_is_missing_until_it_is_known() {
     let mut spinning = tach(Board::new(100.0, 0.0));
     for _ in 0..3 {
         assert_eq!(spinning.speed_rad_s(), Err(Error::Starting { wheel: 0 }));
     }
     assert!(spinning.speed_rad_s().is_ok());
 
-    // One that never moves stands still once the time-out is over.
+    // A wheel at rest counts as standing after the time-out.
     let mut standing = tach(Board::new(0.0, 0.0));
     for _ in 0..5 {
         assert_eq!(standing.speed_rad_s(), Err(Error::Starting { wheel: 0 }));
@@ -218,12 +218,12 @@ fn until_a_speed_is_known_there_is_none() {
 }
 
 #[test]
-fn the_timer_may_wrap() {
+fn timer_may_wrap() {
     let wrap_s = 2.0f64.powi(32) / f64::from(TICKS_PER_S);
     let board = Board { offset_s: wrap_s - 2.05, ..Board::new(200.0, 50.0) };
     let (largest, _) = errors_rad_s(&mut tach(board), 40);
     assert!(largest < 0.02, "{largest} rad/s");
-    // A wheel that stands for longer than the timer's range still stands.
+    // A wheel stays standing beyond the timer's range.
     let mut tach = tach(Board::new(0.0, 0.0));
     for _ in 0..6 {
         let _ = tach.speed_rad_s();
@@ -235,8 +235,8 @@ fn the_timer_may_wrap() {
 }
 
 #[test]
-fn the_instant_may_lie_before_the_last_edge() {
-    /// Reads 20 ms after the instant that the speed is wanted for.
+fn instant_may_precede_the_last_edge() {
+    /// Reads 20 ms after the requested instant.
     struct Late(Board);
     impl CaptureTimer<1> for Late {
         type Error = &'static str;
@@ -258,7 +258,7 @@ fn the_instant_may_lie_before_the_last_edge() {
 }
 
 #[test]
-fn a_wheel_mounted_the_other_way_has_the_other_sign() {
+fn reversed_mounting_reverses_the_sign() {
     let config = Config { reversed: [true], ..config() };
     let mut tach = WheelTach::new(Board::new(100.0, 20.0), &config).unwrap();
     for _ in 0..5 {
@@ -269,14 +269,14 @@ fn a_wheel_mounted_the_other_way_has_the_other_sign() {
 }
 
 #[test]
-fn a_place_without_a_wheel_has_no_speed_to_wait_for() {
+fn place_without_a_wheel_has_zero_speed() {
     let config = Config { edges_per_turn: [0], ..config() };
     let mut tach = WheelTach::new(Board::new(100.0, 0.0), &config).unwrap();
     assert_eq!(tach.speed_rad_s(), Ok([0.0]));
 }
 
 #[test]
-fn a_failing_timer_passes_through() {
+fn timer_error_passes_through() {
     struct Broken;
     impl CaptureTimer<2> for Broken {
         type Error = &'static str;
@@ -292,7 +292,7 @@ fn a_failing_timer_passes_through() {
     assert_eq!(tach.speed_rad_s(), Err(Error::Timer("overcapture")));
 }
 
-/// A board that loses edges for two seconds, as while its flash is erased.
+/// A board that loses edges for two seconds, as during a flash erase.
 struct Stalled {
     board: Board,
     failing: bool,
@@ -316,7 +316,7 @@ impl CaptureTimer<1> for Stalled {
 }
 
 #[test]
-fn after_lost_edges_no_speed_is_made_up_from_those_before() {
+fn lost_edges_give_no_speed() {
     let speed_rad_s = 400.0;
     let stalled = Stalled { board: Board::new(speed_rad_s, 0.0), failing: false };
     let mut tach = WheelTach::new(stalled, &config()).unwrap();
@@ -331,7 +331,7 @@ fn after_lost_edges_no_speed_is_made_up_from_those_before() {
 }
 
 #[test]
-fn what_cannot_be_is_refused() {
+fn invalid_configuration_is_rejected() {
     let refused = |config: Config<1>| WheelTach::new(Board::new(0.0, 0.0), &config).err();
     for zero_after_s in [0.0, -1.0, f32::NAN, 2200.0] {
         let config = Config { zero_after_s, ..config() };
@@ -339,10 +339,10 @@ fn what_cannot_be_is_refused() {
     }
 }
 
-/// Levels after each flank of A while the wheel turns forward.
+/// Levels after each edge of A in forward rotation.
 const FORWARD: [(bool, bool); 2] = [(true, false), (false, true)];
 
-/// A filter that has seen five flanks forward, 1000 ticks apart; the next is due at 5000.
+/// A filter after five forward edges, 1000 ticks apart; the next is due at 5000.
 fn turning_filter() -> EdgeFilter {
     let mut filter = EdgeFilter::new(100);
     for k in 0..5 {
@@ -353,7 +353,7 @@ fn turning_filter() -> EdgeFilter {
     filter
 }
 
-/// Where the filter is after the next true flank.
+/// State after the next true edge.
 fn after_the_next(mut filter: EdgeFilter) -> Captured {
     let (a, b) = FORWARD[1];
     filter.edge(5000, a, b);
@@ -361,30 +361,30 @@ fn after_the_next(mut filter: EdgeFilter) -> Captured {
 }
 
 #[test]
-fn a_glitch_leaves_no_trace() {
+fn glitch_leaves_no_trace() {
     let clean = Captured { edges: 6, last_edge_ticks: 5000, now_ticks: 5100 };
     assert_eq!(after_the_next(turning_filter()), clean);
 
-    // A short pulse of A, seen whole: one flank onward, one back.
+    // A short pulse of A: one edge forward, one back.
     let mut filter = turning_filter();
     filter.edge(4500, false, false);
     filter.edge(4510, true, false);
     assert_eq!(filter.captured(0).last_edge_ticks, 4000);
     assert_eq!(after_the_next(filter), clean);
 
-    // One that was over before the interrupt looked.
+    // A pulse that ended before the interrupt read the level.
     let mut filter = turning_filter();
     filter.edge(4500, true, false);
     assert_eq!(after_the_next(filter), clean);
     assert_eq!(filter.glitches(), 1);
 
-    // Contacts that bounce: the last bounce counts.
+    // Bouncing contacts: the last bounce counts.
     let mut filter = turning_filter();
     filter.edge(4990, false, true);
     filter.edge(4995, true, true);
     assert_eq!(after_the_next(filter), clean);
 
-    // Faster than any wheel.
+    // Edges faster than the fastest wheel.
     let mut filter = turning_filter();
     filter.edge(4010, false, true);
     filter.edge(4020, true, false);
@@ -393,10 +393,10 @@ fn a_glitch_leaves_no_trace() {
 }
 
 #[test]
-fn a_wheel_that_dithers_on_a_flank_does_not_move() {
+fn dithering_on_an_edge_does_not_count() {
     let mut filter = turning_filter();
     for k in 0..10 {
-        // Back over the flank that made A high, and forward again.
+        // Back over the edge that raised A, and forward again.
         let forward = k % 2 == 1;
         filter.edge(10_000 + 1000 * k, forward, false);
     }
@@ -405,9 +405,9 @@ fn a_wheel_that_dithers_on_a_flank_does_not_move() {
 }
 
 #[test]
-fn edges_count_back_when_the_wheel_turns_back() {
+fn edges_count_back_in_reverse_rotation() {
     let mut filter = turning_filter();
-    // The same flanks backward: A falls while B is low, rises while B is high.
+    // The same edges backward: A falls while B is low, rises while B is high.
     for k in 0..5 {
         let a = k % 2 == 1;
         filter.edge(10_000 + 1000 * k, a, a);

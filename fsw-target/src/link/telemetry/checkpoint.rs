@@ -1,26 +1,25 @@
-//! A checkpoint, as it stands in the flash ([`crate::store`]), in pieces that fit a packet.
+//! Checkpoint report: the bytes of a checkpoint in flash ([`crate::store`]), in parts.
 
 use super::Report;
 use crate::link::packet::{Apid, CHECKPOINT};
 use crate::link::wire::{Reader, Unreadable, Wire, Writer};
 
-/// Bytes of a checkpoint in one packet. A whole one of 16 KiB takes 86 packets, and 1.7 s of a
-/// line at 115,200 baud.
+/// Checkpoint bytes per packet. A checkpoint of 16 KiB takes 86 packets, 1.7 s at 115,200 baud.
 pub const PART_BYTES: usize = 192;
 
-/// A piece of a checkpoint, as it stands in the flash.
+/// Part of a checkpoint, as stored in flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CheckpointPart {
-    /// Which part, from 0.
+    /// Index of the part, from 0.
     pub index: u16,
-    /// Of how many. All but the last are full.
+    /// Number of parts. All but the last have [`PART_BYTES`] bytes.
     pub parts: u16,
     bytes: [u8; PART_BYTES],
     length: usize,
 }
 
 impl CheckpointPart {
-    /// Part `index` of so many. `None` for more than [`PART_BYTES`] of them.
+    /// Part `index` of `parts`; `None` for more than [`PART_BYTES`] bytes.
     pub fn new(index: u16, parts: u16, bytes: &[u8]) -> Option<Self> {
         let mut part = Self { index, parts, bytes: [0; PART_BYTES], length: bytes.len() };
         let mut writer = Writer::new(&mut part.bytes);
@@ -29,7 +28,7 @@ impl CheckpointPart {
         Some(part)
     }
 
-    /// The bytes.
+    /// Bytes of the part.
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()
     }

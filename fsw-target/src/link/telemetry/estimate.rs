@@ -1,48 +1,48 @@
-//! What the selected estimator knows.
+//! Estimate report: result of the selected estimator.
 
-use crate::flight::selected::EstimatorId;
 use crate::link::packet::ESTIMATE;
 use crate::link::wire::{codes, record};
 use fsw_core::attitude::NoAttitude;
 use fsw_core::gate::Rejection;
 use fsw_core::{Coasting, Estimator, Outcome, Reset, Status};
+use fsw_steps::EstimatorId;
 
 record! {
-    /// What the selected estimator knows, and what became of the last sample.
+    /// Result of the selected estimator after its last step.
     struct EstimateReport {
-        /// Time stamp of the last sample that was stepped, by the same clock as the packet's time; 0 before the first.
+        /// Time stamp of the last sample stepped, on the clock of the packet time; 0 before the first.
         sample_time_us: u64, "µs";
         /// The selected estimator.
         estimator: EstimatorId, "–";
-        /// Whether to use the estimate.
+        /// Usability of the estimate.
         status: Status, "–";
-        /// What became of the last sample.
+        /// Outcome of the last sample.
         outcome: Option<Outcome>, "–";
-        /// Whether a rigid body can have this tensor.
+        /// True if a rigid body can have this tensor.
         physical: bool, "–";
-        /// Whether the data by itself asks for a tensor that no body has, so that this is the physical one nearest to it.
+        /// True if the data alone gives an impossible tensor, and the estimate is the nearest physical one.
         projected: bool, "–";
-        /// Whether the residuals look like the gyro's white noise alone; missing where that isn't tested.
+        /// True if the residuals are consistent with white gyro noise; absent if untested.
         residuals_white: Option<bool>, "–";
-        /// Independent directions in the space of the six elements that the data has shown, 0 to 6.
+        /// Number of independent directions observed in the space of the six elements, 0 to 6.
         observed_directions: u8, "–";
-        /// Which elements the data has shown: `jxx jyy jzz jxy jxz jyz`.
+        /// True for each observed element: `jxx jyy jzz jxy jxz jyz`.
         element_observed: [bool; 6], "–";
-        /// Whether the data has shown the size of the tensor, its trace.
+        /// True if the scale of the tensor, its trace, is observed.
         scale_observed: bool, "–";
-        /// The tensor's entries about the centre of mass in body axes, wheels included and locked: `jxx jyy jzz jxy jxz jyz`.
+        /// Inertia tensor about the centre of mass, body axes, locked wheels included: `jxx jyy jzz jxy jxz jyz`.
         inertia_kg_m2: [f32; 6], "kg m²";
-        /// One sigma of each.
+        /// Standard deviation of each element.
         sigma_kg_m2: [f32; 6], "kg m²";
         /// Filtered body rate relative to inertial space, body axes.
         rate_rad_s: [f32; 3], "rad/s";
-        /// Measured minus predicted rate, RMS over the samples used, all axes.
+        /// RMS of measured minus predicted rate over the samples used, all axes.
         residual_rms_rad_s: f32, "rad/s";
-        /// Innovation squared over its variance, summed over the axes of the last sample that was predicted: 3 on average.
+        /// Normalised innovation squared of the last predicted sample, summed over the axes; mean 3.
         nis: Option<f32>, "–";
-        /// Constant disturbance torque, body axes, where the estimator solves for one.
+        /// Constant disturbance torque, body axes; absent if not estimated.
         disturbance_torque_n_m: Option<[f32; 3]>, "N m";
-        /// Gyro bias, body axes, where the estimator solves for one.
+        /// Gyro bias, body axes; absent if not estimated.
         gyro_bias_rad_s: Option<[f32; 3]>, "rad/s";
     }
 }
@@ -50,19 +50,19 @@ record! {
 report!(EstimateReport, ESTIMATE);
 
 impl EstimateReport {
-    /// What `flying` knows. `outcome` is that of its last sample, which was taken at
-    /// `sample_time_us`. Costs an eigenproblem of six, as [`Estimator::estimate`] does.
+    /// Report of `estimator` after the sample at `sample_time_us` with this outcome. Costs a 6 × 6
+    /// eigenproblem, as [`Estimator::estimate`] does.
     #[inline(never)]
     pub fn of<E: Estimator<f32, W>, const W: usize>(
-        estimator: EstimatorId,
-        flying: &E,
+        id: EstimatorId,
+        estimator: &E,
         sample_time_us: u64,
         outcome: Option<Outcome>,
     ) -> Self {
-        let estimate = flying.estimate();
+        let estimate = estimator.estimate();
         Self {
             sample_time_us,
-            estimator,
+            estimator: id,
             status: estimate.status,
             outcome,
             physical: estimate.inertia.check().is_ok(),
@@ -73,9 +73,9 @@ impl EstimateReport {
             scale_observed: estimate.observed.scale,
             inertia_kg_m2: estimate.inertia.elements_kg_m2(),
             sigma_kg_m2: estimate.sigma_kg_m2(),
-            rate_rad_s: flying.rate_rad_s().into(),
+            rate_rad_s: estimator.rate_rad_s().into(),
             residual_rms_rad_s: estimate.residual_rms_rad_s,
-            nis: flying.innovation().map(|innovation| innovation.nis()),
+            nis: estimator.innovation().map(|innovation| innovation.nis()),
             disturbance_torque_n_m: estimate.disturbance_torque_n_m.map(Into::into),
             gyro_bias_rad_s: estimate.gyro_bias_rad_s.map(Into::into),
         }
@@ -116,7 +116,7 @@ mod tests {
     use crate::link::wire::Coded;
 
     #[test]
-    fn outcomes_have_the_names_of_the_core() {
+    fn outcomes_have_their_names_in_the_core() {
         for (code, word) in Outcome::CODES {
             let outcome = Outcome::of_code(*code).unwrap();
             assert_eq!(outcome.name(), *word);

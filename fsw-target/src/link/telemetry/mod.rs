@@ -1,9 +1,9 @@
-//! Telemetry: what the ground is told.
+//! Telemetry: reports as packets.
 //!
-//! In: what the flight computer knows, as plain structs in SI units. Out: packets; and on the ground
-//! the same structs from packets, bit for bit. The tables in `link.md` come from the lists here.
+//! Input: reports of the flight computer, plain structs in SI units. Output: packets; on the ground,
+//! the same structs from packets, bit for bit. The tables of `link.md` are generated from these types.
 
-/// The packets of a record.
+/// [`Report`] for a record.
 macro_rules! report {
     ($name:ident, $apid:expr) => {
         impl $crate::link::telemetry::Report for $name {
@@ -37,19 +37,19 @@ use super::packet::{self, Apid, Header, Packet, PacketError, PacketType, Sequenc
 use super::wire::{About, Unreadable, Visitor, Wire, Writer};
 use core::fmt;
 
-/// Something that is sent as a packet of its own.
+/// A report with a packet of its own.
 pub trait Report: Sized {
-    /// Which packets are of this kind.
+    /// APID of its packets.
     const APID: Apid;
     /// Writes the user data.
     fn put(&self, out: &mut Writer<'_>);
-    /// Reads the user data, all of it.
+    /// Reads the whole user data.
     ///
     /// # Errors
     /// See [`Unreadable`].
     fn decode(data: &[u8]) -> Result<Self, Unreadable>;
 
-    /// As a packet made at `time_us`. `None` never happens: no report is longer than a packet.
+    /// Packet made at `time_us`. Always `Some`: every report is shorter than a packet.
     fn packet(&self, time_us: u64, sequence_count: SequenceCount) -> Option<Packet> {
         let (packet_type, apid) = (PacketType::Tm, Self::APID);
         let header = Header { packet_type, apid, sequence_count, time_us: Some(time_us) };
@@ -57,46 +57,46 @@ pub trait Report: Sized {
     }
 }
 
-/// A telemetry packet of any kind.
+/// A telemetry packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "there is no heap, and never more than a few of them")]
+#[allow(clippy::large_enum_variant, reason = "no heap, and few values at a time")]
 pub enum Telemetry {
-    /// The selected estimator.
+    /// Estimate of the selected estimator.
     Estimate(EstimateReport),
-    /// The flight computer.
+    /// State of the flight computer.
     Status(StatusReport),
-    /// A piece of the estimator's state.
+    /// Part of a checkpoint.
     Checkpoint(CheckpointPart),
 }
 
-/// A telemetry packet as it arrived.
+/// A received telemetry packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Received {
-    /// When it was made: on-board time, µs.
+    /// On-board time of the packet, µs.
     pub time_us: u64,
-    /// Counts the packets of this kind, modulo 2¹⁴, those included that were dropped on board.
+    /// Sequence count of its APID, modulo 2¹⁴, packets dropped by the flight computer included.
     pub sequence_count: SequenceCount,
-    /// What is in it.
+    /// Content.
     pub telemetry: Telemetry,
 }
 
-/// Why bytes are no telemetry packet.
+/// Reason for bytes that are not a telemetry packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TelemetryError {
-    /// No packet, or none that is intact.
+    /// Not an intact packet.
     Packet(PacketError),
     /// A telecommand, or telemetry of another APID.
     UnknownKind {
         /// Whether it is a telecommand.
         command: bool,
-        /// Its APID.
+        /// APID.
         apid: u16,
     },
-    /// Of a known kind, but not as that kind lies.
+    /// User data that differs from the layout of its kind.
     Unreadable {
-        /// The kind.
+        /// Kind of the packet.
         kind: &'static str,
-        /// What is wrong.
+        /// Difference from the layout.
         why: Unreadable,
     },
 }
@@ -106,10 +106,10 @@ impl fmt::Display for TelemetryError {
         match self {
             Self::Packet(why) => why.fmt(f),
             Self::UnknownKind { command: true, apid } => {
-                write!(f, "a telecommand (APID {apid:#05x}), not telemetry")
+                write!(f, "telecommand (APID {apid:#05x}) instead of telemetry")
             }
             Self::UnknownKind { command: false, apid } => {
-                write!(f, "telemetry of APID {apid:#05x}, which this program doesn't know")
+                write!(f, "telemetry of unknown APID {apid:#05x}")
             }
             Self::Unreadable { kind, why } => write!(f, "{kind} packet {why}"),
         }
@@ -125,7 +125,7 @@ impl From<PacketError> for TelemetryError {
 }
 
 impl Telemetry {
-    /// From a whole packet.
+    /// Telemetry from a whole packet.
     ///
     /// # Errors
     /// See [`TelemetryError`].
@@ -146,7 +146,7 @@ impl Telemetry {
         Ok(Received { time_us, sequence_count: header.sequence_count, telemetry })
     }
 
-    /// What kind of packet it is, in a word.
+    /// Kind of the packet, one word.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Estimate(_) => "estimate",
@@ -155,7 +155,7 @@ impl Telemetry {
         }
     }
 
-    /// Shows each field in the order of the line. The bytes of a checkpoint aren't shown.
+    /// Passes each field to the visitor, in the order of the line. Omits the bytes of a checkpoint.
     pub fn visit(&self, visitor: &mut dyn Visitor) {
         let about = About { name: self.kind(), unit: "–", meaning: "" };
         match self {
@@ -164,15 +164,15 @@ impl Telemetry {
             Self::Checkpoint(part) => {
                 visitor.open(&about);
                 let of = |name, meaning| About { name, unit: "–", meaning };
-                part.index.visit(&of("index", "Which part, from 0."), visitor);
-                part.parts.visit(&of("parts", "Of how many."), visitor);
+                part.index.visit(&of("index", "Index of the part, from 0."), visitor);
+                part.parts.visit(&of("parts", "Number of parts."), visitor);
                 visitor.close();
             }
         }
     }
 }
 
-// Header, time and checksum around each.
+// Header, time and checksum of a packet.
 const AROUND: usize = 6 + 8 + 2;
 const _: () = assert!(AROUND + <EstimateReport as Wire>::BYTES <= MAX_PACKET);
 const _: () = assert!(AROUND + <StatusReport as Wire>::BYTES <= MAX_PACKET);
@@ -193,7 +193,7 @@ mod tests {
         report.packet(123_456_789, COUNT).unwrap().bytes().to_vec()
     }
 
-    /// The user data of a telemetry packet of this APID, sealed with a right checksum.
+    /// Packet of this APID and user data with a valid checksum.
     fn sealed(apid: Apid, data: &[u8]) -> Vec<u8> {
         let (packet_type, time_us) = (PacketType::Tm, Some(0));
         let header = Header { packet_type, apid, sequence_count: COUNT, time_us };
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_arrives_with_its_time_and_count() {
+    fn every_kind_arrives_with_its_time_and_count() {
         let part = CheckpointPart::new(3, 7, &[1, 2, 3]).unwrap();
         for (packet, telemetry) in [
             (bytes(&estimate()), Telemetry::Estimate(estimate())),
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_report_is_named() {
+    fn invalid_report_is_named() {
         let estimate = &bytes(&estimate())[14..];
         let data = &estimate[..estimate.len() - 2];
         let kind = "estimate";
@@ -246,13 +246,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn an_estimate_survives_to_the_last_bit(report in any_estimate()) {
+        fn estimate_is_bit_exact(report in any_estimate()) {
             let packet = bytes(&report);
             let Ok(Received { telemetry: Telemetry::Estimate(read), .. }) = Telemetry::decode(&packet)
             else {
                 return Err(TestCaseError::fail("not an estimate"));
             };
-            // Not a number isn't equal to itself: its bits are.
+            // NaN differs from itself; its bits do not.
             let bits = |report: &EstimateReport| {
                 (report.inertia_kg_m2.map(f32::to_bits), report.nis.map(f32::to_bits))
             };
@@ -261,13 +261,13 @@ mod tests {
         }
 
         #[test]
-        fn a_status_survives(report in any_status()) {
+        fn status_is_exact(report in any_status()) {
             let read = Telemetry::decode(&bytes(&report)).unwrap().telemetry;
             prop_assert_eq!(read, Telemetry::Status(report));
         }
 
         #[test]
-        fn a_checkpoint_comes_together_again(state in prop::collection::vec(any::<u8>(), 1..2000)) {
+        fn checkpoint_is_reassembled(state in prop::collection::vec(any::<u8>(), 1..2000)) {
             let parts = state.len().div_ceil(PART_BYTES) as u16;
             let mut together: Vec<u8> = Vec::new();
             for (index, piece) in (0..).zip(state.chunks(PART_BYTES)) {

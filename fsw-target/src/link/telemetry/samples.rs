@@ -1,16 +1,16 @@
-//! Reports to test with.
+//! Test reports.
 
 use super::{CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause, StatusReport};
-use crate::flight::selected::EstimatorId;
 use crate::link::command::Function;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{Coded, Reader, Wire};
 use crate::runtime::failure::Kind;
 use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Outcome, Status};
+use fsw_steps::EstimatorId;
 use proptest::prelude::*;
 
-/// One with a value in every field.
+/// A report with a value in every field.
 pub fn estimate() -> EstimateReport {
     EstimateReport {
         sample_time_us: 123_400_000,
@@ -33,7 +33,7 @@ pub fn estimate() -> EstimateReport {
     }
 }
 
-/// One with a value in every field.
+/// A report with a value in every field.
 pub fn status() -> StatusReport {
     let outcomes = OutcomeCounts { accepted: 6001, spike: 2, ..OutcomeCounts::default() };
     StatusReport {
@@ -75,7 +75,7 @@ fn any_bits<const N: usize>() -> impl Strategy<Value = [f32; N]> {
     any::<[u32; N]>().prop_map(|bits| bits.map(f32::from_bits))
 }
 
-/// Any bits in every number.
+/// Any report, with any bits in every number.
 pub fn any_estimate() -> impl Strategy<Value = EstimateReport> {
     let words = (any_of(), any_of(), proptest::option::of(any_of::<Outcome>()));
     let flags = (any::<[bool; 3]>(), any::<Option<bool>>(), any::<[bool; 6]>());
@@ -105,7 +105,7 @@ pub fn any_estimate() -> impl Strategy<Value = EstimateReport> {
     )
 }
 
-/// Any counts and words, finite numbers.
+/// Any report, with finite numbers.
 pub fn any_status() -> impl Strategy<Value = StatusReport> {
     let words = (
         any_of(),

@@ -1,4 +1,4 @@
-//! How the flight computer is.
+//! Status report: health of the flight computer and effect of telecommands.
 
 use crate::link::command::Function;
 use crate::link::packet::STATUS;
@@ -8,61 +8,61 @@ use crate::runtime::failure::Kind as FailureKind;
 use fsw_core::outcome::OutcomeCounts;
 
 record! {
-    /// How the flight computer is, and what the ground has made it do.
+    /// Health of the flight computer and effect of telecommands.
     struct StatusReport {
-        /// Time since the computer's last start.
+        /// Time since the last start of the computer.
         uptime_s: u32, "s";
-        /// Why the computer started.
+        /// Cause of the last start.
         reset_cause: ResetCause, "–";
-        /// Failures of the program since power came, each of which made it start again.
+        /// Software failures since power-up, each followed by a restart.
         failures: u32, "–";
-        /// The failure that ended the life before this one, if one did.
+        /// Failure before the last start; absent if it started for another cause.
         last_failure: Option<FailureKind>, "–";
-        /// Where that was: address of an instruction, line of a panic, number of an interrupt; 0 if it isn't known.
+        /// Location of that failure: instruction address, line of a panic, or interrupt number; 0 if unknown.
         last_failure_at: u32, "–";
-        /// Where that was called from; address of the name of a panic's file; 0 if it isn't known.
+        /// Caller of that location; address of the file name of a panic; 0 if unknown.
         last_failure_from: u32, "–";
-        /// What its clock runs on.
+        /// Clock source.
         clock: ClockSource, "–";
-        /// Whether the watchdog runs.
+        /// True if the watchdog runs.
         watchdog: bool, "–";
-        /// The most stack that was ever used.
+        /// Largest stack depth since the last start.
         stack_high_water_bytes: u32, "byte";
-        /// Whether the gyro was found, and is set up as asked.
+        /// Result of the gyro's last start.
         gyro: GyroState, "–";
-        /// What the gyro's identity register read; missing where it couldn't be read.
+        /// Value of the gyro's identity register; absent if unreadable.
         gyro_identity: Option<u8>, "–";
-        /// Self-tests that the gyro didn't pass; it does one at each of its starts.
+        /// Failed self-tests of the gyro; one test per start.
         gyro_self_tests_failed: u32, "–";
-        /// Samples skipped because the gyro could not be read.
+        /// Samples skipped after a failed reading of the gyro.
         gyro_failures: u32, "–";
-        /// Samples skipped because a wheel tachometer could not be read.
+        /// Samples skipped after a failed reading of a wheel tachometer.
         wheel_failures: u32, "–";
-        /// Samples announced and lost, because the loop came too late.
+        /// Samples lost because the flight loop was late.
         data_ready_overruns: u32, "–";
-        /// What became of the samples that reached the estimator.
+        /// Samples stepped, by outcome.
         outcomes: OutcomeCounts, "–";
-        /// What became of the frames that arrived.
+        /// Received frames, by outcome.
         uplink: UplinkCounters, "–";
-        /// Telemetry packets dropped whole, because the line was busy.
+        /// Telemetry packets dropped because the queue of the line was full.
         downlink_dropped: u32, "–";
-        /// Bytes that the serial port lost or couldn't read or write.
+        /// Bytes lost by the serial port, or not read or written.
         serial_errors: u32, "–";
-        /// The last command that the link accepted.
+        /// Last accepted telecommand.
         last_command: Option<Function>, "–";
-        /// Its sequence count; 0 before the first.
+        /// Sequence count of the last accepted telecommand; 0 before the first.
         last_sequence_count: u16, "–";
-        /// Whether the computer did what it asked for; missing before the first.
+        /// True if the last accepted telecommand was executed; absent before the first.
         last_command_done: Option<bool>, "–";
-        /// How often a report of each kind is sent; 0: an estimate after each sample, a status after each command.
+        /// Time between two reports of a kind; 0: an estimate after each sample, a status after each telecommand.
         telemetry_period_ms: u32, "ms";
-        /// The external torque that was commanded last, body axes.
+        /// Last commanded external torque, body axes.
         torque_n_m: [f32; 3], "N m";
-        /// What the computer found in flash at its start.
+        /// Checkpoint found in flash at the last start.
         checkpoint: CheckpointState, "–";
-        /// Checkpoints written since the start.
+        /// Checkpoints written since the last start.
         checkpoints_saved: u32, "–";
-        /// Checkpoints that could not be written.
+        /// Failed attempts to write a checkpoint since the last start.
         checkpoints_failed: u32, "–";
     }
 }
@@ -70,91 +70,92 @@ record! {
 report!(StatusReport, STATUS);
 
 record! { OutcomeCounts {
-    /// Used, whether for an update or a start.
+    /// Samples used, for an update or for a start.
     accepted: u32, "–";
-    /// Refused: infinite or NaN.
+    /// Samples rejected: infinite or NaN.
     not_finite: u32, "–";
-    /// Refused: saturated.
+    /// Samples rejected: beyond the gyro's range.
     out_of_range: u32, "–";
-    /// Refused: time stamp not after the last.
+    /// Samples rejected: time stamp not after the last.
     out_of_order: u32, "–";
-    /// Refused: the gyro repeats itself.
+    /// Samples rejected: identical gyro readings in a row.
     stuck: u32, "–";
-    /// Refused: too far from the prediction.
+    /// Samples rejected: innovation too large.
     spike: u32, "–";
-    /// Refused: no attitude that could be used.
+    /// Samples rejected: no usable attitude.
     no_attitude: u32, "–";
-    /// Refused: the body moved before it ever was at rest.
+    /// Samples rejected: motion before the first rest.
     waiting_for_rest: u32, "–";
     /// Resets after a gap in time.
     gap_resets: u32, "–";
-    /// Resets after many spikes in a row.
+    /// Resets after consecutive spikes.
     lockout_resets: u32, "–";
-    /// Resets of what was known before, since new data contradict it.
+    /// Resets of the carried estimate, contradicted by new data.
     change_resets: u32, "–";
-    /// Resets of a state that left the finite numbers.
+    /// Resets of a state that is no longer finite.
     divergence_resets: u32, "–";
 } }
 
-/// Why the computer started.
+/// Cause of the computer's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResetCause {
-    /// The chip doesn't say.
+    /// Not indicated by the chip.
     Unknown,
-    /// Power came.
+    /// Power-up.
     PowerOn,
-    /// The supply voltage fell too low.
+    /// Supply voltage below its limit.
     BrownOut,
-    /// The reset pin.
+    /// Reset pin.
     Pin,
-    /// Software asked for it.
+    /// Software request.
     Software,
-    /// The loop no longer fed the watchdog.
+    /// Watchdog time-out.
     Watchdog,
-    /// A low-power mode was left.
+    /// Exit from a low-power mode.
     LowPower,
 }
 
-/// What the computer's clock runs on.
+/// Source of the computer's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockSource {
-    /// The internal oscillator, since the crystal didn't start in time.
+    /// Internal oscillator: the crystal did not start in time.
     Internal,
-    /// The crystal.
+    /// Crystal oscillator.
     Crystal,
 }
 
-/// How the gyro's start went.
+/// Result of the gyro's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GyroState {
-    /// Not tried.
+    /// Not started.
     NotStarted,
-    /// Its identity is right, it has passed its own test, and its settings read back as set.
+    /// Identity, self-test and settings correct.
     Ready,
-    /// The bus reported an error.
+    /// Bus error.
     BusError,
-    /// Another part, or nothing, answers: see the identity.
+    /// Another part, or no part: see the identity.
     WrongIdentity,
-    /// A setting reads back otherwise.
+    /// A setting does not read back as written.
     NotAsSet,
-    /// Ready but for its own test, which it failed or didn't end. Its samples are used all the same.
+    /// Self-test failed or timed out, otherwise ready. Its samples are used.
     SelfTestFailed,
-    /// The program's settings for it make no sense.
+    /// Invalid settings.
     WrongSettings,
 }
 
-/// What the computer found in flash at its start.
+/// Checkpoint found in flash at the computer's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CheckpointState {
-    /// No checkpoint: the estimators started afresh.
+    /// None. The estimators started without an estimate.
     None,
-    /// The newest one is whole: the estimator went on from it.
+    /// The newest checkpoint was intact and has been restored.
     Restored,
-    /// The newest one was torn: the estimator went on from the one before.
+    /// The newest checkpoint was torn; the one before has been restored.
     RestoredOlder,
-    /// Only torn ones, or such of another state or configuration: the estimators started afresh.
+    /// All checkpoints were torn, or of another state or configuration. The estimators started without
+    /// an estimate.
     Unusable,
-    /// The flash could not be read.
+    /// Flash not readable.
     Failed,
 }
 

@@ -1,20 +1,20 @@
-//! Bytes one after the other: a writer that is full remembers it, a reader that finds too little
-//! says so.
+//! Bounded byte writer and reader, without panics: an overflow is kept as a state of the writer, and
+//! a short input is an error of the reader.
 
 use core::fmt;
 
-/// Why bytes aren't what they should be.
+/// Reason for bytes that cannot be read as a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unreadable {
-    /// The bytes end before the last field.
+    /// Fewer bytes than the record.
     TooShort,
-    /// So many bytes after the last field.
+    /// Bytes unread after the last field.
     TooLong(usize),
-    /// No value of this type has this number.
+    /// No value of this type has this code.
     UnknownCode {
-        /// The type of the field.
+        /// Type of the field.
         of: &'static str,
-        /// The number found.
+        /// Code read.
         code: u8,
     },
 }
@@ -24,57 +24,57 @@ impl fmt::Display for Unreadable {
         match self {
             Self::TooShort => f.write_str("ends before its last field"),
             Self::TooLong(bytes) => write!(f, "has {bytes} bytes after its last field"),
-            Self::UnknownCode { of, code } => write!(f, "{code} is no code of {of}"),
+            Self::UnknownCode { of, code } => write!(f, "has the unknown code {code} of {of}"),
         }
     }
 }
 
 impl core::error::Error for Unreadable {}
 
-/// Fills a buffer from its start.
+/// Writer into a buffer.
 #[derive(Debug)]
 pub struct Writer<'a> {
-    room: &'a mut [u8],
+    free: &'a mut [u8],
     written: usize,
     overflowed: bool,
 }
 
 impl<'a> Writer<'a> {
-    /// A writer that has written nothing.
+    /// A writer at the start of the buffer.
     pub fn new(buffer: &'a mut [u8]) -> Self {
-        Self { room: buffer, written: 0, overflowed: false }
+        Self { free: buffer, written: 0, overflowed: false }
     }
 
-    /// Adds bytes, all or none of them.
+    /// Appends all of the bytes, or none if they do not fit.
     pub fn put(&mut self, bytes: &[u8]) {
-        match core::mem::take(&mut self.room).split_at_mut_checked(bytes.len()) {
-            Some((here, room)) => {
+        match core::mem::take(&mut self.free).split_at_mut_checked(bytes.len()) {
+            Some((here, free)) => {
                 for (to, from) in here.iter_mut().zip(bytes) {
                     *to = *from;
                 }
-                self.room = room;
+                self.free = free;
                 self.written += bytes.len();
             }
             None => self.overflowed = true,
         }
     }
 
-    /// How many bytes were written, or `None` if they didn't fit.
+    /// Number of bytes written; `None` after an overflow.
     pub fn finish(self) -> Option<usize> {
         if self.overflowed { None } else { Some(self.written) }
     }
 }
 
-/// Takes bytes from the front.
+/// Reader from the front of a buffer.
 #[derive(Clone, Copy, Debug)]
 pub struct Reader<'a> {
-    left: &'a [u8],
+    unread: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
-    /// A reader of all of these.
+    /// A reader at the start of `bytes`.
     pub fn new(bytes: &'a [u8]) -> Self {
-        Self { left: bytes }
+        Self { unread: bytes }
     }
 
     /// The next N bytes.
@@ -82,22 +82,22 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// [`Unreadable::TooShort`].
     pub fn take<const N: usize>(&mut self) -> Result<[u8; N], Unreadable> {
-        let (bytes, left) = self.left.split_first_chunk::<N>().ok_or(Unreadable::TooShort)?;
-        self.left = left;
+        let (bytes, unread) = self.unread.split_first_chunk::<N>().ok_or(Unreadable::TooShort)?;
+        self.unread = unread;
         Ok(*bytes)
     }
 
-    /// All that is left.
+    /// The unread bytes.
     pub fn rest(self) -> &'a [u8] {
-        self.left
+        self.unread
     }
 
-    /// That nothing is left.
+    /// Ends the reading; all bytes must have been read.
     ///
     /// # Errors
     /// [`Unreadable::TooLong`].
     pub fn end(self) -> Result<(), Unreadable> {
-        match self.left.len() {
+        match self.unread.len() {
             0 => Ok(()),
             bytes => Err(Unreadable::TooLong(bytes)),
         }

@@ -1,10 +1,10 @@
-//! Enums as numbers on the line and words for people.
+//! Enums as one-byte codes on the line and as words in printouts.
 
 use super::field::{Field, Values};
 use super::{Reader, Shape, Unreadable, Value, Writer};
 
-/// One byte for each value of an enum: `$enum { number "word" => Variant; }`. The match has no
-/// rest, so that a new variant without a number doesn't compile.
+/// Codes of an enum, one byte each: `$enum { code "word" => Variant; }`. The match is exhaustive, so
+/// a variant without a code does not compile.
 macro_rules! codes {
     ($name:ident { $($code:literal $word:literal => $variant:ident $(($($inner:tt)+))?;)+ }) => {
         impl $crate::link::wire::Coded for $name {
@@ -28,20 +28,20 @@ macro_rules! codes {
 }
 pub(crate) use codes;
 
-/// An enum whose values are numbers on the line and words for people.
+/// An enum with a one-byte code and a word for each value.
 pub trait Coded: Copy {
-    /// Its name, as the tables have it.
+    /// Name of the type in tables.
     const NAME: &'static str;
-    /// Every number and its word.
+    /// All codes with their words.
     const CODES: &'static [(u8, &'static str)];
-    /// The number and the word of this value.
+    /// Code and word of this value.
     fn code(self) -> (u8, &'static str);
-    /// The value of a number.
+    /// Value of a code; `None` for an unknown code.
     fn of_code(code: u8) -> Option<Self>;
 }
 
 impl<C: Coded> Field for C {
-    const SHAPE: Shape = Shape::one(C::NAME, 1);
+    const SHAPE: Shape = Shape::single(C::NAME, 1);
 
     fn put(&self, out: &mut Writer<'_>) {
         Field::put(&self.code().0, out);

@@ -1,15 +1,15 @@
-//! One field: a number, some of them, or perhaps none.
+//! Fields: numbers, flags, codes, arrays of them, optional values.
 
 use super::{Reader, Shape, Unreadable, Value, Writer};
 
-/// The values of one field: as many as its shape says.
+/// Values of one field, one per element.
 #[derive(Clone, Copy, Debug)]
 pub struct Values {
     list: [Value; MOST_ELEMENTS],
     count: usize,
 }
 
-/// Elements that a field may have: none has more than the inertia.
+/// Largest number of elements: those of the inertia tensor.
 const MOST_ELEMENTS: usize = 6;
 
 impl Values {
@@ -27,25 +27,25 @@ impl Values {
     }
 }
 
-/// One field on the line: a number, a word, some of them, or perhaps none.
+/// A field on the line.
 pub trait Field: Copy {
-    /// How it lies on the line.
+    /// Layout on the line.
     const SHAPE: Shape;
-    /// Writes it.
+    /// Writes the field.
     fn put(&self, out: &mut Writer<'_>);
-    /// Reads one.
+    /// Reads the field.
     ///
     /// # Errors
     /// [`Unreadable::TooShort`] or [`Unreadable::UnknownCode`].
     fn take(from: &mut Reader<'_>) -> Result<Self, Unreadable>;
-    /// Adds its values, or says no where it has none.
+    /// Appends the field's values; returns false for a missing optional value.
     fn values(&self, values: &mut Values) -> bool;
 }
 
 macro_rules! number {
     ($($number:ident as $value:expr;)+) => {$(
         impl Field for $number {
-            const SHAPE: Shape = Shape::one(stringify!($number), size_of::<$number>());
+            const SHAPE: Shape = Shape::single(stringify!($number), size_of::<$number>());
 
             fn put(&self, out: &mut Writer<'_>) {
                 out.put(&self.to_be_bytes());
@@ -63,7 +63,7 @@ macro_rules! number {
     )+};
 }
 
-// An f32 is its IEEE 754 bits, whatever they are.
+// An f32 is transmitted as its IEEE 754 bits, NaN included.
 number! {
     u8 as |n| Value::Whole(u64::from(n));
     u16 as |n| Value::Whole(u64::from(n));
@@ -73,7 +73,7 @@ number! {
 }
 
 impl Field for bool {
-    const SHAPE: Shape = Shape::one("bool", 1);
+    const SHAPE: Shape = Shape::single("bool", 1);
 
     fn put(&self, out: &mut Writer<'_>) {
         Field::put(&u8::from(*self), out);
@@ -115,9 +115,9 @@ impl<F: Field + Default, const N: usize> Field for [F; N] {
     }
 }
 
-/// A byte of 1 and the value, or a byte of 0 and as many more zeros as the value would take.
+/// A presence byte of 1 and the value, or a presence byte of 0 and zeros in place of the value.
 impl<F: Field> Field for Option<F> {
-    const SHAPE: Shape = F::SHAPE.perhaps();
+    const SHAPE: Shape = F::SHAPE.optional();
 
     fn put(&self, out: &mut Writer<'_>) {
         Field::put(&self.is_some(), out);
@@ -148,7 +148,7 @@ mod tests {
     use crate::link::wire::Wire;
 
     #[test]
-    fn a_full_writer_takes_no_part_of_what_does_not_fit() {
+    fn full_writer_takes_no_part_of_a_value() {
         let mut buffer = [0; 4];
         let mut writer = Writer::new(&mut buffer);
         Wire::put(&0x0102_u16, &mut writer);
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_value_takes_its_place() {
+    fn missing_value_occupies_its_place() {
         let mut buffer = [0xff; 14];
         let mut writer = Writer::new(&mut buffer);
         Wire::put(&None::<[f32; 3]>, &mut writer);
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_value_is_refused() {
+    fn invalid_values_are_rejected() {
         assert_eq!(
             <bool as Wire>::take(&mut Reader::new(&[2])),
             Err(Unreadable::UnknownCode { of: "bool", code: 2 })

@@ -1,11 +1,11 @@
-//! Values as bytes on the line, big-endian, and a walk over them that names each.
+//! Records as bytes on the line, big-endian, with the name, unit and meaning of each field.
 //!
-//! `record!` lists the fields of a packet once: name, type, unit, meaning. From that one list come
-//! the struct, its writer, its reader, and a [`Visitor`]'s walk over it, from which the host prints
-//! a packet and the tests print the table in `link.md`. So the four can't disagree.
+//! `record!` lists the fields of a packet once: name, type, unit, meaning. From this list come the
+//! struct, its writer, its reader, and the traversal by a [`Visitor`], which prints packets on the
+//! host and the tables of `link.md` in the tests. The four cannot disagree.
 //!
-//! Nothing here panics or allocates: a writer that is full remembers it, a reader that finds too
-//! little says so.
+//! Nothing here panics or allocates: an overflow is kept as a state of the [`Writer`], and a short
+//! input is an error of the [`Reader`].
 
 mod bytes;
 mod codes;
@@ -16,45 +16,45 @@ pub use codes::Coded;
 pub(crate) use codes::codes;
 pub use field::{Field, Values};
 
-/// A single value, as the host prints it.
+/// One element of a field, for printing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// A count, a time, a number of bytes.
+    /// Count, time or number of bytes.
     Whole(u64),
-    /// A physical quantity.
+    /// Physical quantity.
     Number(f32),
-    /// Yes or no.
+    /// Flag.
     Flag(bool),
-    /// A code, by its name.
+    /// Word of a code.
     Word(&'static str),
 }
 
-/// What there is to know of a field besides its value.
+/// Description of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct About {
-    /// With the unit, as in `rate_rad_s`.
+    /// Name with the unit, such as `rate_rad_s`.
     pub name: &'static str,
-    /// As in `rad/s`; a dash where there is none.
+    /// Unit, such as `rad/s`; a dash for none.
     pub unit: &'static str,
-    /// In a sentence.
+    /// Meaning, one sentence.
     pub meaning: &'static str,
 }
 
-/// How a field lies on the line.
+/// Layout of a field on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
-    /// Whether a byte comes first, 1 if there is a value, 0 if not.
+    /// Whether a presence byte comes first: 1 with a value, 0 without.
     pub optional: bool,
-    /// The type of each element.
+    /// Type of each element.
     pub element: &'static str,
-    /// Elements; 1 for a single value.
+    /// Number of elements; 1 for a single value.
     pub count: usize,
-    /// Bytes, the first one of an optional value included.
+    /// Length in bytes, presence byte included.
     pub bytes: usize,
 }
 
 impl Shape {
-    const fn one(element: &'static str, bytes: usize) -> Self {
+    const fn single(element: &'static str, bytes: usize) -> Self {
         Self { optional: false, element, count: 1, bytes }
     }
 
@@ -62,33 +62,33 @@ impl Shape {
         Self { count: self.count * count, bytes: self.bytes * count, ..self }
     }
 
-    const fn perhaps(self) -> Self {
+    const fn optional(self) -> Self {
         Self { optional: true, bytes: 1 + self.bytes, ..self }
     }
 }
 
-/// Is shown each field of a record in the order of the line.
+/// Visitor of the fields of a record, in the order of the line.
 pub trait Visitor {
-    /// A record begins, whose fields follow.
+    /// Start of a record; its fields follow.
     fn open(&mut self, about: &About);
-    /// The record that began last is over.
+    /// End of the record opened last.
     fn close(&mut self);
-    /// A field: its values are `None` where it has none at the moment.
+    /// A field; `values` is `None` for a missing optional value.
     fn field(&mut self, about: &About, shape: Shape, values: Option<&[Value]>);
 }
 
-/// A field, or a whole record of them.
+/// A field or a record.
 pub trait Wire: Sized {
-    /// Its bytes.
+    /// Length in bytes.
     const BYTES: usize;
-    /// Writes it.
+    /// Writes the bytes.
     fn put(&self, out: &mut Writer<'_>);
-    /// Reads one.
+    /// Reads the bytes.
     ///
     /// # Errors
     /// [`Unreadable::TooShort`] or [`Unreadable::UnknownCode`].
     fn take(from: &mut Reader<'_>) -> Result<Self, Unreadable>;
-    /// Shows it, or each of its fields in order.
+    /// Passes the field, or each field of the record in order, to the visitor.
     fn visit(&self, about: &About, visitor: &mut dyn Visitor);
 }
 
@@ -110,8 +110,8 @@ impl<F: Field> Wire for F {
     }
 }
 
-/// The bytes of a record of `$name { field: type, unit, meaning }`, and a walk over them. With
-/// `struct` before the name, the struct too.
+/// [`Wire`] for a record `$name { field: type, unit, meaning }`. With `struct` before the name, also
+/// the struct itself.
 macro_rules! record {
     ($(#[doc = $about:literal])+ struct $name:ident {
         $($(#[doc = $meaning:literal])+ $field:ident: $type:ty, $unit:literal;)+
@@ -131,7 +131,7 @@ macro_rules! record {
             const BYTES: usize = 0 $(+ <$type as $crate::link::wire::Wire>::BYTES)+;
 
             fn put(&self, out: &mut $crate::link::wire::Writer<'_>) {
-                // Taken apart whole, so that a field which isn't listed doesn't compile.
+                // The exhaustive pattern rejects an unlisted field at compile time.
                 let Self { $($field),+ } = self;
                 $($crate::link::wire::Wire::put($field, out);)+
             }

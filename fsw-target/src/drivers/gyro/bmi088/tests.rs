@@ -1,4 +1,4 @@
-//! The driver on scripted buses: the very bytes, and what it makes of each thing that can go wrong.
+//! The driver on scripted buses: the bytes on the bus, and the response to each fault.
 
 extern crate std;
 
@@ -8,11 +8,12 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock as I2cMock, Transaction as I2cTransaction};
 use embedded_hal_mock::eh1::spi::{Mock as SpiMock, Transaction as SpiTransaction};
+use fsw_core::Mat;
 use std::vec::Vec;
 
 type Script = Vec<SpiTransaction<u8>>;
 
-/// A write of one register on SPI, chip select and all.
+/// Write of one register on SPI, with chip select.
 fn write(register: u8, value: u8) -> Script {
     std::vec![
         SpiTransaction::transaction_start(),
@@ -21,7 +22,7 @@ fn write(register: u8, value: u8) -> Script {
     ]
 }
 
-/// A read on SPI from this register on, and what comes back.
+/// Read on SPI of consecutive registers, with the answer.
 fn read(register: u8, values: &[u8]) -> Script {
     std::vec![
         SpiTransaction::transaction_start(),
@@ -31,7 +32,7 @@ fn read(register: u8, values: &[u8]) -> Script {
     ]
 }
 
-/// A start with the default settings, as it should go: the data sheet's own numbers.
+/// Start with the default settings, in the numbers of the data sheet.
 fn start_script() -> Script {
     [
         read(0x00, &[0x0F]),
@@ -52,7 +53,7 @@ fn start_script() -> Script {
     .concat()
 }
 
-/// A reading: the counts of one sample, then the settings it was taken with.
+/// Reading: the counts of one sample, then range and bandwidth.
 fn reading_script(bytes: [u8; 6]) -> Script {
     [read(0x02, &bytes), read(0x0F, &[0x04, 0x87])].concat()
 }
@@ -62,7 +63,7 @@ fn gyro(script: &Script) -> (Bmi088<Spi<SpiMock<u8>>>, SpiMock<u8>) {
     (Bmi088::new(Spi::new(mock.clone()), Settings::default()), mock)
 }
 
-/// Starts a chip that answers with `script`, which must be used up.
+/// Starts a chip that answers with `script`, to its last step.
 fn start(script: &Script) -> Result<(), StartError<spi::ErrorKind>> {
     let (mut gyro, mut mock) = gyro(script);
     let result = gyro.restart(&mut NoopDelay::new());
@@ -70,7 +71,7 @@ fn start(script: &Script) -> Result<(), StartError<spi::ErrorKind>> {
     result
 }
 
-/// What the driver makes of one sample of these counts.
+/// Rate of one sample with these counts.
 fn rate_of(counts: [i16; 3], settings: Settings) -> Vec3<f32> {
     let [x, y, z] = counts.map(i16::to_le_bytes);
     let script = reading_script([x[0], x[1], y[0], y[1], z[0], z[1]]);
@@ -81,12 +82,12 @@ fn rate_of(counts: [i16; 3], settings: Settings) -> Vec3<f32> {
 }
 
 #[test]
-fn it_starts_with_the_bytes_of_the_data_sheet() {
+fn start_writes_the_bytes_of_the_data_sheet() {
     assert_eq!(start(&start_script()), Ok(()));
 }
 
 #[test]
-fn on_i2c_the_same_registers_are_written() {
+fn i2c_writes_the_same_registers() {
     let write = |register, value| I2cTransaction::write(0x68, std::vec![register, value]);
     let read = |register, values: &[u8]| {
         I2cTransaction::write_read(0x68, std::vec![register], values.to_vec())
@@ -116,14 +117,14 @@ fn on_i2c_the_same_registers_are_written() {
 }
 
 #[test]
-fn a_wrong_identity_is_told_and_nothing_is_written() {
+fn wrong_identity_is_reported_and_nothing_is_written() {
     for found in [0x00, 0x1E, 0xFF] {
         assert_eq!(start(&read(0x00, &[found])), Err(StartError::WrongIdentity { found }));
     }
 }
 
 #[test]
-fn a_setting_that_does_not_stay_is_named() {
+fn setting_that_does_not_read_back_is_named() {
     let mut script = start_script();
     script.truncate(read(0, &[0]).len() + 3 * write(0, 0).len() + read(0, &[0]).len());
     script.extend(read(0x0F, &[0x00]));
@@ -132,7 +133,7 @@ fn a_setting_that_does_not_stay_is_named() {
 }
 
 #[test]
-fn a_mounting_that_stretches_or_mirrors_is_refused() {
+fn mounting_that_is_no_rotation_is_rejected() {
     let identity = Mat::<f32, 3, 3>::identity();
     let mut mirrored = identity;
     mirrored[(2, 2)] = -1.0;
@@ -148,7 +149,7 @@ fn a_mounting_that_stretches_or_mirrors_is_refused() {
 }
 
 #[test]
-fn counts_become_rates_by_the_range() {
+fn counts_scale_with_the_range() {
     for range in Range::ALL {
         let settings = Settings { range, ..Settings::default() };
         let script = [read(0x02, &[0, 0x40, 0, 0xC0, 1, 0]), read(0x0F, &[range as u8, 0x87])];
@@ -158,14 +159,14 @@ fn counts_become_rates_by_the_range() {
         let half = range.full_scale_rad_s() / 2.0;
         assert_eq!(rate, Vec3::new(half, -half, half / 16_384.0));
     }
-    // 16.384 counts per deg/s at ±2000 deg/s, as the data sheet has it.
+    // Data sheet: 16.384 counts per deg/s at ±2000 deg/s.
     let deg_s = 1.0f32.to_radians();
     assert!((deg_s / Range::DegS2000.quantum_rad_s() - 16.384).abs() < 1e-4);
 }
 
 #[test]
-fn rates_are_turned_into_body_axes() {
-    // The sensor's x axis points along the body's −y, its y axis along the body's x.
+fn rates_are_rotated_into_body_axes() {
+    // The sensor's x axis is the body's −y axis, its y axis the body's x axis.
     let body_from_sensor = Mat::<f32, 3, 3>::new(0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
     let settings = Settings { body_from_sensor, ..Settings::default() };
     let quantum = settings.range.quantum_rad_s();
@@ -174,7 +175,7 @@ fn rates_are_turned_into_body_axes() {
 }
 
 #[test]
-fn a_saturated_axis_puts_the_whole_reading_out_of_range() {
+fn saturated_axis_puts_the_whole_reading_out_of_range() {
     for counts in [[32_767, 0, 0], [0, -32_767, 0], [0, 0, i16::MIN]] {
         let rate = rate_of(counts, Settings::default());
         assert_eq!(rate, Vec3::repeat(SATURATED_RAD_S));
@@ -184,7 +185,7 @@ fn a_saturated_axis_puts_the_whole_reading_out_of_range() {
 }
 
 #[test]
-fn a_chip_that_reset_itself_is_noticed_before_its_counts_are_believed() {
+fn chip_that_reset_itself_gives_no_reading() {
     // After a reset: ±2000 deg/s, 2000 Hz with a filter of 532 Hz.
     let (mut gyro, mut mock) = gyro(&[read(0x02, &[9; 6]), read(0x0F, &[0x00, 0x80])].concat());
     let differs = Differs { register: 0x0F, expected: 0x04, found: 0x00 };
@@ -198,7 +199,7 @@ fn a_chip_that_reset_itself_is_noticed_before_its_counts_are_believed() {
 }
 
 #[test]
-fn the_self_test_waits_for_its_end_and_not_longer() {
+fn self_test_ends_with_the_chip_or_after_its_time_limit() {
     let begin = || write(0x3C, 0x01);
     let poll = |value| read(0x3C, &[value]);
     let test = |script: Script| {
@@ -215,20 +216,20 @@ fn the_self_test_waits_for_its_end_and_not_longer() {
 }
 
 #[test]
-fn the_data_ready_flag_is_bit_7() {
+fn data_ready_flag_is_bit_7() {
     let (mut gyro, mut mock) = gyro(&[read(0x0A, &[0x80]), read(0x0A, &[0x7F])].concat());
     assert_eq!(gyro.is_data_ready(), Ok(true));
     assert_eq!(gyro.is_data_ready(), Ok(false));
     mock.done();
 }
 
-/// A bus that fails at one transaction and works at the others; embedded-hal-mock's SPI can't fail.
+/// A bus that fails at one transaction; the SPI mock of embedded-hal-mock cannot fail.
 struct FailsAt<D> {
     device: D,
     transactions_left: usize,
 }
 
-/// What the bus says when it fails.
+/// Error of the failing bus.
 const BUS_ERROR: spi::ErrorKind = spi::ErrorKind::ModeFault;
 
 impl<D: SpiDevice<Error = spi::ErrorKind>> spi::ErrorType for FailsAt<D> {
@@ -244,27 +245,27 @@ impl<D: SpiDevice<Error = spi::ErrorKind>> SpiDevice for FailsAt<D> {
 
 type BusError = spi::ErrorKind;
 
-/// The transactions of a script, one by one.
+/// Transactions of a script.
 fn transactions(script: &Script) -> Vec<Script> {
     let end = SpiTransaction::transaction_end();
     script.split_inclusive(|step| *step == end).map(<[_]>::to_vec).collect()
 }
 
-/// A driver whose bus works for `count` transactions of the script.
+/// A driver with a bus that works for the first `count` transactions of the script.
 fn failing_after(count: usize, script: &Script) -> Bmi088<Spi<FailsAt<SpiMock<u8>>>> {
     let until = transactions(script)[..count].concat();
     let device = FailsAt { device: SpiMock::new(&until), transactions_left: count };
     Bmi088::new(Spi::new(device), Settings::default())
 }
 
-/// Ends the mock's script, which it insists on.
+/// Checks that the mock's script is complete.
 fn done(gyro: Bmi088<Spi<FailsAt<SpiMock<u8>>>>) {
     let Bmi088 { bus, .. } = gyro;
     bus.into_device().device.done();
 }
 
 #[test]
-fn a_bus_error_passes_through_wherever_it_happens() {
+fn bus_error_passes_through_from_every_transaction() {
     let script = start_script();
     assert_eq!(transactions(&script).len(), 14);
     for count in 0..transactions(&script).len() {
@@ -289,7 +290,7 @@ fn a_bus_error_passes_through_wherever_it_happens() {
 }
 
 #[test]
-fn a_bus_error_on_i2c_passes_through_too() {
+fn bus_error_on_i2c_passes_through() {
     use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
     let error = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
     let read = I2cTransaction::write_read(0x69, std::vec![0x00], std::vec![0x0F]);

@@ -1,0 +1,52 @@
+//! The board: the only room that names a chip, its pins and its peripherals.
+//!
+//! A cargo feature selects the board: `stm32f405` by default. The host has none.
+//!
+//! # Porting to another Cortex-M
+//!
+//! 1. A folder beside `stm32f405` that offers the items of the table below, and its two lines at the end of
+//!    `board/mod.rs`. The wiring table, the list of rules and the division into files of `stm32f405` are
+//!    worth copying.
+//! 2. Its feature in `fsw-target/Cargo.toml`, which enables the register crate of the chip and the feature
+//!    of its core (`v7m`: Cortex-M3, M4, M7). Another core is a folder beside `arch/v7m`.
+//! 3. `memory.x`: flash and RAM of the chip. The stack lies below the statics; the end of the flash is for
+//!    checkpoints, in two halves of whole pages, of at least 20 KiB each, with words of at most 32 bytes
+//!    ([`crate::store`]).
+//! 4. Name of the chip in `fsw-target/tools/src/bin/board.rs` and in the runner of `.cargo/config.toml`. For
+//!    a core other than the Cortex-M4F: `target-cpu` in `.cargo/config.toml`, and the target there, in
+//!    `fsw-target/tools/src/toolchain.rs` and in `tests/check.sh`.
+//! 5. Flash `bringup`, which tests each part of the board; then `replay`, whose estimate must equal that of
+//!    the host bit for bit; then `flight`.
+//!
+//! | field of `Board` | type | used by |
+//! |---|---|---|
+//! | `link` | [`embedded_hal_nb::serial::Read`] and `Write` | telemetry and telecommands |
+//! | `gyro_bus` | [`embedded_hal::spi::SpiDevice`], or an I²C bus with `bus::TwoWire` | gyro driver |
+//! | `data_ready` | [`crate::flight::sensors::DataReady`] | time stamps of samples |
+//! | `captures` | [`crate::drivers::wheel_tach::CaptureTimer`], after its start | wheel speeds |
+//! | `flash` | [`embedded_storage::nor_flash::NorFlash`] | checkpoints |
+//! | `watchdog` | takes a [`crate::flight::supervisor::FeedPermit`] | supervision |
+//! | `syst` | timer of the core | `bench` |
+//! | `tunnel` | [`crate::stand_in::tunnel::Port`] | processor in the loop |
+//!
+//! `Board::take` starts all parts once, `Board::report` returns the result. Beside the parts:
+//!
+//! * `Services` is the [`crate::flight::computer::Housekeeping`] of the computer: a clock of at least 32 bits
+//!   of microseconds, a delay, and the watchdog, whose period exceeds the longest erasure of the flash.
+//! * `Link::into_log_output` makes the link the output of the log, for images without telemetry.
+//! * `Delay` is a delay, `now_us` the on-board time.
+//!
+//! The restart record lies in RAM that a reset leaves unchanged (section `.uninit`).
+
+#[cfg(all(target_os = "none", feature = "stm32f405"))]
+pub mod stm32f405;
+#[cfg(all(target_os = "none", feature = "stm32f405"))]
+pub use stm32f405::*;
+
+#[cfg(all(target_os = "none", not(any(feature = "stm32f405"))))]
+compile_error!("no board is selected: enable the cargo feature of one, for example `stm32f405`");
+
+/// The part of the board that is pure arithmetic, for its tests on the host.
+#[cfg(all(test, not(target_os = "none")))]
+#[path = "stm32f405/rates.rs"]
+mod rates;

@@ -1,0 +1,306 @@
+//! Roster of the estimators that fly, one row each: number, name, variant, type and start.
+//!
+//! The number identifies an estimator in telemetry, telecommand and checkpoint. The name is that of
+//! `host-sim --estimator`, and of the cargo feature that builds the estimator in. Numbers and names are
+//! stable. [`EstimatorId`], the storage [`EstimatorSlot`], its dispatch and its layout in a checkpoint are
+//! generated from the rows.
+//!
+//! A further estimator takes a row at the foot of this file, its type and its step in `lib.rs`, and its
+//! feature in `Cargo.toml` of `fsw-steps` and of `fsw-target`.
+
+use crate::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
+use fsw_core::checkpoint::{self, Archive, Persist};
+use fsw_core::estimator;
+use fsw_core::{ConfigError, Estimate, Innovation, Outcome, Prior, Sample, Vec3, WheelArray};
+
+/// Reason why a telecommand to the estimators is not executed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refused {
+    /// A value outside the range that the estimators accept.
+    Config(ConfigError),
+    /// `ekf-sgf-rls` needs a nominal inertia, and no prior is set.
+    NoNominalInertia,
+    /// The selected estimator has no windows.
+    NoWindows,
+    /// The estimator is not built into this image.
+    NotBuiltIn,
+}
+
+impl From<ConfigError> for Refused {
+    fn from(error: ConfigError) -> Self {
+        Self::Config(error)
+    }
+}
+
+/// Data that an estimator starts from.
+#[derive(Debug, Clone, Copy)]
+pub struct InitialData {
+    /// Gyro noise, one sigma per sample, rad/s.
+    pub gyro_noise_rad_s: f32,
+    /// Reaction wheels.
+    pub wheels: WheelArray<f32, WHEELS>,
+    /// Inertia before the first sample, with its uncertainty.
+    pub prior: Option<Prior<f32>>,
+}
+
+/// Start of an estimator, and the functions that not every estimator has.
+trait Entry: Step + Persist {
+    /// Starts the estimator in its storage, without a copy of its state on the stack. The storage is
+    /// unchanged after an error.
+    fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused>;
+
+    /// The window estimator, for the functions that it alone has.
+    fn window(&self) -> Option<&Window9> {
+        None
+    }
+
+    /// As [`window`](Self::window), mutable.
+    fn window_mut(&mut self) -> Option<&mut Window9> {
+        None
+    }
+}
+
+/// The estimator in a slot, independent of its type. Its step is [`Step::step_fast`]: a reference to
+/// `dyn Estimator` would link each step a second time.
+pub trait Selected {
+    /// As [`fsw_core::Estimator::step`].
+    fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome;
+    /// As [`fsw_core::Estimator::estimate`].
+    fn estimate(&self) -> Estimate<f32>;
+    /// As [`fsw_core::Estimator::rate_rad_s`].
+    fn rate_rad_s(&self) -> Vec3<f32>;
+    /// As [`fsw_core::Estimator::innovation`].
+    fn innovation(&self) -> Option<Innovation<f32>>;
+    /// As [`Persist::persist`].
+    fn persist(&mut self, archive: &mut Archive<'_>);
+    /// The window estimator, if it is this one.
+    fn window(&self) -> Option<&Window9>;
+    /// As [`window`](Self::window), mutable.
+    fn window_mut(&mut self) -> Option<&mut Window9>;
+}
+
+impl<E: Entry> Selected for E {
+    fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
+        self.step_fast(sample)
+    }
+
+    #[inline(never)]
+    fn estimate(&self) -> Estimate<f32> {
+        fsw_core::Estimator::estimate(self)
+    }
+
+    fn rate_rad_s(&self) -> Vec3<f32> {
+        fsw_core::Estimator::rate_rad_s(self)
+    }
+
+    fn innovation(&self) -> Option<Innovation<f32>> {
+        fsw_core::Estimator::innovation(self)
+    }
+
+    fn persist(&mut self, archive: &mut Archive<'_>) {
+        Persist::persist(self, archive);
+    }
+
+    fn window(&self) -> Option<&Window9> {
+        Entry::window(self)
+    }
+
+    fn window_mut(&mut self) -> Option<&mut Window9> {
+        Entry::window_mut(self)
+    }
+}
+
+/// Generates the roster from rows `number "name" => Variant(type) { implementation of Entry }`.
+macro_rules! roster {
+    ($(
+        $(#[doc = $doc:literal])+
+        $number:literal $name:tt => $variant:ident($estimator:ty) { $($entry:tt)+ }
+    )+) => {
+        /// Estimator, by its number in telemetry, telecommand and checkpoint.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[cfg_attr(target_os = "none", derive(defmt::Format))]
+        #[repr(u8)]
+        pub enum EstimatorId {
+            $($(#[doc = $doc])+ $variant = $number,)+
+        }
+
+        impl EstimatorId {
+            /// All estimators of the roster, built in or not.
+            pub const ALL: [Self; [$($number),+].len()] = [$(Self::$variant),+];
+
+            /// The estimators that this image has, in the order of the roster.
+            pub const BUILT_IN: &[Self] = &[$(#[cfg(feature = $name)] Self::$variant),+];
+
+            /// Number and name of each estimator.
+            pub const CODES: &[(u8, &str)] = &[$(($number, $name)),+];
+
+            /// Name, as in `host-sim --estimator`.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)+
+                }
+            }
+        }
+
+        fsw_core::persist!([] enum EstimatorId { $($number => $variant),+ });
+
+        /// Storage of the selected estimator: one place for all, so that a selection allocates
+        /// nothing.
+        #[derive(Debug, Clone, Default)]
+        #[allow(clippy::large_enum_variant, reason = "one place for all")]
+        #[repr(u8)] // a static of `Uninitialised` is all zeros and takes no flash
+        pub enum EstimatorSlot {
+            /// No estimator has been started.
+            #[default]
+            Uninitialised,
+            $(
+                $(#[doc = $doc])+
+                #[cfg(feature = $name)]
+                $variant($estimator),
+            )+
+        }
+
+        impl EstimatorSlot {
+            /// Size of the largest estimator of the roster, bytes.
+            pub const LARGEST_BYTES: usize = largest(&[$(size_of::<$estimator>()),+]);
+
+            /// Layout of all estimators in a checkpoint, mixed into `layout` in the order of the
+            /// roster. It is the same in all images: estimators that are not built in are included.
+            pub fn mix_layout(layout: u32) -> u32 {
+                [$(<$estimator>::layout()),+].into_iter().fold(layout, checkpoint::mix)
+            }
+
+            /// The estimator in this slot; `None` before the first start.
+            pub fn id(&self) -> Option<EstimatorId> {
+                match self {
+                    Self::Uninitialised => None,
+                    $(#[cfg(feature = $name)] Self::$variant(_) => Some(EstimatorId::$variant),)+
+                }
+            }
+
+            /// Starts an estimator in this slot.
+            ///
+            /// # Errors
+            /// [`Refused::NotBuiltIn`], [`Refused::NoNominalInertia`], or [`Refused::Config`] for a
+            /// value that the estimator does not accept. The slot is unchanged then.
+            pub fn start(&mut self, id: EstimatorId, from: &InitialData) -> Result<(), Refused> {
+                match id {
+                    $(
+                        #[cfg(feature = $name)]
+                        EstimatorId::$variant => <$estimator as Entry>::start(self, from),
+                    )+
+                    #[allow(unreachable_patterns, reason = "with all estimators built in")]
+                    _ => Err(Refused::NotBuiltIn),
+                }
+            }
+
+            /// The estimator; `None` before the first start.
+            pub fn selected(&self) -> Option<&dyn Selected> {
+                match self {
+                    Self::Uninitialised => None,
+                    $(#[cfg(feature = $name)] Self::$variant(estimator) => Some(estimator),)+
+                }
+            }
+
+            /// As [`selected`](Self::selected), mutable.
+            pub fn selected_mut(&mut self) -> Option<&mut dyn Selected> {
+                match self {
+                    Self::Uninitialised => None,
+                    $(#[cfg(feature = $name)] Self::$variant(estimator) => Some(estimator),)+
+                }
+            }
+        }
+
+        $(
+            #[cfg(feature = $name)]
+            impl Entry for $estimator {
+                $($entry)+
+            }
+        )+
+    };
+}
+
+roster! {
+    /// `window`: each manoeuvre fitted as a whole. Unknowns: angular momentum and inertia.
+    0 "window" => Window(Window9) {
+        #[inline(never)]
+        fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
+            let config = estimator::window::Config::new(from.gyro_noise_rad_s);
+            let config = estimator::window::Config { prior: from.prior, ..config };
+            config.validate::<9>()?;
+            if !matches!(slot, EstimatorSlot::Window(_)) {
+                *slot = EstimatorSlot::Window(Window9::of_unknown_noise(from.wheels));
+            }
+            match slot {
+                EstimatorSlot::Window(window) => Ok(window.reset(config)?),
+                #[allow(unreachable_patterns, reason = "with `window` alone built in")]
+                _ => Ok(()),
+            }
+        }
+
+        fn window(&self) -> Option<&Window9> {
+            Some(self)
+        }
+
+        fn window_mut(&mut self) -> Option<&mut Window9> {
+            Some(self)
+        }
+    }
+
+    /// `joint-ekf`: rate and inertia in one filter.
+    1 "joint-ekf" => JointEkf(JointEkf) {
+        #[inline(never)]
+        fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
+            let config = estimator::joint_ekf::Config::new(from.gyro_noise_rad_s);
+            let config = estimator::joint_ekf::Config { prior: from.prior, ..config };
+            *slot = EstimatorSlot::JointEkf(JointEkf::new(config, from.wheels)?);
+            Ok(())
+        }
+    }
+
+    /// `ekf-sgf-rls`: rate filter, differentiator, recursive least squares. Needs a prior: its
+    /// inertia is the nominal one of the rate filter.
+    2 "ekf-sgf-rls" => EkfSgfRls(EkfSgfRls) {
+        #[inline(never)]
+        fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
+            let nominal = from.prior.ok_or(Refused::NoNominalInertia)?;
+            let config = estimator::ekf_sgf::Config::kim_2013(from.gyro_noise_rad_s, nominal);
+            *slot = EstimatorSlot::EkfSgfRls(EkfSgfRls::new(config, from.wheels)?);
+            Ok(())
+        }
+    }
+}
+
+/// The largest of these sizes.
+const fn largest(sizes: &[usize]) -> usize {
+    let (mut most, mut index) = (0, 0);
+    while index < sizes.len() {
+        if sizes[index] > most {
+            most = sizes[index];
+        }
+        index += 1;
+    }
+    most
+}
+
+impl EstimatorId {
+    /// The estimator that an image starts with: the first of the roster that is built in.
+    pub const FIRST: Self = {
+        assert!(
+            !Self::BUILT_IN.is_empty(),
+            "no estimator is built in: enable at least one of the cargo features `window`, \
+             `joint-ekf`, `ekf-sgf-rls`"
+        );
+        Self::BUILT_IN[0]
+    };
+
+    /// The estimator of a number; `None` for a number outside the roster.
+    pub fn from_number(number: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|id| *id as u8 == number)
+    }
+
+    /// The estimator of a name; `None` for a name outside the roster.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|id| id.name() == name)
+    }
+}
