@@ -214,7 +214,7 @@ pub fn regressor<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 6> {
 ///
 /// This is the share by which noise of a measured rate inflates the information `Σ Gᵀ G`, and so
 /// pulls a least-squares solution towards zero.
-pub(crate) fn regressor_noise_share<T: Real>(element: usize) -> T {
+pub fn regressor_noise_share<T: Real>(element: usize) -> T {
     if element < 3 { T::one() } else { T::lit(2.0) }
 }
 
