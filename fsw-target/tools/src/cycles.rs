@@ -35,7 +35,7 @@ const REFILL: [u32; 3] = [1, 2, 3];
 struct Cost {
     /// Cycles without pipeline refill.
     cycles: u32,
-    /// Whether it is a load or store that overlaps the next one.
+    /// True if it is a load or store that overlaps the next one.
     is_access: bool,
 }
 
