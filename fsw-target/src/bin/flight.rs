@@ -23,7 +23,7 @@ mod on_target {
     use fsw_target::drivers::gyro::fitted::{Chip, Settings};
     use fsw_target::drivers::wheel_tach::{Config, WheelTach};
     use fsw_target::flight::computer::{Computer, Parts, Reporting};
-    use fsw_target::flight::craft::{FLOWN, WHEELS};
+    use fsw_target::flight::craft::{CRAFT, WHEELS};
     use fsw_target::flight::flight_loop::Sensors;
     use fsw_target::flight::selected::SelectedEstimator;
     use fsw_target::flight::sensors::CommandedTorque;
@@ -86,7 +86,7 @@ mod on_target {
         defmt::info!("flight, after {}: {}", last_run, report);
         let services = Services::start(board.watchdog, report.reset_cause, last_run);
         let tachometers = Config {
-            edges_per_turn: FLOWN.spin_inertia_kg_m2.map(edges_per_turn),
+            edges_per_turn: CRAFT.spin_inertia_kg_m2.map(edges_per_turn),
             reversed: [false; WHEELS],
             zero_after_s: ZERO_AFTER_S,
         };
@@ -111,7 +111,7 @@ mod on_target {
     #[inline(never)]
     fn estimator() -> Option<&'static mut SelectedEstimator> {
         let estimator = ESTIMATOR.try_take()?;
-        estimator.configure(FLOWN).ok()?;
+        estimator.configure(CRAFT).ok()?;
         Some(estimator)
     }
 

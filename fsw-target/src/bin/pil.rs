@@ -44,7 +44,7 @@ mod on_target {
                 Err(why) => {
                     defmt::error!("{=str}", why);
                     // The log keeps the reason if the line fails too.
-                    let _ = line.give_up(why);
+                    let _ = line.report_failure(why);
                 }
             }
         }
@@ -69,7 +69,7 @@ mod on_target {
         computer.start();
         while line.end().is_none() {
             computer.poll();
-            line.hold(computer.waiting_bytes() > 0);
+            line.pause(computer.waiting_bytes() > 0);
         }
         match line.end() {
             Some(TunnelError::No) => Ok(()),
