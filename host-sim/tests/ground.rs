@@ -128,7 +128,7 @@ fn what_the_computer_would_refuse_is_refused_here() {
         ("set-torque 0 0", "<Z_N_M>"),
         ("set-telemetry-period 10", "50 ms"),
         ("set-telemetry-period -10", "-10"),
-        ("set-prior --inertia 1 1 3 0 0 0 --sigma 1 1 1 1 1 1", "no body"),
+        ("set-prior --inertia 1 1 3 0 0 0 --sigma 1 1 1 1 1 1", "no rigid body"),
         ("set-prior --inertia 1 1 1 0 0 0 --sigma 1 1 0 1 1 1", "sigma"),
         ("set-prior --inertia 1 1 1 0 0 0", "--sigma"),
         ("set-prior", "--craft"),
@@ -303,7 +303,7 @@ fn damage_is_noted_and_the_rest_is_shown() {
     let notes = String::from_utf8_lossy(&output.stderr);
     let notes: Vec<&str> = notes.lines().collect();
     assert!(notes.len() == 2 && notes[0].contains("checksum"), "{notes:?}");
-    assert!(notes[1].contains("before it is complete"), "{notes:?}");
+    assert!(notes[1].contains("truncated frame"), "{notes:?}");
 }
 
 #[test]
