@@ -11,7 +11,6 @@ use thiserror::Error;
 use super::Mission;
 use crate::input::scenario::SimulatedGyro;
 use crate::sensor::encoder::EncoderData;
-use crate::sensor::gyro::variance_rad2_s2;
 
 /// A wheel without an edge for so long stands still, s: with 24 edges a turn it is slower than
 /// 0.52 rad/s then.
@@ -102,7 +101,7 @@ fn narrow(vector: &Vector3<f64>) -> [f32; 3] {
 /// The scenario's noise, and the rounding to the chip's counts.
 fn noise_rad_s(gyro: &SimulatedGyro, range: Range) -> f64 {
     let quantum_rad_s = Some(f64::from(range.quantum_rad_s()));
-    variance_rad2_s2(&SimulatedGyro { quantum_rad_s, ..gyro.clone() }).sqrt()
+    SimulatedGyro { quantum_rad_s, ..gyro.clone() }.reading_variance_rad2_s2().sqrt()
 }
 
 /// The finest range in which no reading saturates, if there is one.
