@@ -72,6 +72,18 @@ pub struct SimulatedGyro {
 }
 
 impl SimulatedGyro {
+    /// Variance of one reading on one axis about the biased rate, `σ² + q²/12`, rad²/s², with the
+    /// noise `σ` and the quantum `q`, rad/s.
+    ///
+    /// Assumption: the rounding error is uniform, which holds unless the noise is far below the
+    /// quantum.
+    pub fn reading_variance_rad2_s2(&self) -> f64 {
+        let quantum = self.quantum_rad_s.unwrap_or(0.0);
+        self.noise_rad_s * self.noise_rad_s + quantum * quantum / 12.0
+    }
+}
+
+impl SimulatedGyro {
     /// A gyro with white noise as its only error.
     pub(super) fn white(rate_hz: f64, noise_rad_s: f64) -> Self {
         Self {
