@@ -6,8 +6,8 @@ use super::error::SetUpError;
 use super::name::{EstimatorName, Precision};
 use crate::input::Craft;
 
-/// Shortest gap in sample periods after which the state is no longer predicted across it. The
-/// core's own limit applies where it is longer.
+/// Longest gap that is bridged by prediction, sample periods. The core's own limit applies where it
+/// is longer.
 const MAX_GAP_PERIODS: f64 = 10.0;
 
 /// Everything that the configuration of an estimator depends on.

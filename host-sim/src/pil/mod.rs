@@ -153,7 +153,7 @@ pub fn fly(
     let setup = setup::of(mission)?;
     let samples = mission.flight.instants.len();
     let host = Rc::new(RefCell::new(Bench::new(mission, &setup)));
-    let mut onboard = setup.onboard().map_err(NotFlown::Unfit)?;
+    let mut onboard = setup.estimator().map_err(NotFlown::Unfit)?;
     let mut duel = Duel {
         firmware: start()?,
         bench: Bench::new(mission, &setup),
@@ -170,7 +170,7 @@ pub fn fly(
     let legs = [mission.restart_at, Some(samples)];
     for (leg, until) in legs.into_iter().flatten().enumerate() {
         if leg > 0 {
-            onboard = duel.setup.onboard().map_err(NotFlown::Unfit)?;
+            onboard = duel.setup.estimator().map_err(NotFlown::Unfit)?;
             duel.restart(start()?);
         }
         let mut software =

@@ -111,7 +111,7 @@ impl<'o, 'a> Software<'o, 'a> {
 
     /// The estimators.
     pub fn onboard(&self) -> &SelectedEstimator {
-        self.computer.onboard()
+        self.computer.estimator()
     }
 }
 
@@ -183,7 +183,7 @@ impl DataReady for Lines<'_> {
     }
 
     /// None is announced but when it is asked for.
-    fn forget(&mut self) {}
+    fn discard(&mut self) {}
 
     fn overruns(&self) -> u32 {
         0

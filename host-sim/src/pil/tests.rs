@@ -86,14 +86,14 @@ impl OnThread {
     fn fly(self) -> Option<TunnelError> {
         let tunnel = Tunnel::new(Socket::new(self.sensors));
         let setup = tunnel.hello().ok()?;
-        let mut onboard = Box::new(setup.onboard().unwrap());
+        let mut onboard = Box::new(setup.estimator().unwrap());
         let link = Socket::new(self.link);
         let mut computer =
             parts::computer(&tunnel, &setup, &mut onboard, link, NOT_MEASURED).ok()?;
         computer.start();
         while tunnel.end().is_none() {
             computer.poll();
-            tunnel.hold(computer.waiting_bytes() > 0);
+            tunnel.pause(computer.waiting_bytes() > 0);
         }
         tunnel.end()
     }
@@ -210,12 +210,13 @@ fn a_firmware_that_stops_in_flight_says_where() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut onboard = Box::new(setup.onboard().unwrap());
+        let mut onboard = Box::new(setup.estimator().unwrap());
         let mut computer =
             parts::computer(&tunnel, &setup, &mut onboard, Socket::new(lines.link), NOT_MEASURED)
                 .unwrap();
         computer.start();
-        while computer.onboard().selected() != EstimatorId::JointEkf || tunnel.now_us() < 2_000_000
+        while computer.estimator().selected() != EstimatorId::JointEkf
+            || tunnel.now_us() < 2_000_000
         {
             computer.poll();
         }
@@ -241,10 +242,10 @@ fn a_firmware_that_gives_up_says_why() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         tunnel.hello().unwrap();
-        tunnel.give_up("the estimators refuse the craft").unwrap();
+        tunnel.report_failure("the estimator rejects the craft").unwrap();
         lines.link
     });
-    assert!(error.starts_with("the firmware gave up: the estimators refuse the craft"), "{error}");
+    assert!(error.starts_with("the firmware gave up: the estimator rejects the craft"), "{error}");
 }
 
 #[test]
@@ -298,7 +299,7 @@ fn telemetry_that_never_comes_is_not_waited_for_without_end() {
         // Asks for samples again and again, and tells the ground nothing.
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut onboard = Box::new(setup.onboard().unwrap());
+        let mut onboard = Box::new(setup.estimator().unwrap());
         let (mute, _other_end) = UnixStream::pair().unwrap();
         let mut computer =
             parts::computer(&tunnel, &setup, &mut onboard, Socket::new(mute), NOT_MEASURED)

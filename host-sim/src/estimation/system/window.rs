@@ -1,4 +1,4 @@
-//! `window`: maximum-likelihood fit of each manoeuvre.
+//! `window`: Gauss-Newton fit of each manoeuvre as a whole.
 
 use fsw_core::estimator::window::{Config, Window};
 use fsw_core::{Real, WheelArray};
@@ -10,8 +10,9 @@ use crate::input::craft::SolveFor;
 
 /// Blocks that the estimator stores.
 const BLOCKS: usize = 512;
-/// Shortest block, s. A gyro sampled at more than twice its inverse is averaged over a block: a body
-/// turns little in this time, and vibration is faster.
+/// Shortest block, s. A block has at least the core's default number of samples; at a higher sample
+/// rate it has more, so that its mean covers this time. A body turns little in it, and vibration is
+/// faster.
 const SHORTEST_BLOCK_S: f64 = 2e-3;
 /// Unknowns without disturbances to solve for: momentum, inertia, and the torque that is tested for.
 const WITH_TORQUE: usize = 12;

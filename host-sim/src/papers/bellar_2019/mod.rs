@@ -9,7 +9,7 @@ use super::PapersFailed;
 use super::course::{Course, OWN};
 use super::distribution::Distribution;
 use crate::campaign::{self, Campaign, RunFailed, Truths};
-use crate::campaign::{MAX_CONVERGED_BOUNDS, MAX_HONEST_SIGMAS, Verdict};
+use crate::campaign::{MAX_CONSISTENT_SIGMAS, MAX_CONVERGED_BOUNDS, Verdict};
 use crate::estimation::{AnyEstimator, EstimatorName, Method, Precision, SetUpError};
 use crate::input::{ELEMENT_NAMES, Scenario};
 use crate::report::published::{PublishedTable, Row};
@@ -262,7 +262,7 @@ impl Study {
             "Uniform within ±30 and ±2 kg m², the initial tensor is one that a body can have in \
              {physical:.1} % of the runs; in seven of eight a moment is negative. Diverged: by its own \
              word, or an error beyond {MAX_CONVERGED_BOUNDS:.0} bounds and \
-             {MAX_HONEST_SIGMAS:.0} of its own sigmas. {} \
+             {MAX_CONSISTENT_SIGMAS:.0} of its own sigmas. {} \
              needs no start.",
             OWN.estimator
         )
