@@ -1,1 +1,4 @@
-//! Tests of the whole; each file of this folder is one. Nothing is here to be called.
+//! Parts shared by the tests and by the program `accuracy`.
+
+pub mod accuracy;
+pub mod program;
