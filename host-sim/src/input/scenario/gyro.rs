@@ -21,7 +21,7 @@ const NOISE: Key = Key::required(
     "White noise of one sample, one sigma per axis; known to the estimator",
 );
 const BIAS: Key =
-    Key::required("bias_rad_s", VECTOR, "rad/s", FINITE, "Bias at the start").or("[0, 0, 0]");
+    Key::required("bias_rad_s", VECTOR, "rad/s", FINITE, "Bias at the start").or("`[0, 0, 0]`");
 const BIAS_WALK: Key = Key::required(
     "bias_walk_rad_s_sqrt_s",
     NUMBER,
