@@ -1,32 +1,53 @@
-//! The flight loop of the inertia estimator, and its firmware for a Cortex-M4F.
+//! Flight software of the inertia estimator: flight loop, drivers, link and storage, and the firmware
+//! images for a Cortex-M board. Single precision throughout.
 //!
-//! # The way of a gyro sample
+//! # The path of a gyro sample
 //!
 //! ```text
-//!  data ready        gyro, wheel tachometers,          fsw_core::Estimator
-//!  (time stamp)  ->  torque command               ->   step(sample)          ->  Tick, log
-//!  sensors::DataReady   sensors::{Gyro, ...}            app::FlightLoop::tick
+//!                    drivers::wheel_tach ── wheel speeds ──┐        telecommands
+//!                                                          ▼              │
+//!  board ── data ready ──► drivers::gyro ── rate ──► flight::flight_loop  │
+//!           (time stamp)                                   │              │
+//!                                                       Sample            ▼
+//!                                                          ▼        link::uplink
+//!                      store ◄── checkpoint ── flight::selected ◄── link::command
+//!                     (flash) ── at start ───►  (fsw_steps)
+//!                                                          │
+//!                                                 estimate, outcome
+//!                                                          ▼
+//!                                  link::telemetry ──► link::downlink ──► serial port
 //! ```
 //!
-//! 1. [`sensors`]: what the loop needs of the hardware, as four small traits in SI units. A driver
-//!    implements one of them and is the only place that knows its part: those that exist are in
-//!    [`drivers`].
-//! 2. [`app`]: the flight loop. One [`app::FlightLoop::tick`] per gyro sample reads the sensors,
-//!    composes an [`fsw_core::Sample`], steps the estimator and says what happened. A sensor that
-//!    fails is counted and its sample skipped; nothing here panics.
-//! 3. [`recording`]: a recorded flight that plays the part of every sensor, so that the loop is
-//!    the same in a test, in QEMU and on the board.
-//! 4. [`replay`]: the committed flight with its estimator, ready to fly. The image `bin/replay`
-//!    and the test that compares host and target bit for bit both call it.
-//! 5. [`link`]: what goes to the ground and what comes from there, as packets over a serial line.
-//! 6. [`store`]: checkpoints in flash, from which the estimator goes on after a reset, bit for bit.
-//! 7. [`tunnel`]: all of a board at the other end of a serial line, for the processor in the loop.
+//! 1. The data-ready interrupt of the [`board`] stamps the sample ([`runtime::stamps`]).
+//! 2. [`flight::flight_loop`] takes the stamp, reads the gyro and the wheel tachometers by their
+//!    [`drivers`], adds the known external torque, and steps the estimator with the
+//!    [`fsw_core::Sample`].
+//! 3. [`flight::selected`] is the estimator: one of the roster of [`fsw_steps`].
+//! 4. [`flight::computer`] strings these together with the [`link`] to the ground and the [`store`] of
+//!    checkpoints: its `poll` is the loop of the image. [`flight::supervisor`] permits the watchdog to be
+//!    fed after each complete round.
 //!
-//! Below that are the parts that only the chip has (`target_os = "none"`): `board`, the bring-up
-//! of the one board that exists, `log`, where a defmt frame goes, `exit`, how an image ends, and
-//! `instructions`, which counts what code costs (in QEMU).
+//! # Rooms
 //!
-//! The loop flies in single precision: `f32` is chosen here, once.
+//! | room | contents | uses |
+//! |---|---|---|
+//! | [`runtime`] | failures, log, restart record, stack measurement, time stamps | – |
+//! | [`link`] | telemetry and telecommands as packets on a serial line | `runtime` |
+//! | [`store`] | checkpoints in flash | – |
+//! | [`flight`] | sensor interface, flight loop, selected estimator, computer | `link`, `store`, `runtime` |
+//! | [`drivers`] | gyro and wheel tachometers | `flight::sensors` |
+//! | [`stand_in`] | sensors of a recording, or of a simulator on a serial line | `flight`, `drivers`, `link`, `runtime` |
+//! | `arch` | what the Cortex-M core decides: faults, stack guard, reset | `runtime` |
+//! | [`board`] | what the board decides: chip, pins, peripherals | all above |
+//! | `bin/` | one image per purpose | all |
+//!
+//! Dependencies point from a room to those above it. All but `arch` and the inside of `board` compile for
+//! the host, where tests and the simulator run the same flight software.
+//!
+//! # Features
+//!
+//! * `stm32f405` (default): the board. It has no effect on the host.
+//! * `window`, `joint-ekf`, `ekf-sgf-rls` (default: all three): the estimators that are built in.
 
 #![no_std]
 

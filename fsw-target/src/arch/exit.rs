@@ -1,4 +1,4 @@
-//! How an image ends: with a status, or with a system reset.
+//! End of an image: with a status, or with a system reset.
 //!
 //! An image under test ends with a status that QEMU and `probe-rs run` pass on to their caller:
 //! [`success`], [`failure`], and [`end_after`] a failure that [`crate::runtime::failure`] has caught. The

@@ -1,37 +1,35 @@
-//! Counts executed instructions, exactly, in QEMU.
+//! Exact counter of executed instructions, in QEMU.
 //!
-//! With `-icount shift=8` virtual time advances by 256 ns an instruction, whatever the instruction
-//! does, and SysTick runs on that time. So the difference of two of its readings is a number of
-//! instructions: exact, and the same in every run. On a board, or in QEMU without that option, it
-//! is not: [`InstructionCounter::start`] finds out by counting what is known.
+//! With `-icount shift=8` virtual time advances by 256 ns per instruction of any kind, and SysTick runs on
+//! virtual time. The difference of two readings of SysTick is thus a number of instructions, exact and
+//! reproducible. On a board, or in QEMU without that option, it is not: [`InstructionCounter::start`]
+//! checks it on known instruction sequences.
 
 use cortex_m::asm;
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 
-/// SysTick ticks in a thousand instructions: 168 MHz, the core clock of QEMU's STM32F405, times
-/// 256 ns.
+/// SysTick ticks per 1000 instructions: 168 MHz, the core clock of the STM32F405 in QEMU, times 256 ns.
 const TICKS_PER_1000: u64 = 43_008;
 
-/// SysTick counts down from here and starts again: it has 24 bits. That is 390,000 instructions, and
-/// what takes more than that counts as [`u32::MAX`].
+/// Reload value of SysTick, 24 bits: 390,000 instructions. Longer work counts as [`u32::MAX`].
 const RELOAD: u32 = 0x00ff_ffff;
 
-/// Turns of the shortest loop that checks the counter.
+/// Iterations of the shorter loop of the check.
 const LOOP: u32 = 1_000;
 
-/// SysTick, counting instructions.
+/// SysTick as a counter of instructions.
 pub struct InstructionCounter {
     timer: SYST,
-    /// What two readings and a call that does nothing cost.
+    /// Instructions of two readings and an empty call.
     overhead: u32,
 }
 
-/// Time isn't counted in instructions here.
+/// SysTick does not count instructions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotExact;
 
 impl InstructionCounter {
-    /// Takes SysTick over and starts it.
+    /// Starts SysTick.
     ///
     /// # Errors
     /// [`NotExact`] outside QEMU with `-icount shift=8`.
@@ -44,8 +42,8 @@ impl InstructionCounter {
         if counter.is_exact() { Ok(counter) } else { Err(NotExact) }
     }
 
-    /// Four instructions must count as four, a loop of twice the turns as twice as many (but for what
-    /// enters and leaves it), and one that is too long must be found out.
+    /// Check: four instructions count as four, a loop of twice the iterations as twice the instructions
+    /// (except for its entry and exit), and a too long loop as [`u32::MAX`].
     fn is_exact(&mut self) -> bool {
         let four = self.count(|| {
             asm::nop();
@@ -58,17 +56,17 @@ impl InstructionCounter {
         four == 4 && short >= LOOP && long.abs_diff(2 * short) < LOOP / 10 && too_long == u32::MAX
     }
 
-    /// Instructions that `work` executes. What the compiler moves out of the call isn't counted:
-    /// hold it with [`core::hint::black_box`].
+    /// Number of instructions of `work`. Instructions that the compiler moves out of the call are not
+    /// counted; [`core::hint::black_box`] prevents this.
     pub fn count(&mut self, mut work: impl FnMut()) -> u32 {
         self.count_call(&mut work)
     }
 
-    /// One and the same code for whatever is counted, so that its own share is always the same.
+    /// Never inlined, so that its own instructions are the same for any work.
     #[inline(never)]
     fn count_call(&mut self, work: &mut dyn FnMut()) -> u32 {
         self.timer.clear_current();
-        let _ = self.timer.has_wrapped(); // it has, from the zero that it was set to
+        let _ = self.timer.has_wrapped(); // clears the flag, set by the write above
         let start = SYST::get_current();
         work();
         let end = SYST::get_current();
@@ -79,8 +77,8 @@ impl InstructionCounter {
     }
 }
 
-/// A reading is rounded down, so the difference of two is wrong by less than a tick, a fortieth of
-/// an instruction.
+/// Instructions between two readings. The error is below one tick, a fortieth of an instruction, since
+/// readings are rounded down.
 fn instructions(start: u32, end: u32) -> u32 {
     let ticks = u64::from(start.wrapping_sub(end) & RELOAD);
     ((ticks * 1000 + TICKS_PER_1000 / 2) / TICKS_PER_1000) as u32

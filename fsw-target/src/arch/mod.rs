@@ -1,6 +1,6 @@
 //! Code that depends on the Cortex-M core, and not on the chip or board around it.
 //!
-//! 1. [`exit`]: how an image ends, with a status by semihosting or with a system reset.
+//! 1. [`exit`]: end of an image, with a status by semihosting or with a system reset.
 //! 2. [`instructions`]: instruction counter for QEMU.
 //! 3. `exceptions`: exceptions without a handler of their own.
 //! 4. `v7m` (Armv7-M, Armv7E-M): entry of the hard fault, and the stack guard of its memory protection

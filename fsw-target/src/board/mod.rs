@@ -1,35 +1,42 @@
-//! The board: the only place that names a chip, its pins and its peripherals.
+//! The board: the only room that names a chip, its pins and its peripherals.
+//!
+//! A cargo feature selects the board: `stm32f405` by default. The host has none.
 //!
 //! # Porting to another Cortex-M
 //!
-//! 1. `memory.x`: where the chip has flash and RAM. Keep the stack below the statics, and the end of the
-//!    flash for checkpoints: two halves of whole pages, of at least 20 KiB each, and of words of at most
-//!    32 bytes ([`crate::store`]).
-//! 2. A folder beside `stm32f405` that offers what is in the table, re-exported here. The wiring
-//!    table of that folder's page, its list of rules and its division into files are worth copying.
-//! 3. A chip other than this: its name in `fsw-target/tools/src/bin/board.rs` and in the runner of
-//!    `.cargo/config.toml`, its registers in `fsw-target/Cargo.toml`. A core other than the Cortex-M4F:
-//!    `target-cpu` in `.cargo/config.toml`; and if that needs another target, there and in
-//!    `fsw-target/tools/src/toolchain.rs` and `tests/check.sh`.
-//! 4. Flash `bringup`, which says of each part whether it works; then `replay`, which must come to
-//!    the bits that the host comes to; then `flight`.
+//! 1. A folder beside `stm32f405` that offers the items of the table below, and its two lines at the end of
+//!    `board/mod.rs`. The wiring table, the list of rules and the division into files of `stm32f405` are
+//!    worth copying.
+//! 2. Its feature in `fsw-target/Cargo.toml`, which enables the register crate of the chip and the feature
+//!    of its core (`v7m`: Cortex-M3, M4, M7). Another core is a folder beside `arch/v7m`.
+//! 3. `memory.x`: flash and RAM of the chip. The stack lies below the statics; the end of the flash is for
+//!    checkpoints, in two halves of whole pages, of at least 20 KiB each, with words of at most 32 bytes
+//!    ([`crate::store`]).
+//! 4. Name of the chip in `fsw-target/tools/src/bin/board.rs` and in the runner of `.cargo/config.toml`. For
+//!    a core other than the Cortex-M4F: `target-cpu` in `.cargo/config.toml`, and the target there, in
+//!    `fsw-target/tools/src/toolchain.rs` and in `tests/check.sh`.
+//! 5. Flash `bringup`, which tests each part of the board; then `replay`, whose estimate must equal that of
+//!    the host bit for bit; then `flight`.
 //!
-//! | part of `Board` | is | for |
+//! | field of `Board` | type | used by |
 //! |---|---|---|
-//! | `link` | [`embedded_hal_nb::serial::Read`] and `Write` | telemetry and commands |
-//! | `gyro_bus` | [`embedded_hal::spi::SpiDevice`], or an I²C bus with `bus::TwoWire` | the gyro's driver |
-//! | `data_ready` | [`crate::flight::sensors::DataReady`] | when each sample was taken |
-//! | `captures` | [`crate::drivers::wheel_tach::CaptureTimer`], once started | wheel speeds |
+//! | `link` | [`embedded_hal_nb::serial::Read`] and `Write` | telemetry and telecommands |
+//! | `gyro_bus` | [`embedded_hal::spi::SpiDevice`], or an I²C bus with `bus::TwoWire` | gyro driver |
+//! | `data_ready` | [`crate::flight::sensors::DataReady`] | time stamps of samples |
+//! | `captures` | [`crate::drivers::wheel_tach::CaptureTimer`], after its start | wheel speeds |
 //! | `flash` | [`embedded_storage::nor_flash::NorFlash`] | checkpoints |
-//! | `watchdog` | takes a [`crate::flight::supervisor::FeedPermit`] | a loop that hangs |
-//! | `syst` | the core's timer | `bench` |
-//! | `tunnel` | [`crate::stand_in::tunnel::Port`] | the processor in the loop |
+//! | `watchdog` | takes a [`crate::flight::supervisor::FeedPermit`] | supervision |
+//! | `syst` | timer of the core | `bench` |
+//! | `tunnel` | [`crate::stand_in::tunnel::Port`] | processor in the loop |
 //!
-//! `Board::take` brings it all up once, and `Board::report` says what came of it. Beside the parts `Services` is
-//! the computer's [`crate::flight::computer::Housekeeping`]: a clock of 32 bits of microseconds or more, a delay, the
-//! watchdog, whose period is longer than the longest erasure. `LogPort` sends the log of images that end by
-//! themselves, `Delay` waits and `now_us` tells the time. What restarts tell each other is in RAM that a reset
-//! leaves alone (`.uninit`).
+//! `Board::take` starts all parts once, `Board::report` returns the result. Beside the parts:
+//!
+//! * `Services` is the [`crate::flight::computer::Housekeeping`] of the computer: a clock of at least 32 bits
+//!   of microseconds, a delay, and the watchdog, whose period exceeds the longest erasure of the flash.
+//! * `Link::into_log_output` makes the link the output of the log, for images without telemetry.
+//! * `Delay` is a delay, `now_us` the on-board time.
+//!
+//! The restart record lies in RAM that a reset leaves unchanged (section `.uninit`).
 
 #[cfg(all(target_os = "none", feature = "stm32f405"))]
 pub mod stm32f405;

@@ -1,62 +1,62 @@
 //! The flight loop: one [`FlightLoop::tick`] per gyro sample, from the sensors to the estimator.
 //!
-//! Input: the sensors of [`crate::flight::sensors`]. Output: a [`Tick`] that says what happened, and the
-//! estimate of the estimator. Generic over all its parts, so that the host flies the same loop as
-//! the board. It may be called from the main loop or from the data-ready interrupt's priority.
+//! Input: the sensors of [`crate::flight::sensors`]. Output: a [`Tick`], which is the outcome of one
+//! sample, and the state of the estimator. Generic over all its parts: host and board run the same loop.
+//! It may be called from the main loop or from an exception.
 
 use crate::flight::sensors::{DataReady, Gyro, TorqueCommand, WheelTachometers};
 use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Estimator, Outcome, Sample};
 
-/// The hardware, or what plays its part.
+/// Sensors and actuators, or their substitutes.
 #[derive(Debug, Clone, Copy)]
 pub struct Sensors<D, G, S, Q> {
-    /// Announces each gyro sample with its time stamp.
+    /// Time stamps of gyro samples.
     pub data_ready: D,
     /// Body rate.
     pub gyro: G,
     /// Wheel speeds.
     pub wheels: S,
-    /// Commanded external torque.
+    /// External torque.
     pub torque: Q,
 }
 
-/// What one [`FlightLoop::tick`] did. `G` and `S` are the errors of the gyro and the tachometers.
+/// Outcome of one [`FlightLoop::tick`]. `G` and `S` are the errors of gyro and tachometers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use]
 pub enum Tick<G, S> {
-    /// No sample was ready.
+    /// No sample was pending.
     Idle,
     /// The estimator was stepped.
     Stepped {
         /// Time stamp of the sample, µs.
         time_us: u64,
-        /// What became of it.
+        /// Outcome of the step.
         outcome: Outcome,
     },
-    /// The gyro could not be read; the sample was skipped.
+    /// Gyro read error; the sample was skipped.
     GyroFailed(G),
-    /// A wheel tachometer could not be read; the sample was skipped.
+    /// Tachometer read error; the sample was skipped.
     WheelsFailed(S),
-    /// A newer sample came while the gyro was read, so that its time stamp is in doubt; the sample
-    /// was skipped for the newer one.
+    /// A newer sample arrived during the gyro read, so that the time stamp of the reading is ambiguous;
+    /// the older sample was skipped.
     Overtaken,
 }
 
-/// What happened since start-up. The counts stop at their maximum.
+/// Counts since start-up; each saturates.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// What became of the samples that reached the estimator.
+    /// Samples that reached the estimator, by outcome.
     pub outcomes: OutcomeCounts,
-    /// Samples skipped because the gyro could not be read.
+    /// Samples skipped after a gyro read error.
     pub gyro_failed: u32,
-    /// Samples skipped because a wheel tachometer could not be read.
+    /// Samples skipped after a tachometer read error.
     pub wheels_failed: u32,
-    /// Samples skipped because a newer one came while they were read.
+    /// Samples skipped because a newer one arrived during the read.
     pub overtaken: u32,
 }
 
-/// The flight loop over an estimator `E`, the sensors `D, G, S, Q` and `W` wheels.
+/// The flight loop of an estimator `E`, the sensors `D, G, S, Q` and `W` wheels.
 #[derive(Debug, Clone, Copy)]
 pub struct FlightLoop<E, D, G, S, Q, const W: usize> {
     estimator: E,
@@ -72,15 +72,15 @@ where
     S: WheelTachometers<W>,
     Q: TorqueCommand,
 {
-    /// A flight loop that has seen no sample yet.
+    /// The flight loop before its first sample.
     pub fn new(estimator: E, sensors: Sensors<D, G, S, Q>) -> Self {
         Self { estimator, sensors, counters: Counters::default() }
     }
 
-    /// Handles the next gyro sample, if one is ready.
+    /// Reads and steps the pending gyro sample, if there is one.
     ///
-    /// A sample whose gyro or tachometers cannot be read is skipped whole: the estimator bridges
-    /// the gap from the time stamps, which a made-up value would hide from it.
+    /// A sample with a read error of gyro or tachometers is skipped as a whole. The estimator detects the
+    /// gap by the time stamps and bridges it, which a substitute value would prevent.
     pub fn tick(&mut self) -> Tick<G::Error, S::Error> {
         let Some(time_us) = self.sensors.data_ready.take_us() else {
             return Tick::Idle;
@@ -105,19 +105,19 @@ where
         };
         let torque_n_m = self.sensors.torque.torque_n_m();
 
-        let attitude = None; // The sensors have none, and the flying estimator needs none.
+        let attitude = None; // not measured, and not used by an estimator of the roster
         let sample = Sample { time_us, rate_rad_s, wheel_speed_rad_s, torque_n_m, attitude };
         let outcome = self.estimator.step(&sample);
         self.counters.outcomes.add(&outcome);
         Tick::Stepped { time_us, outcome }
     }
 
-    /// The estimator, with its estimate.
+    /// The estimator.
     pub fn estimator(&self) -> &E {
         &self.estimator
     }
 
-    /// The estimator, to be told what the ground wants.
+    /// The estimator, for telecommands.
     pub fn estimator_mut(&mut self) -> &mut E {
         &mut self.estimator
     }
@@ -127,12 +127,12 @@ where
         &self.sensors
     }
 
-    /// The sensors, to be started anew or told what the ground wants.
+    /// The sensors, for a restart or a telecommand.
     pub fn sensors_mut(&mut self) -> &mut Sensors<D, G, S, Q> {
         &mut self.sensors
     }
 
-    /// What happened so far.
+    /// Counts since start-up.
     pub fn counters(&self) -> Counters {
         self.counters
     }
@@ -148,14 +148,14 @@ mod tests {
     use fsw_core::{Coasting, Vec3};
     use fsw_core::{Estimate, Innovation};
 
-    /// Remembers what it was given.
+    /// Estimator that records its last sample.
     #[derive(Default)]
-    struct Listener {
+    struct Recorder {
         last: Option<Sample<f32, 2>>,
         steps: u32,
     }
 
-    impl Estimator<f32, 2> for Listener {
+    impl Estimator<f32, 2> for Recorder {
         fn step(&mut self, sample: &Sample<f32, 2>) -> Outcome {
             self.last = Some(*sample);
             self.steps += 1;
@@ -163,35 +163,35 @@ mod tests {
         }
 
         fn estimate(&self) -> Estimate<f32> {
-            unimplemented!("the loop never asks")
+            unimplemented!("not called by the loop")
         }
 
         fn rate_rad_s(&self) -> Vec3<f32> {
-            unimplemented!("the loop never asks")
+            unimplemented!("not called by the loop")
         }
 
         fn innovation(&self) -> Option<Innovation<f32>> {
-            unimplemented!("the loop never asks")
+            unimplemented!("not called by the loop")
         }
     }
 
-    /// A bench set-up whose parts can be made to fail.
+    /// Sensors with constant readings, each of which can fail.
     #[derive(Clone, Copy)]
-    struct Bench {
+    struct ConstantSensors {
         ready_us: Option<u64>,
         has_newer: bool,
         rate_rad_s: Result<[f32; 3], &'static str>,
         speed_rad_s: Result<[f32; 2], &'static str>,
     }
 
-    const HEALTHY: Bench = Bench {
+    const HEALTHY: ConstantSensors = ConstantSensors {
         ready_us: Some(1_234_567),
         has_newer: false,
         rate_rad_s: Ok([0.1, -0.2, 0.3]),
         speed_rad_s: Ok([400.0, -500.0]),
     };
 
-    impl DataReady for Bench {
+    impl DataReady for ConstantSensors {
         fn take_us(&mut self) -> Option<u64> {
             self.ready_us
         }
@@ -200,8 +200,8 @@ mod tests {
             self.has_newer
         }
 
-        fn forget(&mut self) {
-            unimplemented!("the loop never forgets")
+        fn discard(&mut self) {
+            unimplemented!("not called by the loop")
         }
 
         fn overruns(&self) -> u32 {
@@ -209,7 +209,7 @@ mod tests {
         }
     }
 
-    impl Gyro for Bench {
+    impl Gyro for ConstantSensors {
         type Error = &'static str;
 
         fn rate_rad_s(&mut self) -> Result<Vec3<f32>, &'static str> {
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    impl WheelTachometers<2> for Bench {
+    impl WheelTachometers<2> for ConstantSensors {
         type Error = &'static str;
 
         fn speed_rad_s(&mut self) -> Result<[f32; 2], &'static str> {
@@ -225,23 +225,27 @@ mod tests {
         }
     }
 
-    impl TorqueCommand for Bench {
+    impl TorqueCommand for ConstantSensors {
         fn torque_n_m(&mut self) -> Vec3<f32> {
             Vec3::new(1e-3, 2e-3, -3e-3)
         }
 
         fn command(&mut self, _: Vec3<f32>) {
-            unimplemented!("the loop never commands")
+            unimplemented!("not called by the loop")
         }
     }
 
-    fn flight(bench: Bench) -> FlightLoop<Listener, Bench, Bench, Bench, Bench, 2> {
-        let sensors = Sensors { data_ready: bench, gyro: bench, wheels: bench, torque: bench };
-        FlightLoop::new(Listener::default(), sensors)
+    fn flight(
+        sensors: ConstantSensors,
+    ) -> FlightLoop<Recorder, ConstantSensors, ConstantSensors, ConstantSensors, ConstantSensors, 2>
+    {
+        let sensors =
+            Sensors { data_ready: sensors, gyro: sensors, wheels: sensors, torque: sensors };
+        FlightLoop::new(Recorder::default(), sensors)
     }
 
     #[test]
-    fn the_sample_arrives_intact() {
+    fn the_estimator_receives_all_readings_of_a_sample() {
         let mut flight = flight(HEALTHY);
         let stepped = Tick::Stepped { time_us: 1_234_567, outcome: Outcome::Updated };
         assert_eq!(flight.tick(), stepped);
@@ -257,16 +261,16 @@ mod tests {
     }
 
     #[test]
-    fn without_a_sample_nothing_happens() {
-        let mut flight = flight(Bench { ready_us: None, ..HEALTHY });
+    fn without_a_sample_the_estimator_is_not_stepped() {
+        let mut flight = flight(ConstantSensors { ready_us: None, ..HEALTHY });
         assert_eq!(flight.tick(), Tick::Idle);
         assert_eq!(flight.estimator().steps, 0);
         assert_eq!(flight.counters(), Counters::default());
     }
 
     #[test]
-    fn a_failing_gyro_is_counted_and_its_sample_skipped() {
-        let mut flight = flight(Bench { rate_rad_s: Err("bus"), ..HEALTHY });
+    fn a_gyro_error_is_counted_and_its_sample_skipped() {
+        let mut flight = flight(ConstantSensors { rate_rad_s: Err("bus"), ..HEALTHY });
         assert_eq!(flight.tick(), Tick::GyroFailed("bus"));
         assert_eq!(flight.tick(), Tick::GyroFailed("bus"));
         assert_eq!(flight.estimator().steps, 0);
@@ -274,31 +278,32 @@ mod tests {
     }
 
     #[test]
-    fn a_failing_tachometer_is_counted_and_its_sample_skipped() {
-        let mut flight = flight(Bench { speed_rad_s: Err("no edge"), ..HEALTHY });
+    fn a_tachometer_error_is_counted_and_its_sample_skipped() {
+        let mut flight = flight(ConstantSensors { speed_rad_s: Err("no edge"), ..HEALTHY });
         assert_eq!(flight.tick(), Tick::WheelsFailed("no edge"));
         assert_eq!(flight.estimator().steps, 0);
         assert_eq!(flight.counters(), Counters { wheels_failed: 1, ..Counters::default() });
     }
 
     #[test]
-    fn a_reading_that_may_be_of_a_newer_sample_is_not_given_the_older_stamp() {
-        let mut flight = flight(Bench { has_newer: true, ..HEALTHY });
+    fn a_reading_with_an_ambiguous_stamp_is_skipped() {
+        let mut flight = flight(ConstantSensors { has_newer: true, ..HEALTHY });
         assert_eq!(flight.tick(), Tick::Overtaken);
         assert_eq!(flight.estimator().steps, 0);
         assert_eq!(flight.counters(), Counters { overtaken: 1, ..Counters::default() });
     }
 
     #[test]
-    fn what_the_estimator_refuses_is_counted_by_its_reason() {
-        let mut flight = flight(Bench { rate_rad_s: Ok([f32::NAN, 0.0, 0.0]), ..HEALTHY });
+    fn rejected_samples_are_counted_by_reason() {
+        let mut flight =
+            flight(ConstantSensors { rate_rad_s: Ok([f32::NAN, 0.0, 0.0]), ..HEALTHY });
         let outcome = Outcome::Coasting(Coasting::Spike);
         assert_eq!(flight.tick(), Tick::Stepped { time_us: 1_234_567, outcome });
         assert_eq!(flight.counters().outcomes.spike, 1);
     }
 
     #[test]
-    fn a_full_counter_stays_full() {
+    fn counters_saturate() {
         let mut counter = u32::MAX;
         count(&mut counter);
         assert_eq!(counter, u32::MAX);

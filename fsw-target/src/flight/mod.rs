@@ -1,5 +1,10 @@
-//! The flight computer: sensor traits, flight loop, selected estimator, telemetry and telecommand
-//! handling, supervisor.
+//! The flight computer, in the order of a sample's path.
+//!
+//! 1. [`sensors`]: interface to sensors and actuators, implemented by drivers and their substitutes.
+//! 2. [`flight_loop`]: one tick per gyro sample, from the sensors to the estimator.
+//! 3. [`selected`]: the selected estimator; [`craft`]: the spacecraft that it is configured for.
+//! 4. [`computer`]: the loop of an image, with telemetry, telecommands and checkpoints.
+//! 5. [`supervisor`]: permission to feed the watchdog.
 
 pub mod computer;
 pub mod craft;

@@ -132,8 +132,8 @@ impl SelectedEstimator {
         self.window_mut().map(Window9::close_window)
     }
 
-    /// Whether the spacecraft is at rest, so that missed samples carry no information. Always false
-    /// for estimators other than `window`, which do not detect rest.
+    /// True at rest, when a lost sample costs no information. Always false for estimators other than
+    /// `window`, which do not detect rest.
     pub fn is_at_rest(&self) -> bool {
         let window = self.slot.selected().and_then(|estimator| estimator.window());
         window.is_some_and(Window9::is_at_rest)
@@ -145,7 +145,7 @@ impl SelectedEstimator {
     }
 }
 
-/// Prior, selected estimator and its state. Every other estimator starts anew when it is selected.
+/// Prior, selected estimator and its state. Every other estimator starts again when it is selected.
 impl Persist for SelectedEstimator {
     fn layout() -> u32 {
         let layout = [Option::<Prior<f32>>::layout(), EstimatorId::layout()];
@@ -204,7 +204,8 @@ mod tests {
         sigma_kg_m2: [0.02, 0.02, 0.02, 0.005, 0.005, 0.005],
     };
 
-    fn fly(estimator: &mut SelectedEstimator) -> Estimate<f32> {
+    /// Steps the estimator through the recorded flight and returns its estimate.
+    fn run(estimator: &mut SelectedEstimator) -> Estimate<f32> {
         for row in &ROWS {
             estimator.step(&Sample {
                 time_us: row.time_us,
@@ -225,7 +226,7 @@ mod tests {
         for id in EstimatorId::ALL {
             estimator.select(id).unwrap();
             assert_eq!(estimator.selected(), id);
-            estimates.push(fly(&mut estimator));
+            estimates.push(run(&mut estimator));
         }
         assert_eq!(estimates[0].status, Status::Converged);
         assert_eq!(estimates[1].status, Status::Converged);
@@ -235,12 +236,12 @@ mod tests {
     #[test]
     fn a_reset_discards_the_estimate() {
         let mut estimator = SelectedEstimator::new(CRAFT).unwrap();
-        let fresh = estimator.estimate();
-        let once = fly(&mut estimator);
-        assert_ne!(once.inertia, fresh.inertia);
+        let initial = estimator.estimate();
+        let first = run(&mut estimator);
+        assert_ne!(first.inertia, initial.inertia);
         estimator.reset().unwrap();
-        assert_eq!(estimator.estimate(), fresh);
-        assert_eq!(fly(&mut estimator), once);
+        assert_eq!(estimator.estimate(), initial);
+        assert_eq!(run(&mut estimator), first);
     }
 
     #[test]
@@ -258,16 +259,16 @@ mod tests {
     #[test]
     fn a_checkpoint_restores_selection_prior_and_estimate() {
         for id in EstimatorId::ALL {
-            let mut flown = SelectedEstimator::new(CRAFT).unwrap();
-            flown.set_prior(PRIOR).unwrap();
-            flown.select(id).unwrap();
-            fly(&mut flown);
+            let mut saved = SelectedEstimator::new(CRAFT).unwrap();
+            saved.set_prior(PRIOR).unwrap();
+            saved.select(id).unwrap();
+            run(&mut saved);
             let mut words = [0; 8192];
-            checkpoint::transfer(&mut flown, &mut ToWords::new(&mut words)).unwrap();
+            checkpoint::transfer(&mut saved, &mut ToWords::new(&mut words)).unwrap();
             let mut restored = SelectedEstimator::new(Craft { prior: None, ..CRAFT }).unwrap();
             checkpoint::transfer(&mut restored, &mut FromWords::new(&words)).unwrap();
             assert_eq!((restored.selected(), restored.prior()), (id, Some(PRIOR)));
-            assert_eq!(restored.estimate(), flown.estimate());
+            assert_eq!(restored.estimate(), saved.estimate());
         }
     }
 

@@ -1,61 +1,104 @@
-//! What the flight loop needs of the hardware: four small traits, in SI units and body axes.
+//! Interface of the flight software to sensors and actuators: small traits, in SI units and body axes.
 //!
-//! A driver converts counts to these units in one place and passes its bus error through; the
-//! loop counts the errors. A second gyro is one file with one `impl Gyro`.
+//! A driver implements one of them. It is the one place that converts counts to these units, and it
+//! passes bus errors through; the flight loop counts them.
 
+use embedded_hal::delay::DelayNs;
 use fsw_core::Vec3;
 
-/// When a gyro sample was taken: the data-ready interrupt, or its stand-in.
+/// Announcement of gyro samples: the data-ready line, or its substitute.
 pub trait DataReady {
-    /// Takes the time stamp of the newest sample that has not been handled yet, microseconds since
-    /// an arbitrary start; `None` if there is none. Never waits.
+    /// Takes the time stamp of the newest pending sample, µs since an arbitrary epoch; `None` if none is
+    /// pending. Never blocks.
     ///
-    /// The stamp is that of the sample, not of the moment when the loop came to read it, so that a
-    /// late loop costs no accuracy. A loop that is late by more than a sample loses those before
-    /// the newest, since a gyro's registers hold no other: the estimator bridges the gap.
+    /// The stamp is the time of the sample, not of this call, so that a late loop costs no accuracy. A
+    /// loop that is late by more than one sample loses all but the newest, since the registers of a gyro
+    /// hold one sample; the estimator bridges the gap.
     fn take_us(&mut self) -> Option<u64>;
 
-    /// Whether a sample has come since the last [`DataReady::take_us`]. What was read of the gyro
-    /// in between may then be the newer one's.
+    /// True if a sample has arrived since the last [`take_us`](Self::take_us): a gyro reading in between
+    /// may belong to the newer sample.
     fn has_newer(&mut self) -> bool;
 
-    /// Throws away what was announced and hasn't been taken: the gyro has been set up anew, and holds nothing
-    /// of it.
-    fn forget(&mut self);
+    /// Discards pending samples without counting them, after the gyro has been configured again.
+    fn discard(&mut self);
 
-    /// Samples that were announced and lost since the start, because the loop came too late.
+    /// Announced samples that were lost since the start, because the loop was late.
     fn overruns(&self) -> u32;
 }
 
 /// A three-axis rate gyro.
 pub trait Gyro {
-    /// The error of the bus or of the part.
+    /// Error of the bus or of the part.
     type Error;
 
-    /// Body rate relative to inertial space, rad/s, of the sample that was announced last.
+    /// Body rate relative to inertial space at the last announced sample, body axes, rad/s.
     fn rate_rad_s(&mut self) -> Result<Vec3<f32>, Self::Error>;
+}
+
+/// A gyro chip that can be configured and tested, at power-up and in flight.
+pub trait RateGyro: Gyro {
+    /// Value of its identity register.
+    const IDENTITY: u8;
+
+    /// Reason for a failed start.
+    type StartError;
+    /// Reason for a failed self-test, or for one that could not run.
+    type SelfTestError;
+
+    /// Resets the chip, checks its identity and configures it. For power-up, and in flight after
+    /// failed readings or missing data-ready: a chip that reset itself (brown-out, single event) has
+    /// lost its settings. Takes less than 0.1 s, all of it in `delay`.
+    fn restart(&mut self, delay: &mut impl DelayNs) -> Result<(), Self::StartError>;
+
+    /// Runs the chip's self-test, in bounded time. Readings during the test are invalid.
+    fn self_test(&mut self, delay: &mut impl DelayNs) -> Result<(), Self::SelfTestError>;
+
+    /// Largest rate of a reading on a sensor axis, rad/s.
+    fn range_rad_s(&self) -> f32;
+
+    /// Rate per count, rad/s.
+    fn quantum_rad_s(&self) -> f32;
+}
+
+/// Reason for a failed start, common to all gyros: for telemetry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum StartFault {
+    /// Bus error.
+    Bus,
+    /// Another part, or no part.
+    WrongIdentity {
+        /// Value of the identity register.
+        found: u8,
+    },
+    /// A register does not read back as written.
+    NotAsSet,
+    /// Invalid settings.
+    WrongSettings,
 }
 
 /// The tachometers of `W` reaction wheels.
 pub trait WheelTachometers<const W: usize> {
-    /// The error of the bus or of the part.
+    /// Error of the bus or of the part.
     type Error;
 
-    /// Speed of each wheel about its spin axis relative to the body, rad/s.
+    /// Speed of each wheel about its spin axis, relative to the body, rad/s.
     fn speed_rad_s(&mut self) -> Result<[f32; W], Self::Error>;
 }
 
-/// The external torque that acts, as far as it is known (thrusters, magnetorquers).
+/// Known external torque, as of thrusters or magnetorquers.
 pub trait TorqueCommand {
-    /// External torque in body axes, N m; zero if none is known. Wheel torques are internal
-    /// and do not belong here: the tachometers show them.
+    /// External torque on the body, body axes, N m; zero if unknown. Wheel torques are internal: they
+    /// are part of the wheel speeds.
     fn torque_n_m(&mut self) -> Vec3<f32>;
 
-    /// The ground commands this torque from now on. Ignored by what has it from elsewhere.
+    /// Sets the torque of a telecommand, which acts until the next one. Ignored by an implementation with
+    /// another source of the torque.
     fn command(&mut self, torque_n_m: Vec3<f32>);
 }
 
-/// A torque that the ground commands, and nothing else: it acts until the next command.
+/// External torque from telecommands alone: constant until the next one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommandedTorque {
     torque_n_m: Vec3<f32>,

@@ -1,27 +1,27 @@
-//! Who may feed the watchdog: a loop all of whose tasks have done their work.
+//! Supervision of the loop: the watchdog is fed only after every task has completed.
 //!
-//! Input: each task's report. Output: a [`FeedPermit`], the only thing that a board's watchdog
-//! takes, and no more than one for each round of reports. A loop that spins without doing its
-//! work, or a task that is never reached, earns none, and the watchdog ends it.
+//! Input: one report per completed task. Output: one [`FeedPermit`] per round of reports, which the
+//! watchdog of a board requires. A loop that skips a task, or a task that does not complete, gets no
+//! permit, and the watchdog resets the chip.
 //!
-//! A task reports that it came to its end, not that its part is healthy: a gyro that doesn't
-//! answer is a task done, with an error that telemetry tells. A reset would not mend it.
+//! A report means that the task has completed, not that its hardware works. A gyro that does not answer
+//! is a completed task with an error in telemetry: a reset would not repair it.
 
-/// The work that the flight computer's loop has to do again and again.
+/// Task of one round of the flight computer's loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Task {
-    /// Took the sample that was ready, if any, and stepped the estimator.
+    /// Read the pending sample, if any, and stepped the estimator.
     Sampling = 0,
-    /// Emptied the queue of received bytes.
+    /// Processed the received bytes.
     Commanding = 1,
-    /// Filled the transmitter, if there was anything to send.
+    /// Passed pending telemetry to the transmitter.
     Reporting = 2,
 }
 
 impl Task {
-    /// All of them.
+    /// All tasks.
     pub const ALL: [Self; 3] = [Self::Sampling, Self::Commanding, Self::Reporting];
 
     const fn bit(self) -> u32 {
@@ -40,29 +40,29 @@ const ALL_BITS: u32 = {
     bits
 };
 
-/// Proof that every task has reported since the last one. Only a [`Supervisor`] makes them.
+/// Proof that every task has reported since the last permit. Issued only by a [`Supervisor`].
 #[derive(Debug, PartialEq, Eq)]
 #[must_use]
 pub struct FeedPermit(());
 
-/// Listens to the tasks.
+/// Reports of the current round.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Supervisor {
     reported: u32,
 }
 
 impl Supervisor {
-    /// One that has heard nobody yet.
+    /// A round without reports.
     pub const fn new() -> Self {
         Self { reported: 0 }
     }
 
-    /// `task` has done its work.
+    /// Records that `task` has completed.
     pub fn report(&mut self, task: Task) {
         self.reported |= task.bit();
     }
 
-    /// Leave to feed the watchdog, if all tasks have reported since the last leave.
+    /// The permit of this round, once all tasks have reported; begins the next round.
     pub fn permit(&mut self) -> Option<FeedPermit> {
         if self.reported != ALL_BITS {
             return None;
@@ -71,7 +71,7 @@ impl Supervisor {
         Some(FeedPermit(()))
     }
 
-    /// Whether `task` has yet to report before there is another leave.
+    /// True while the report of `task` is missing in this round.
     pub fn awaits(&self, task: Task) -> bool {
         self.reported & task.bit() == 0
     }
@@ -82,12 +82,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_permit_takes_a_report_of_every_task() {
+    fn a_permit_requires_a_report_of_every_task() {
         for missing in Task::ALL {
             let mut supervisor = Supervisor::new();
             for task in Task::ALL.into_iter().filter(|&task| task != missing) {
                 supervisor.report(task);
-                supervisor.report(task); // twice is no more than once
+                supervisor.report(task); // a second report has no effect
             }
             assert_eq!(supervisor.permit(), None, "without {missing:?}");
             assert!(supervisor.awaits(missing));
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_round_of_reports_is_good_for_one_permit() {
+    fn a_round_of_reports_gives_one_permit() {
         let mut supervisor = Supervisor::new();
         Task::ALL.into_iter().for_each(|task| supervisor.report(task));
         assert!(supervisor.permit().is_some());
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn every_task_has_a_bit_of_its_own() {
+    fn every_task_has_its_own_bit() {
         assert_eq!(ALL_BITS.count_ones() as usize, Task::ALL.len());
     }
 }

@@ -47,19 +47,19 @@ impl Stamps {
     }
 
     /// Empties the queue without counting: stamps from before the gyro was configured.
-    pub fn forget(&mut self) {
+    pub fn discard(&mut self) {
         while self.queue.dequeue().is_some() {}
     }
 
     /// Empties the queue and counts every stamp as an overrun: their samples have been overwritten in
     /// the gyro.
-    pub fn drop_all(&mut self) {
+    pub fn discard_as_overruns(&mut self) {
         while self.queue.dequeue().is_some() {
             self.count_overrun();
         }
     }
 
-    /// Whether the queue is empty.
+    /// True if the queue is empty.
     pub fn is_empty(&self) -> bool {
         self.queue.is_empty()
     }
@@ -95,12 +95,12 @@ mod tests {
         let mut stamps = Stamps::new();
         stamps.push(1);
         stamps.push(2);
-        stamps.drop_all();
+        stamps.discard_as_overruns();
         assert_eq!((stamps.take_newest(), stamps.overruns()), (None, 2));
         stamps.push(3);
         assert_eq!(stamps.take_newest(), Some(3));
         stamps.push(4);
-        stamps.forget();
+        stamps.discard();
         assert_eq!((stamps.take_newest(), stamps.overruns()), (None, 2));
     }
 

@@ -1,7 +1,7 @@
-//! The committed flight, ready to fly: the recording [`cubesat_pyramid`] and the nine-state filter.
+//! The committed flight: the recording [`cubesat_pyramid`] with the nine-state filter `joint-ekf`.
 //!
-//! The image `bin/replay` flies it on the target, and the test of the workspace flies it on the
-//! host; both must come to the same bits.
+//! The image `bin/replay` runs it on the target, a test of the workspace on the host; state and covariance
+//! must be equal bit for bit.
 
 use crate::flight::flight_loop::{FlightLoop, Sensors};
 use crate::stand_in::recording::cubesat_pyramid::{CRAFT, WHEELS};
@@ -10,22 +10,22 @@ use fsw_core::ConfigError;
 use fsw_core::estimator::joint_ekf::Config;
 use fsw_steps::{Fast, JointEkf};
 
-/// A recording with as many wheels as [`cubesat_pyramid`].
+/// The recording [`cubesat_pyramid`].
 pub type Flight = Recording<'static, WHEELS>;
 
-/// The flight loop of this flight: one recording plays all its sensors.
+/// The flight loop of this flight.
 pub type ReplayLoop<'a> =
     FlightLoop<Fast<JointEkf>, &'a Flight, &'a Flight, &'a Flight, &'a Flight, WHEELS>;
 
-/// The recording, standing before its first row.
+/// The recording before its first row.
 pub fn recording() -> Flight {
     Recording::new(&cubesat_pyramid::ROWS)
 }
 
-/// The flight loop over `recording`, with the estimator that the craft file describes.
+/// The flight loop on `recording`, with an estimator of the spacecraft in its craft file.
 ///
 /// # Errors
-/// Names the value of the craft file that the estimator refuses.
+/// Names the value of the craft file that the estimator does not accept.
 pub fn flight_loop(recording: &Flight) -> Result<ReplayLoop<'_>, ConfigError> {
     let config = Config { prior: CRAFT.prior, ..Config::new(CRAFT.gyro_noise_rad_s) };
     let estimator = Fast(JointEkf::new(config, CRAFT.wheels()?)?);
@@ -41,7 +41,7 @@ mod tests {
     use fsw_core::{Estimator, Status};
 
     #[test]
-    fn the_committed_flight_is_accepted_and_converges() {
+    fn the_committed_flight_converges_with_every_sample_accepted() {
         let recording = recording();
         let mut flight = flight_loop(&recording).unwrap();
         while flight.tick() != Tick::Idle {}

@@ -350,7 +350,7 @@ fn impossible_operations_are_errors() {
     let mut store = open(Flash::erased(CAPACITY));
     assert_eq!(store.save(&mut [0u32; 120]), Err(Error::TooLarge));
     store.save(&mut [0u32; 8 * (512 / 32 - 3)]).unwrap();
-    let not_a_number = Error::Invalid(Invalid { place: "f32" });
+    let not_a_number = Error::Invalid(InvalidWord { place: "f32" });
     assert_eq!(store.save(&mut [f32::NAN]), Err(not_a_number));
 }
 

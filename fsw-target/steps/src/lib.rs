@@ -1,9 +1,9 @@
-//! The estimators' steps as they fly: `f32`, four wheels.
+//! Steps of the estimators that fly, compiled for speed: `f32`, four wheels; and their [`roster`].
 //!
-//! What runs with each sample is compiled for speed, all else of the firmware for size. A compiler
-//! decides that crate by crate, and generic code is compiled where it is first used with a type: so
-//! the steps are used here, and the profile `firmware` (`Cargo.toml` of the workspace) compiles this
-//! crate for speed. Functions here are generic in nothing, and never inlined elsewhere.
+//! The work of each sample is compiled for speed, all other firmware for size. The optimisation level is
+//! set per crate, and generic code is compiled in the crate that first uses it with a type. So the steps
+//! are instantiated here, in functions that are not generic and never inlined, and the profile
+//! `firmware` (`Cargo.toml` of the workspace) compiles this crate for speed.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -14,35 +14,36 @@ use fsw_core::estimator::joint_ekf::{self, Form, JointEkfUd, State, StructuredUd
 use fsw_core::estimator::window::Window;
 use fsw_core::{Estimate, Estimator, Innovation, Outcome, Sample, Vec3};
 
-mod roster;
+pub mod roster;
 
 pub use roster::{EstimatorId, EstimatorSlot, InitialData, Refused, Selected};
 
-/// Wheels that the flight image has room for. A spacecraft with fewer has some of no spin inertia.
+/// Number of wheels of the flight image. A spacecraft with fewer sets the spin inertia of the others to
+/// zero.
 pub const WHEELS: usize = 4;
-/// Blocks that a window keeps: up to 48 turns of the body.
+/// Blocks of a window: up to 48 turns of the body.
 pub const BLOCKS: usize = 512;
 
-/// `window` of inertia alone.
+/// `window` with nine unknowns: angular momentum and inertia.
 pub type Window9 = Window<f32, WHEELS, BLOCKS, 9>;
-/// `window` with a torque that is tested, held at zero.
+/// `window` with twelve unknowns: torque as well, tested and constrained to zero.
 pub type Window12 = Window<f32, WHEELS, BLOCKS, 12>;
-/// `window` with torque and bias.
+/// `window` with 15 unknowns: torque and gyro bias as well.
 pub type Window15 = Window<f32, WHEELS, BLOCKS, 15>;
-/// `window` with torque, bias and drag.
+/// `window` with 18 unknowns: torque, gyro bias and drag as well.
 pub type Window18 = Window<f32, WHEELS, BLOCKS, 18>;
 /// `joint-ekf`.
 pub type JointEkf = JointEkfUd<f32, WHEELS>;
 /// `ekf-sgf-rls`.
 pub type EkfSgfRls = EkfSgf<f32, WHEELS>;
 
-/// An estimator whose step is compiled here.
+/// An estimator whose step is compiled in this crate.
 pub trait Step: Estimator<f32, WHEELS> {
-    /// As [`Estimator::step`], to the last bit.
+    /// [`Estimator::step`], bit for bit.
     fn step_fast(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome;
 }
 
-/// An estimator that is stepped so, for code that takes any estimator.
+/// Adapter for code that takes any [`Estimator`]: its step is [`Step::step_fast`].
 #[derive(Debug, Clone)]
 pub struct Fast<E>(pub E);
 
@@ -77,7 +78,7 @@ macro_rules! step_fast {
 
 step_fast!(Window9, Window12, Window15, Window18, JointEkf, EkfSgfRls);
 
-/// The covariance of `joint-ekf` alone, for the bench: predict and update.
+/// Prediction and update of the covariance of `joint-ekf` alone, for the bench.
 #[inline(never)]
 pub fn step_covariance(
     form: &mut StructuredUd<f32>,

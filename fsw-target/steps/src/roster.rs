@@ -1,11 +1,12 @@
-//! Roster of the estimators that fly: one row each, from which all that names an estimator follows.
+//! Roster of the estimators that fly, one row each: number, name, variant, type and start.
 //!
-//! A row states number, name, variant, type and start of an estimator. The number is that of
-//! telemetry, telecommand and checkpoint; the name is that of `host-sim --estimator` and of the
-//! cargo feature that builds the estimator in. Numbers and names are stable.
+//! The number identifies an estimator in telemetry, telecommand and checkpoint. The name is that of
+//! `host-sim --estimator`, and of the cargo feature that builds the estimator in. Numbers and names are
+//! stable. [`EstimatorId`], the storage [`EstimatorSlot`], its dispatch and its layout in a checkpoint are
+//! generated from the rows.
 //!
-//! A further estimator is a row here, its step in `lib.rs`, and its feature in the two `Cargo.toml`
-//! of `fsw-steps` and `fsw-target`.
+//! A further estimator takes a row at the foot of this file, its type and its step in `lib.rs`, and its
+//! feature in `Cargo.toml` of `fsw-steps` and of `fsw-target`.
 
 use crate::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
 use fsw_core::checkpoint::{self, Archive, Persist};
@@ -42,7 +43,7 @@ pub struct InitialData {
     pub prior: Option<Prior<f32>>,
 }
 
-/// Row-specific part of an estimator.
+/// Start of an estimator, and the functions that not every estimator has.
 trait Entry: Step + Persist {
     /// Starts the estimator in its storage, without a copy of its state on the stack. The storage is
     /// unchanged after an error.
@@ -59,8 +60,8 @@ trait Entry: Step + Persist {
     }
 }
 
-/// The estimator in a slot, whichever it is. Steps are those compiled for speed: a reference to
-/// `dyn Estimator` would add each step a second time.
+/// The estimator in a slot, independent of its type. Its step is [`Step::step_fast`]: a reference to
+/// `dyn Estimator` would link each step a second time.
 pub trait Selected {
     /// As [`fsw_core::Estimator::step`].
     fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome;
@@ -109,7 +110,7 @@ impl<E: Entry> Selected for E {
     }
 }
 
-/// Rows `number "name" => Variant(type) { start }`.
+/// Generates the roster from rows `number "name" => Variant(type) { implementation of Entry }`.
 macro_rules! roster {
     ($(
         $(#[doc = $doc:literal])+
@@ -164,7 +165,7 @@ macro_rules! roster {
             pub const LARGEST_BYTES: usize = largest(&[$(size_of::<$estimator>()),+]);
 
             /// Layout of all estimators in a checkpoint, mixed into `layout` in the order of the
-            /// roster; the same in each image, whichever estimators are built in.
+            /// roster. It is the same in all images: estimators that are not built in are included.
             pub fn mix_layout(layout: u32) -> u32 {
                 [$(<$estimator>::layout()),+].into_iter().fold(layout, checkpoint::mix)
             }
@@ -270,6 +271,7 @@ roster! {
     }
 }
 
+/// The largest of these sizes.
 const fn largest(sizes: &[usize]) -> usize {
     let (mut most, mut index) = (0, 0);
     while index < sizes.len() {

@@ -23,7 +23,7 @@ use crate::estimation::{EstimatorName, Precision, SetUpError, Setup, estimate_lo
 use crate::input::Scenario;
 use crate::simulation::log_of;
 use crate::truth::IntegrationFailed;
-pub use score::{MAX_CONVERGED_BOUNDS, MAX_HONEST_SIGMAS, MAX_OBSERVED_SHARE};
+pub use score::{MAX_CONSISTENT_SIGMAS, MAX_CONVERGED_BOUNDS, MAX_OBSERVED_SHARE};
 pub use score::{Reference, Score, Verdict};
 pub use statistics::{Statistics, nees_95, reduce};
 pub use truths::{Truth, Truths};
@@ -158,7 +158,7 @@ mod tests {
 
     use super::*;
 
-    /// The CubeSat, and copies of it a tenth and two tenths lighter, flown from anywhere.
+    /// The CubeSat with inertia factors and dispersed initial estimates.
     fn scenario() -> Scenario {
         let mut scenario = Scenario::load("cubesat-pyramid").unwrap();
         scenario.dispersion = Dispersion {
@@ -170,12 +170,12 @@ mod tests {
                 rate_sigma_rad_s: 1e-3,
                 sigma_kg_m2: [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
             }),
-            spacecraft: None,
+            ..Dispersion::default()
         };
         scenario
     }
 
-    /// Flies it, and stops after so many runs.
+    /// Index, seed and score of each run, of a campaign stopped after `stop_after` runs.
     fn scores(estimator: EstimatorName, runs: u64, stop_after: u64) -> Vec<(u64, u64, Score)> {
         let scenario = scenario();
         let campaign = Campaign {
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_number_of_threads_changes_nothing() {
+    fn result_is_independent_of_the_number_of_threads() {
         let one = on_threads(1, 12);
         assert_eq!(one, on_threads(3, 12));
         for (i, (index, seed, score)) in one.iter().enumerate() {
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn each_run_is_measured_with_its_own_truth() {
+    fn each_run_is_compared_with_its_own_truth() {
         let truth = scenario().spacecraft.inertia_kg_m2;
         for (_, seed, score) in on_threads(2, 6) {
             let factor = [1.0, 0.9, 0.8][seed as usize % 3];
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_that_no_body_has_is_survived() {
+    fn unphysical_initial_estimate_gives_a_verdict() {
         for estimator in [EstimatorName::JointEkfPublished, EstimatorName::JointEkfUnaligned] {
             let scores = scores(estimator, 40, u64::MAX);
             assert_eq!(scores.len(), 40);
@@ -235,13 +235,13 @@ mod tests {
     }
 
     #[test]
-    fn a_run_counts_how_often_what_was_known_was_dropped() {
-        let still = Scenario::load("cubesat-pyramid").unwrap();
-        // Twice the inertia from half-time on: no sample fits what the filter knew.
-        let mut doubled = still.clone();
+    fn sudden_change_is_counted() {
+        let constant = Scenario::load("cubesat-pyramid").unwrap();
+        // Twice the inertia from half-time on: samples contradict the earlier estimate.
+        let mut doubled = constant.clone();
         doubled.changes.sudden = vec![SuddenChange {
             time_s: 30.0,
-            inertia_kg_m2: still.spacecraft.inertia_kg_m2.map(|j| 2.0 * j),
+            inertia_kg_m2: constant.spacecraft.inertia_kg_m2.map(|j| 2.0 * j),
         }];
         let run = |scenario: &Scenario| {
             let campaign = Campaign {
@@ -254,15 +254,15 @@ mod tests {
             };
             campaign.run_one(0).unwrap()
         };
-        assert_eq!(run(&still).changes, 0);
+        assert_eq!(run(&constant).changes, 0);
         let run = run(&doubled);
         assert!(run.changes > 0);
         let true_kg_m2 = run.score.inertia_kg_m2[0] - run.score.error_kg_m2[0];
-        assert!((true_kg_m2 - 2.0 * still.spacecraft.inertia_kg_m2[0]).abs() < 1e-12);
+        assert!((true_kg_m2 - 2.0 * constant.spacecraft.inertia_kg_m2[0]).abs() < 1e-12);
     }
 
     #[test]
-    fn a_stopped_campaign_is_a_shorter_one() {
+    fn stopped_campaign_equals_a_shorter_one() {
         let stopped = scores(EstimatorName::JointEkf, 1_000_000, 5);
         assert!((5..1000).contains(&stopped.len()), "{}", stopped.len());
         assert_eq!(stopped, on_threads(2, stopped.len() as u64));

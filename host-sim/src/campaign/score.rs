@@ -15,7 +15,7 @@ pub const MAX_CONVERGED_BOUNDS: f64 = 20.0;
 /// Error in the estimator's own sigmas above which a run beyond [`MAX_CONVERGED_BOUNDS`] is diverged:
 /// the covariance does not account for the error. A normal variable exceeds 5 sigma once in 2
 /// million.
-pub const MAX_HONEST_SIGMAS: f64 = 5.0;
+pub const MAX_CONSISTENT_SIGMAS: f64 = 5.0;
 
 /// Largest bound of an observed element, as a share of the mean moment of inertia.
 pub const MAX_OBSERVED_SHARE: f64 = 0.1;
@@ -59,7 +59,7 @@ pub enum Verdict {
     /// large and so is its sigma.
     NotConverged,
     /// The estimator reports divergence; or an error is not finite; or an error is above both
-    /// [`MAX_CONVERGED_BOUNDS`] and [`MAX_HONEST_SIGMAS`]. Any large error is diverged where the
+    /// [`MAX_CONVERGED_BOUNDS`] and [`MAX_CONSISTENT_SIGMAS`]. Any large error is diverged where the
     /// covariance is not positive definite.
     Diverged,
     /// The spacecraft was drawn at random, and its motion leaves an element unobserved: see
@@ -103,7 +103,7 @@ impl Reference {
             self.bound_kg_m2[i].is_none_or(|bound| error[i].abs() > MAX_CONVERGED_BOUNDS * bound)
         };
         let is_unaccounted =
-            |i: usize| sigma.is_none_or(|sigma| error[i].abs() > MAX_HONEST_SIGMAS * sigma[i]);
+            |i: usize| sigma.is_none_or(|sigma| error[i].abs() > MAX_CONSISTENT_SIGMAS * sigma[i]);
         let is_finite = error.iter().all(|x| x.is_finite());
         let is_lost = (0..6).any(|i| is_large(i) && is_unaccounted(i));
         if status == Status::Diverged || !is_finite || is_lost {

@@ -63,7 +63,7 @@ pub(super) fn note_changes(scenario: &Scenario) {
     if scenario.changes.drifts() {
         eprintln!(
             "note: the inertia drifts; the truth is at the end of the flight, and the bound assumes a \
-             known drift, which no estimator has: judge the estimate by NEES"
+             known drift: the error may exceed it, and NEES is the measure"
         );
     }
 }

@@ -35,8 +35,8 @@ pub(super) enum Failure {
     NoPrior { file: String },
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
-    #[error(transparent)]
-    Run(#[from] RunFailed),
+    #[error("{scenario}: {error}")]
+    Campaign { scenario: String, error: RunFailed },
     #[error("stopped before the first run was complete; there is no result")]
     Interrupted,
     #[error(transparent)]
@@ -57,7 +57,7 @@ impl Failure {
         match self {
             Self::Input(_)
             | Self::SetUp { .. }
-            | Self::Run(RunFailed::SetUp(_))
+            | Self::Campaign { error: RunFailed::SetUp(_), .. }
             | Self::NoTelemetry { .. }
             | Self::InvalidCommand(_)
             | Self::NoPrior { .. } => BAD_INPUT,
@@ -66,7 +66,7 @@ impl Failure {
             #[cfg(unix)]
             Self::Pil(_) => UNFINISHED,
             Self::Integration(_)
-            | Self::Run(RunFailed::Integration(_))
+            | Self::Campaign { error: RunFailed::Integration(_), .. }
             | Self::Interrupted
             | Self::Papers(_)
             | Self::Output(_)

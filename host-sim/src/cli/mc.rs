@@ -54,7 +54,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bar = progress_bar(*requested, "runs");
     let runs = campaign.run_all(&stop, || bar.inc(1));
     bar.finish_and_clear();
-    let (runs, wall) = (runs?, begun.elapsed());
+    let wall = begun.elapsed();
+    let runs =
+        runs.map_err(|error| Failure::Campaign { scenario: scenario.name.clone(), error })?;
     if runs.is_empty() {
         return Err(Failure::Interrupted);
     }

@@ -1,6 +1,6 @@
 //! `pil`: the firmware in QEMU with simulated sensors, compared with the same software on the host.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
@@ -82,18 +82,31 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let report = PilReport::new(&mission, method, &result?, begun.elapsed());
     let table = table::pil(&report);
     if let Some(folder) = out {
-        let craft = scenario.craft();
-        ReportFolder {
-            title: &format!("{}, {name}, processor in the loop", scenario.name),
-            command: &command_line(),
-            table: &table,
-            result: &report,
-            history: &history.rows,
-            simulated: Some(Simulated { log: &history.log, craft: &craft, flight: &flight }),
-        }
-        .write(folder)?;
+        write_folder(folder, &mission, &report, &table, &history)?;
     }
     print(*json, &report, &table)
+}
+
+fn write_folder(
+    folder: &Path,
+    mission: &Mission<'_>,
+    report: &PilReport,
+    table: &str,
+    history: &PilHistory,
+) -> Result<(), Failure> {
+    let Mission { scenario, flight, .. } = mission;
+    let craft = scenario.craft();
+    let estimator = &report.run.estimate.estimator;
+    ReportFolder {
+        title: &format!("{}, {estimator}, processor in the loop", scenario.name),
+        command: &command_line(),
+        table,
+        result: report,
+        history: &history.rows,
+        simulated: Some(Simulated { log: &history.log, craft: &craft, flight }),
+    }
+    .write(folder)?;
+    Ok(())
 }
 
 /// Notes on keys of the scenario that the flight image does not support.
@@ -102,7 +115,9 @@ fn note_ignored_keys(scenario: &Scenario) {
     if craft.solve_for.torque || craft.solve_for.gyro_bias {
         eprintln!("note: the flight image estimates the inertia alone; [disturbance] is ignored");
     }
-    if craft.rate_walk_rad_s_sqrt_s.is_some() || craft.inertia_walk_kg_m2_sqrt_hour.is_some() {
+    if craft.filter.rate_walk_rad_s_sqrt_s.is_some()
+        || craft.filter.inertia_walk_kg_m2_sqrt_hour.is_some()
+    {
         eprintln!("note: the flight image has no process noise; [filter] is ignored");
     }
     let gyro = &scenario.gyro;

@@ -66,7 +66,7 @@ const TABLE: [Properties; 10] = [
     Properties {
         estimator: EstimatorName::Window,
         name: "window",
-        summary: "Maximum-likelihood fit of each manoeuvre, at the Cramér-Rao bound",
+        summary: "Gauss-Newton fit of each manoeuvre as a whole, at the Cramér-Rao bound",
         measures_gyro_noise: true,
         solves_for_disturbances: true,
         ..PUBLISHED

@@ -6,8 +6,8 @@ use super::error::SetUpError;
 use super::name::{EstimatorName, Precision};
 use crate::input::Craft;
 
-/// Shortest gap in sample periods after which the state is no longer predicted across it. The
-/// core's own limit applies where it is longer.
+/// Longest gap that is bridged by prediction, sample periods. The core's own limit applies where it
+/// is longer.
 const MAX_GAP_PERIODS: f64 = 10.0;
 
 /// Everything that the configuration of an estimator depends on.
@@ -49,7 +49,10 @@ impl Setup<'_> {
     /// Random walk of each element of the inertia, kg m²/√s, if the craft states one.
     pub(super) fn inertia_walk_kg_m2_sqrt_s<T: Real>(&self) -> Option<T> {
         const SQRT_SECONDS_PER_HOUR: f64 = 60.0;
-        self.craft.inertia_walk_kg_m2_sqrt_hour.map(|walk| T::lit(walk / SQRT_SECONDS_PER_HOUR))
+        self.craft
+            .filter
+            .inertia_walk_kg_m2_sqrt_hour
+            .map(|walk| T::lit(walk / SQRT_SECONDS_PER_HOUR))
     }
 
     /// Gyro range of the craft, and the longest gap that is bridged by prediction.

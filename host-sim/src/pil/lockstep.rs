@@ -105,12 +105,12 @@ pub fn fly(
 ) -> Result<PilFlight, PilFailed> {
     let setup = setup::of(mission)?;
     let host = Rc::new(RefCell::new(Hardware::new(mission, &setup)));
-    let mut onboard = setup.onboard().map_err(NotFlown::Unfit)?;
+    let mut onboard = setup.estimator().map_err(NotFlown::Unfit)?;
     let mut lockstep = Lockstep::new(mission, setup, start()?, broken);
     let legs = [mission.restart_at, Some(mission.flight.instants.len())];
     for (leg, until) in legs.into_iter().flatten().enumerate() {
         if leg > 0 {
-            onboard = lockstep.setup.onboard().map_err(NotFlown::Unfit)?;
+            onboard = lockstep.setup.estimator().map_err(NotFlown::Unfit)?;
             lockstep.restart(start()?);
         }
         let mut software =

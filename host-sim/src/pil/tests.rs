@@ -93,14 +93,14 @@ impl OnThread {
     fn fly(self) -> Option<TunnelError> {
         let tunnel = Tunnel::new(Socket::new(self.sensors));
         let setup = tunnel.hello().ok()?;
-        let mut onboard = Box::new(setup.onboard().unwrap());
+        let mut onboard = Box::new(setup.estimator().unwrap());
         let link = Socket::new(self.link);
         let mut computer =
             parts::computer(&tunnel, &setup, &mut onboard, link, NOT_MEASURED).ok()?;
         computer.start();
         while tunnel.end().is_none() {
             computer.poll();
-            tunnel.hold(computer.waiting_bytes() > 0);
+            tunnel.pause(computer.waiting_bytes() > 0);
         }
         tunnel.end()
     }
@@ -221,12 +221,13 @@ fn error_of_a_firmware_that_stops_has_the_number_of_samples() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut onboard = Box::new(setup.onboard().unwrap());
+        let mut onboard = Box::new(setup.estimator().unwrap());
         let mut computer =
             parts::computer(&tunnel, &setup, &mut onboard, Socket::new(lines.link), NOT_MEASURED)
                 .unwrap();
         computer.start();
-        while computer.onboard().selected() != EstimatorId::JointEkf || tunnel.now_us() < 2_000_000
+        while computer.estimator().selected() != EstimatorId::JointEkf
+            || tunnel.now_us() < 2_000_000
         {
             computer.poll();
         }
@@ -251,10 +252,10 @@ fn abort_of_the_firmware_is_an_error_with_its_reason() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         tunnel.hello().unwrap();
-        tunnel.give_up("the estimators refuse the craft").unwrap();
+        tunnel.report_failure("the estimator rejects the craft").unwrap();
         lines.link
     });
-    assert!(error.starts_with("the firmware aborted: the estimators refuse the craft"), "{error}");
+    assert!(error.starts_with("the firmware aborted: the estimator rejects the craft"), "{error}");
 }
 
 #[test]
@@ -308,7 +309,7 @@ fn missing_telemetry_is_an_error_after_the_time_limit() {
         // Requests samples and sends no telemetry.
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut onboard = Box::new(setup.onboard().unwrap());
+        let mut onboard = Box::new(setup.estimator().unwrap());
         let (mute, _other_end) = UnixStream::pair().unwrap();
         let mut computer =
             parts::computer(&tunnel, &setup, &mut onboard, Socket::new(mute), NOT_MEASURED)

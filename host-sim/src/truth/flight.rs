@@ -95,7 +95,7 @@ struct Propagation<'a, Times: Iterator<Item = u64>> {
     kinks_s: Vec<f64>,
     /// Times of the remaining samples, µs.
     times_us: Peekable<Times>,
-    /// States at the samples so far.
+    /// States at the past samples.
     instants: Vec<Instant>,
 }
 

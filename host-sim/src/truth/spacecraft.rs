@@ -249,11 +249,11 @@ mod tests {
     use crate::truth::integrate::advance;
     use std::path::Path;
 
-    /// Required of the truth model over 600 s, relative.
-    const DRIFT: f64 = 1e-10;
+    /// Largest relative drift of a conserved quantity over 600 s.
+    const MAX_DRIFT: f64 = 1e-10;
 
     #[test]
-    fn momentum_and_energy_are_kept_over_600_s_of_tumbling() {
+    fn momentum_and_energy_are_conserved_over_600_s_of_tumbling() {
         let scenario = Scenario::from_toml(
             "tumble.toml",
             r#"
@@ -286,16 +286,16 @@ mod tests {
             let t = f64::from(second);
             state = advance(&craft, t, t + 1.0, state).unwrap();
             let now = craft.inertial_momentum_n_m_s(t + 1.0, &state);
-            assert!((now - momentum).norm() < DRIFT * momentum.norm(), "t = {t}");
-            assert!((craft.energy_j(t + 1.0, &state) / energy - 1.0).abs() < DRIFT, "t = {t}");
+            assert!((now - momentum).norm() < MAX_DRIFT * momentum.norm(), "t = {t}");
+            assert!((craft.energy_j(t + 1.0, &state) / energy - 1.0).abs() < MAX_DRIFT, "t = {t}");
             let rate = craft.motion(&state).rate_rad_s;
             moved = moved.max((rate - scenario.spacecraft.rate_rad_s).norm());
         }
-        assert!(moved > 0.1, "a tumble, not a steady spin: {moved}");
+        assert!(moved > 0.1, "the rate changes: {moved}");
     }
 
     #[test]
-    fn the_slew_of_kim_2010_is_about_one_axis_and_ends_at_its_target() {
+    fn slew_of_kim_2010_is_about_one_axis_and_reaches_its_target() {
         let scenario = Scenario::load("kim-2010-slew").unwrap();
         let craft = Spacecraft::new(&scenario);
         let mut state = craft.initial_state();
@@ -306,7 +306,7 @@ mod tests {
             let t = f64::from(second);
             state = advance(&craft, t, t + 1.0, state).unwrap();
             assert!(craft.inertial_momentum_n_m_s(t + 1.0, &state).norm() < 1e-12, "t = {t}");
-            // Gains are proportional to J, and the motors turn J less the wheels: 3e-5 apart.
+            // Gains are proportional to J, and the motors turn J without the wheels: 3e-5 apart.
             let rate = craft.motion(&state).rate_rad_s;
             assert!(rate.cross(&axis).norm() < 1e-4 * 4e-3, "t = {t}: {rate}");
         }
@@ -334,7 +334,7 @@ mod tests {
         "#;
 
     #[test]
-    fn momentum_of_body_and_wheels_is_kept_across_a_sudden_change() {
+    fn momentum_is_conserved_across_a_sudden_change() {
         let text = format!(
             "{CHANGING}[[change]]\ntime_s = 60.0\ninertia_kg_m2 = [0.09, 0.1, 0.13, 0, 0.01, 0.01]"
         );
@@ -358,8 +358,8 @@ mod tests {
         }
     }
 
-    /// Total momentum in body axes and the momenta of the wheels, integrated by itself:
-    /// `ḣ = −ω × h`, `J(t) ω = h − h_w`, with `J` and not `J_b`, and no `J̇`.
+    /// Total momentum in body axes and wheel momenta as the state: `ḣ = −ω × h`,
+    /// `J(t) ω = h − h_w`, with `J` instead of `J_b`, and without `J̇`.
     struct MomentumAlone<'a> {
         scenario: &'a Scenario,
     }
@@ -371,17 +371,17 @@ mod tests {
             start + start.component_mul(&share)
         }
 
-        /// With `hᵢ = Iₛᵢ (Ωᵢ + aᵢ · ω)` kept, `h_w = Σ (hᵢ − Iₛᵢ aᵢ · ω) aᵢ`.
+        /// Solves `J ω = h − h_w` with `h_w = Σ (hᵢ − Iₛᵢ aᵢ · ω) aᵢ`.
         fn rate(&self, time_s: f64, state: &[f64]) -> Vector3<f64> {
             let mut momentum = Vector3::from_column_slice(&state[..3]);
-            let mut left = self.inertia(time_s);
+            let mut body = self.inertia(time_s);
             for (SimulatedWheel { wheel, .. }, axial) in
                 self.scenario.wheels.iter().zip(&state[3..])
             {
                 momentum -= wheel.axis * *axial;
-                left -= wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2;
+                body -= wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2;
             }
-            left.lu().solve(&momentum).unwrap()
+            body.lu().solve(&momentum).unwrap()
         }
     }
 
@@ -397,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drift_moves_as_conservation_of_momentum_alone_says() {
+    fn drift_agrees_with_conservation_of_momentum() {
         let text =
             format!("{CHANGING}[drift]\ninertia_rate_per_hour = [0.2, -0.1, 0.15, 1.0, 0, -0.5]");
         let scenario = Scenario::from_toml("s.toml", &text, Path::new("")).unwrap();
@@ -416,11 +416,11 @@ mod tests {
             other = advance(&alone, from_s, to_s, other).unwrap();
             undrifted = advance(&steady, from_s, to_s, undrifted).unwrap();
             let apart = rate(&state) - alone.rate(to_s, &other);
-            assert!(apart.norm() < DRIFT * 0.07, "t = {to_s}: {apart}");
+            assert!(apart.norm() < MAX_DRIFT * 0.07, "t = {to_s}: {apart}");
             let turned = craft.inertial_momentum_n_m_s(to_s, &state) - start;
-            assert!(turned.norm() < DRIFT * start.norm(), "t = {to_s}: {turned}");
+            assert!(turned.norm() < MAX_DRIFT * start.norm(), "t = {to_s}: {turned}");
         }
-        assert!((rate(&undrifted) - rate(&state)).norm() > 0.01, "a drift that matters");
+        assert!((rate(&undrifted) - rate(&state)).norm() > 0.01, "the drift has an effect");
     }
 
     #[test]
@@ -429,6 +429,6 @@ mod tests {
         let craft = Spacecraft::new(&scenario);
         let state = advance(&craft, 0.0, 600.0, craft.initial_state()).unwrap();
         let square: f64 = state[ATTITUDE..WHEELS].iter().map(|q| q * q).sum();
-        assert!((square - 1.0).abs() < DRIFT);
+        assert!((square - 1.0).abs() < MAX_DRIFT);
     }
 }

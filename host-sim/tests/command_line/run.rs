@@ -65,10 +65,10 @@ fn crlb_has_the_effect_of_a_torque_unless_the_torque_is_unknown() {
 #[test]
 fn inertia_that_changes_is_compared_at_the_end_with_a_note() {
     for (scenario, note, jyy) in [
-        ("deployment", "the bound is of what follows the last change, at 750 s", 1.05 * 2.31),
+        ("deployment", "the bound is of the data after the last change, at 750 s", 1.05 * 2.31),
         (
             "fuel-burn",
-            "the inertia drifts; the truth is that at the end",
+            "the inertia drifts; the truth is at the end of the flight",
             2.31 * (1.0 - 0.11 / 3.6),
         ),
     ] {

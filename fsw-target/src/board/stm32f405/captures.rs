@@ -1,12 +1,11 @@
-//! The wheels' sensors, each with two channels: TIM2 stamps both flanks of channel A, and its
-//! interrupt looks at the levels of A and B, which tell the direction.
+//! Wheel sensors with two channels each: TIM2 captures both edges of channel A, and its interrupt reads the
+//! levels of A and B for the direction.
 //!
-//! The hardware takes the time of a flank, so that an interrupt that is served late costs no
-//! accuracy, as long as it is served before the wheel's next flank. If it isn't, an edge is lost,
-//! and the timer says so: what was known of that wheel is then worth nothing, and the next reading
-//! is an error.
+//! The hardware captures the time of an edge. A late interrupt costs no accuracy before the next edge of
+//! the wheel; after it an edge is lost, which the timer flags. All wheels then start again, and the next
+//! reading is an error.
 //!
-//! The timer counts 4 MHz, a rate that both clocks of the board can make, and wraps in 18 minutes.
+//! The timer counts at 4 MHz, a rate of both clocks of the board, and wraps after 18 minutes.
 //!
 //! Registers: RM0090, chapter 18 (TIM2 to TIM5).
 
@@ -17,17 +16,17 @@ use crate::runtime::shared::Shared;
 use core::sync::atomic::{AtomicU32, Ordering};
 use stm32f4::stm32f405::{RCC, TIM2, interrupt, tim2};
 
-/// Ticks of the timer a second.
+/// Rate of the timer, ticks per second.
 pub const TICKS_PER_S: u32 = 4_000_000;
 
-/// Wheels that the timer has channels for.
+/// Wheels: channels of the timer.
 const WHEELS: usize = 4;
 
-/// An edge of some wheel was lost: more came than the interrupt could serve.
+/// An edge of a wheel was lost: the interrupt was later than the next edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub struct EdgesLost;
 
-/// The timer, and what its interrupt makes of the edges.
+/// The timer, and the state of its interrupt.
 struct Wheels {
     timer: TIM2,
     levels: TachLevels,
@@ -38,7 +37,7 @@ struct Wheels {
 
 static CAPTURES: Shared<Wheels> = Shared::new();
 
-/// The timer's count at the gyro's last data-ready.
+/// Count of the timer at the last data-ready of the gyro.
 static AT_SAMPLE: AtomicU32 = AtomicU32::new(0);
 
 #[interrupt]
@@ -46,30 +45,30 @@ fn TIM2() {
     CAPTURES.with(Wheels::take_edges);
 }
 
-/// The gyro has sampled now: this is the instant that the next reading is for.
+/// Stores the count of a gyro sample: the instant of the next reading.
 pub(super) fn mark_sample() {
     AT_SAMPLE.store(count(), Ordering::Relaxed);
 }
 
 /// The count, ticks.
 fn count() -> u32 {
-    // SAFETY: reading the counter changes nothing, and it is written only by `follow_clocks`.
-    #[allow(unsafe_code, reason = "read by the data-ready interrupt too, which can't own it")]
+    // SAFETY: reading the counter has no side effect, and only `follow_clocks` writes it.
+    #[allow(unsafe_code, reason = "also read by the data-ready interrupt, which cannot own it")]
     let timer = unsafe { &*TIM2::ptr() };
     timer.cnt().read().cnt().bits()
 }
 
-/// Forgets the edges that were captured while interrupts were masked for long: none of them can
-/// be told from the ones that were lost.
+/// Discards the edges captured while interrupts were masked for long: other edges were lost between
+/// them.
 pub(super) fn drop_pending() {
     CAPTURES.with(|wheels| {
         let _ = wheels.take_captured();
-        wheels.begin_anew();
+        wheels.restart();
     });
 }
 
 impl Wheels {
-    /// Gives each new edge to its wheel's filter.
+    /// Passes each new edge to the filter of its wheel.
     fn take_edges(&mut self) {
         let captured = self.take_captured();
         let levels = self.levels.read();
@@ -80,7 +79,7 @@ impl Wheels {
         }
     }
 
-    /// The time of each wheel's edge, if there is a new one.
+    /// Time of the new edge of each wheel, ticks; `None` without one.
     fn take_captured(&mut self) -> [Option<u32>; WHEELS] {
         let timer = &self.timer;
         let status = timer.sr().read();
@@ -90,7 +89,7 @@ impl Wheels {
             || status.cc4of().bit_is_set();
         if lost {
             timer.sr().write(|w| w.cc1of().clear().cc2of().clear().cc3of().clear().cc4of().clear());
-            self.begin_anew();
+            self.restart();
         }
         // Reading a capture clears its flag (TIMx_SR).
         let timer = &self.timer;
@@ -102,18 +101,19 @@ impl Wheels {
         ]
     }
 
-    fn begin_anew(&mut self) {
+    /// Starts all wheels again after a lost edge.
+    fn restart(&mut self) {
         self.filters = [self.new_filter; WHEELS];
         self.lost = true;
     }
 }
 
-/// The capture timer, as the tachometer driver wants it.
+/// The started timer, for the tachometer driver.
 pub struct WheelCaptures {
     opened: (),
 }
 
-/// Timer and inputs, not yet started.
+/// Timer and inputs, before their start.
 pub struct CaptureInputs {
     timer: TIM2,
     levels: TachLevels,
@@ -122,20 +122,20 @@ pub struct CaptureInputs {
 impl CaptureInputs {
     pub(super) fn new(timer: TIM2, levels: TachLevels, rcc: &RCC, clocks: &Clocks) -> Self {
         rcc.apb1enr().modify(|_, w| w.tim2en().enabled());
-        let _ = rcc.apb1enr().read(); // as long as a clock takes to arrive, see `mod.rs`
+        let _ = rcc.apb1enr().read(); // delay for the peripheral's clock, see `mod.rs`
         timer.arr().write(|w| w.arr().set(u32::MAX));
         timer.cr1().write(|w| w.urs().counter_only().cen().enabled());
         follow_clocks(&timer, clocks);
         Self { timer, levels }
     }
 
-    /// Starts to take in edges. `shortest_s`: less between two edges is no wheel, s; see
+    /// Starts the captures. `shortest_s`: shortest time between two edges of a wheel, s; see
     /// [`EdgeFilter::new`].
     pub fn start(self, shortest_s: f32) -> WheelCaptures {
         let Self { timer, levels } = self;
         let new_filter = EdgeFilter::new((shortest_s * TICKS_PER_S as f32) as u32);
-        // A level has to last for eight samples, 16 timer clocks apart, to count: 1.5 µs, or 8 µs
-        // on the slow clock. Every stamp is late by as much.
+        // Input filter: eight equal samples, 16 timer clocks apart: 1.5 µs, or 8 µs on the slow clock. All
+        // captures are late by this time.
         timer.ccmr1_input().write(|w| {
             w.cc1s().ti1().cc2s().ti2();
             w.ic1f().fdts_div16_n8().ic2f().fdts_div16_n8()
@@ -145,7 +145,7 @@ impl CaptureInputs {
             w.ic3f().fdts_div16_n8().ic4f().fdts_div16_n8()
         });
         timer.ccer().write(|w| {
-            // Both bits of the polarity: both flanks.
+            // Both bits of the polarity: both edges.
             w.cc1p().set_bit().cc1np().set_bit().cc2p().set_bit().cc2np().set_bit();
             w.cc3p().set_bit().cc3np().set_bit().cc4p().set_bit().cc4np().set_bit();
             w.cc1e().set_bit().cc2e().set_bit().cc3e().set_bit().cc4e().set_bit()
@@ -159,7 +159,7 @@ impl CaptureInputs {
     }
 }
 
-/// Goes on counting at the same rate after the clocks have changed, from the same count.
+/// Keeps rate and count of the timer after a change of the clocks.
 pub fn follow_clocks(timer: &tim2::RegisterBlock, clocks: &Clocks) {
     let prescaler = timer_prescaler(clocks.timer_hz(), TICKS_PER_S);
     timer.psc().write(|w| w.psc().set(prescaler));

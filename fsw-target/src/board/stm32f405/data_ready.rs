@@ -1,12 +1,12 @@
-//! The gyro's data-ready line, PC4: its rising edge is an interrupt that takes the time.
+//! Data-ready line of the gyro, PC4: its rising edge raises an interrupt, which stamps the sample.
 //!
-//! Output: the stamps of the samples, as [`DataReady`] wants them. The edge is stamped within
-//! microseconds, unless interrupts are masked for longer: see `flash.rs` for the one case.
+//! Output: time stamps ([`DataReady`]), within microseconds of the edge unless interrupts are masked for
+//! longer; the one such case is an erasure of the flash (`flash.rs`).
 //!
-//! Where the sample is then handled is the image's choice. The flight image's main loop looks for
-//! it: it has nothing else to do, and the stamp makes up for its being late. An image whose main
-//! loop is somebody else's calls [`GyroDataReady::also_pend_sv`], and flies in the exception PendSV:
-//! below all interrupts, so that it delays none, and above the main loop.
+//! The image chooses the context of the flight loop. The flight image polls in its main loop, which has no
+//! other work; the stamp makes its latency irrelevant. An image with another main loop calls
+//! [`GyroDataReady::also_pend_sv`] and runs the flight loop in the exception PendSV: below all
+//! interrupts, which it does not delay, and above the main loop.
 //!
 //! Registers: RM0090, chapters 9 (SYSCFG) and 12 (EXTI).
 
@@ -19,7 +19,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::{NVIC, SCB};
 use stm32f4::stm32f405::{EXTI, Interrupt, SYSCFG, interrupt};
 
-/// The line's peripheral, and the stamps between interrupt and loop.
+/// Peripheral of the line, and the stamps between interrupt and loop.
 struct Line {
     exti: EXTI,
     stamps: Stamps,
@@ -27,7 +27,7 @@ struct Line {
 
 static LINE: Shared<Line> = Shared::new();
 
-/// Whether a sample pends PendSV.
+/// True if a sample also pends PendSV.
 static PENDS_SV: AtomicBool = AtomicBool::new(false);
 
 #[interrupt]
@@ -43,26 +43,26 @@ fn EXTI4() {
     }
 }
 
-/// After interrupts were masked for long: forgets the stamps from before, whose samples newer ones
-/// have replaced, and the edge that waits to be served, since nobody knows when it came.
+/// Discards pending stamps and a pending edge after interrupts were masked for long: newer samples have
+/// overwritten those of the stamps, and the time of the edge is unknown.
 pub(super) fn drop_pending() {
-    drop_with(Stamps::drop_all);
+    clear_with(Stamps::discard_as_overruns);
 }
 
-fn drop_with(drop_stamps: fn(&mut Stamps)) {
+fn clear_with(clear_stamps: fn(&mut Stamps)) {
     LINE.with(|line| {
         line.exti.pr().write(|w| w.pr4().clear());
-        drop_stamps(&mut line.stamps);
+        clear_stamps(&mut line.stamps);
     });
     NVIC::unpend(Interrupt::EXTI4);
 }
 
-/// The loop's side of the line.
+/// The line as the loop reads it.
 pub struct GyroDataReady {
     opened: (),
 }
 
-/// Opens the line, whose pin must be set up and whose clock on.
+/// Enables the line. Its pin must be configured, and the clock of SYSCFG enabled.
 pub fn open(exti: EXTI, syscfg: &SYSCFG) -> GyroDataReady {
     syscfg.exticr2().modify(|_, w| w.exti4().pc());
     exti.rtsr().modify(|_, w| w.tr4().enabled());
@@ -74,16 +74,15 @@ pub fn open(exti: EXTI, syscfg: &SYSCFG) -> GyroDataReady {
 }
 
 impl GyroDataReady {
-    /// From now on each sample also pends the exception PendSV, for which the image must have a
-    /// handler.
+    /// Makes each sample also pend the exception PendSV, for which the image must define a handler.
     pub fn also_pend_sv(&self) {
         PENDS_SV.store(true, Ordering::Relaxed);
     }
 
-    /// Makes the interrupt by software, as if the gyro had sampled: for bring-up.
+    /// Raises the interrupt by software, for bring-up.
     pub fn trigger() {
         NVIC::pend(Interrupt::EXTI4);
-        // It is served before these are over.
+        // The handler has run after these barriers.
         cortex_m::asm::dsb();
         cortex_m::asm::isb();
     }
@@ -98,8 +97,8 @@ impl DataReady for GyroDataReady {
         LINE.with(|line| !line.stamps.is_empty()).unwrap_or_default()
     }
 
-    fn forget(&mut self) {
-        drop_with(Stamps::forget);
+    fn discard(&mut self) {
+        clear_with(Stamps::discard);
     }
 
     fn overruns(&self) -> u32 {

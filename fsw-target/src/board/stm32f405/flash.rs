@@ -1,19 +1,18 @@
-//! The last two sectors of the flash, 128 KiB each, for checkpoints: sectors 10 and 11, from
-//! 0x080C0000 to the end of the first MiB. `memory.x` keeps code out of them.
+//! Flash of the checkpoints: sectors 10 and 11, 128 KiB each, from 0x080C0000 to the end of the first MiB.
+//! `memory.x` keeps code out of them.
 //!
-//! The chip has one bank of flash, and executes from it: while a word is programmed (16 µs, at most
-//! 100 µs) or a sector erased (1 s, at most 2 s; DS8626, flash memory characteristics, 32 bits at
-//! a time with 2.7 to 3.6 V) the core waits for its next instruction. So:
+//! The chip has one bank of flash and executes from it. The core stalls while a word is programmed (16 µs,
+//! at most 100 µs) or a sector erased (1 s, at most 2 s; DS8626, flash memory characteristics, 32-bit
+//! parallelism at 2.7 to 3.6 V):
 //!
-//! * An erasure stops everything for a second or two. The watchdog's period is longer than that
-//!   (`watchdog.rs`), if it was fed just before.
-//! * What happens meanwhile is lost: gyro samples (the stamps that wait are dropped too, since the
-//!   gyro holds newer samples then, and nobody knows of when), received bytes and wheel edges beyond
-//!   one, which are counted or told as errors. The estimator bridges the gap, and begins anew where
-//!   it has to.
+//! * An erasure stops the core for one to two seconds. The period of the watchdog is longer
+//!   (`watchdog.rs`), if it was fed before.
+//! * Events during the stall are lost: gyro samples, received bytes beyond one, and wheel edges beyond one.
+//!   Bytes are counted, edges reported as errors. Pending time stamps are discarded, since the gyro then
+//!   holds a newer sample of unknown time. The estimator bridges the gap or resets.
 //!
-//! Whatever was written or erased is read back, and an error if it isn't as it should be. In QEMU
-//! programming has no effect, and this is how one is told.
+//! Every write and erasure is verified by reading back. In QEMU programming has no effect, which this
+//! verification reports.
 //!
 //! Registers: RM0090, chapter 3 (flash).
 
@@ -25,64 +24,64 @@ use embedded_storage::nor_flash::{
 };
 use stm32f4::stm32f405::FLASH;
 
-/// Where the first sector begins.
+/// Address of the first sector.
 const START: u32 = 0x080C_0000;
 /// Number of the first sector.
 const FIRST_SECTOR: u32 = 10;
-/// Bytes in a sector.
+/// Size of a sector, bytes.
 const SECTOR_BYTES: u32 = 128 * 1024;
-/// Sectors for checkpoints.
+/// Number of sectors.
 const SECTORS: u32 = 2;
 
-/// Written to FLASH_KEYR one after the other, these unlock FLASH_CR.
+/// Unlock sequence of FLASH_CR, written to FLASH_KEYR.
 const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
 
 /// An erased word.
 const ERASED: u32 = u32::MAX;
 
-/// Longest erasure of a sector, and half as much again, µs.
+/// Time limit of an erasure, µs: 1.5 times the longest.
 const ERASE_LIMIT_US: u32 = 3_000_000;
-/// Longest programming of a word, and ten times that, µs.
+/// Time limit of programming a word, µs: ten times the longest.
 const PROGRAM_LIMIT_US: u32 = 1_000;
 
-/// Why the flash did not do it.
+/// Error of a flash operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum FlashFault {
-    /// The place isn't within the sectors, or not aligned.
-    BadPlace(PlaceFault),
+    /// Address range outside the sectors, or not aligned.
+    BadRange(RangeFault),
     /// The flash stays locked until the next reset.
     Locked,
-    /// It was busy for longer than it may be.
+    /// The operation exceeded its time limit.
     TimedOut,
-    /// It raised error flags: FLASH_SR.
+    /// Error flags of the operation.
     Refused {
-        /// The register.
+        /// FLASH_SR.
         status: u32,
     },
-    /// What is read back isn't what was written.
+    /// Verification failed.
     NotAsWritten {
         /// Offset from the first sector, bytes.
         offset: u32,
     },
 }
 
-/// What is wrong with a place.
+/// Error of an address range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub enum PlaceFault {
-    /// Not a multiple of the word or the sector.
+pub enum RangeFault {
+    /// Not a multiple of word or sector.
     NotAligned,
-    /// Beyond the end.
+    /// Beyond the last sector.
     OutOfBounds,
-    /// Refused for another reason.
+    /// Any other error.
     Other,
 }
 
 impl From<NorFlashErrorKind> for FlashFault {
     fn from(kind: NorFlashErrorKind) -> Self {
-        Self::BadPlace(match kind {
-            NorFlashErrorKind::NotAligned => PlaceFault::NotAligned,
-            NorFlashErrorKind::OutOfBounds => PlaceFault::OutOfBounds,
-            _ => PlaceFault::Other,
+        Self::BadRange(match kind {
+            NorFlashErrorKind::NotAligned => RangeFault::NotAligned,
+            NorFlashErrorKind::OutOfBounds => RangeFault::OutOfBounds,
+            _ => RangeFault::Other,
         })
     }
 }
@@ -90,14 +89,14 @@ impl From<NorFlashErrorKind> for FlashFault {
 impl NorFlashError for FlashFault {
     fn kind(&self) -> NorFlashErrorKind {
         match self {
-            Self::BadPlace(PlaceFault::NotAligned) => NorFlashErrorKind::NotAligned,
-            Self::BadPlace(PlaceFault::OutOfBounds) => NorFlashErrorKind::OutOfBounds,
+            Self::BadRange(RangeFault::NotAligned) => NorFlashErrorKind::NotAligned,
+            Self::BadRange(RangeFault::OutOfBounds) => NorFlashErrorKind::OutOfBounds,
             _ => NorFlashErrorKind::Other,
         }
     }
 }
 
-/// The checkpoints' sectors.
+/// The two sectors.
 pub struct CheckpointFlash {
     flash: FLASH,
 }
@@ -107,8 +106,8 @@ impl CheckpointFlash {
         Self { flash }
     }
 
-    /// Does `work` with the flash unlocked, and locks it again. Its data cache may hold what was
-    /// there before, and is emptied.
+    /// Runs `work` with the flash unlocked, then locks it and clears its data cache, which may hold the
+    /// previous content.
     fn unlocked(
         &mut self,
         work: impl FnOnce(&Self) -> Result<(), FlashFault>,
@@ -123,11 +122,11 @@ impl CheckpointFlash {
         }
         let done = work(self);
         self.flash.cr().write(|w| w.lock().locked());
-        self.empty_data_cache();
+        self.clear_data_cache();
         done
     }
 
-    fn empty_data_cache(&self) {
+    fn clear_data_cache(&self) {
         let acr = self.flash.acr();
         let was_on = acr.read().dcen().is_enabled();
         acr.modify(|_, w| w.dcen().disabled());
@@ -135,7 +134,10 @@ impl CheckpointFlash {
         acr.modify(|_, w| w.dcrst().no_reset().dcen().bit(was_on));
     }
 
-    /// Waits for the operation in work; an error if it takes too long or raised a flag.
+    /// Waits for the current operation.
+    ///
+    /// # Errors
+    /// [`FlashFault::TimedOut`], [`FlashFault::Refused`].
     fn finish(&self, limit_us: u32) -> Result<(), FlashFault> {
         wait_at_most(limit_us, || self.flash.sr().read().bsy().bit_is_clear())
             .ok_or(FlashFault::TimedOut)?;
@@ -147,8 +149,7 @@ impl CheckpointFlash {
         if refused { Err(FlashFault::Refused { status: status.bits() }) } else { Ok(()) }
     }
 
-    /// Waits for an operation that may still be in work, and clears what it left: its flags would
-    /// stop the next one.
+    /// Waits for an unfinished operation and clears its error flags, which would prevent the next one.
     fn get_ready(&self) -> Result<(), FlashFault> {
         if self.finish(ERASE_LIMIT_US) == Err(FlashFault::TimedOut) {
             return Err(FlashFault::TimedOut);
@@ -177,25 +178,25 @@ impl CheckpointFlash {
     fn program(&self, offset: u32, word: u32) -> Result<(), FlashFault> {
         self.get_ready()?;
         self.flash.cr().write(|w| w.pg().program().psize().psize32());
-        // SAFETY: the offset is within the sectors, which hold no code and no variable.
+        // SAFETY: the offset lies within the sectors, which hold no code and no variable.
         #[allow(unsafe_code, reason = "flash is programmed by a store to its address")]
         unsafe {
             ((START + offset) as *mut u32).write_volatile(word);
         }
-        cortex_m::asm::dsb(); // the store has reached the flash before its status is asked for
+        cortex_m::asm::dsb(); // the store completes before the status is read
         self.finish(PROGRAM_LIMIT_US)
     }
 
-    /// The byte at `offset`, which is within the sectors.
+    /// The byte at `offset`, bytes from the first sector; must lie within the sectors.
     fn byte(&self, offset: u32) -> u8 {
-        // SAFETY: flash within the sectors; volatile, since it changes under the compiler's eyes.
+        // SAFETY: flash within the sectors; volatile, since programming changes it.
         #[allow(unsafe_code, reason = "flash is memory")]
         unsafe {
             ((START + offset) as *const u8).read_volatile()
         }
     }
 
-    /// The word at `offset`, which is aligned and within the sectors.
+    /// The word at `offset`, bytes from the first sector; must be aligned and lie within the sectors.
     fn word(&self, offset: u32) -> u32 {
         // SAFETY: as in `byte`.
         #[allow(unsafe_code, reason = "flash is memory")]
@@ -229,11 +230,11 @@ impl NorFlash for CheckpointFlash {
     const WRITE_SIZE: usize = size_of::<u32>();
     const ERASE_SIZE: usize = SECTOR_BYTES as usize;
 
-    /// Erases whole sectors, each of which stops the core for 1 to 2 s.
+    /// Erases whole sectors; each stops the core for 1 to 2 s.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashFault> {
         check_erase(self, from, to)?;
         for index in from / SECTOR_BYTES..to / SECTOR_BYTES {
-            // The core stops anyway; this keeps it from serving stale interrupts afterwards.
+            // Keeps stale interrupts from being served after the stall.
             critical_section::with(|_| {
                 let erased = self.unlocked(|flash| flash.erase_sector(index));
                 data_ready::drop_pending();

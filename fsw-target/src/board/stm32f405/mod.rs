@@ -6,8 +6,8 @@
 //! | pin | function | setting | to |
 //! |---|---|---|---|
 //! | PH0, PH1 | HSE | 8 MHz crystal | |
-//! | PA9 | USART1 TX | AF7, 115200 baud 8N1 | ground: telemetry; the log of images that end |
-//! | PA10 | USART1 RX | AF7, pulled up | ground: commands |
+//! | PA9 | USART1 TX | AF7, 115200 baud 8N1 | ground: telemetry; log of images without telemetry |
+//! | PA10 | USART1 RX | AF7, pulled up | ground: telecommands |
 //! | PA4 | output | idles high | gyro: chip select (BMI088 CSB2) |
 //! | PA5 | SPI1 SCK | AF5, at most 10 MHz, mode 0 | gyro: SCK |
 //! | PA6 | SPI1 MISO | AF5, pulled up | gyro: SDO2 |
@@ -16,22 +16,22 @@
 //! | PA0, PA1 | TIM2 CH1, CH2 | AF1, pulled up | wheels 1 and 2: channel A of the sensor |
 //! | PB10, PB11 | TIM2 CH3, CH4 | AF1, pulled up | wheels 3 and 4: channel A |
 //! | PC0 to PC3 | input | pulled up | wheels 1 to 4: channel B, a quarter behind A |
-//! | PA2, PA3 | USART2 TX, RX | AF7, 115200 baud 8N1 | only for the processor in the loop |
+//! | PA2, PA3 | USART2 TX, RX | AF7, 115200 baud 8N1 | simulator: processor in the loop |
 //! | PA13, PA14 | SWD | as after reset | debug probe |
 //!
 //! # Files
 //!
-//! [`rates`] is arithmetic, [`clocks`] the clock tree, [`pins`] this table in registers, then one
-//! file for each peripheral. TIM5 is the clock ([`time`]), TIM2 times the wheels.
+//! [`rates`]: divider arithmetic; [`clocks`]: clock tree; [`pins`]: the wiring table in registers; then one
+//! file per peripheral. TIM5 is the on-board clock ([`time`]), TIM2 captures the wheel edges.
 //!
-//! # Rules that all files keep
+//! # Rules of all files
 //!
-//! - No wait without a bound. QEMU reads most registers as 0, and so may a chip that is dying.
-//! - What an interrupt shares with the loop is in a critical section's mutex.
-//! - A peripheral is awake two cycles after its enable bit is set (device errata ES0182, "delay
-//!   after an RCC peripheral clock enabling"): reading the register back takes longer than that.
-//! - All rates follow from the clocks in force, and each file that has one can
-//!   `follow_clocks` when they change in flight.
+//! - Every wait is bounded: QEMU reads most registers as 0, and a failing chip may do the same.
+//! - State that an interrupt shares with the loop is in a mutex of critical sections.
+//! - A peripheral is ready two cycles after its enable bit is set (device errata ES0182, "delay after an
+//!   RCC peripheral clock enabling"): reading the register back takes longer.
+//! - All rates are derived from the current clocks. Each file that has one sets it again in
+//!   `follow_clocks`, when the clocks change in flight.
 
 pub mod captures;
 pub mod clocks;
@@ -62,51 +62,51 @@ use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::{NVIC, SCB, SYST};
 use stm32f4::stm32f405::{Interrupt, Peripherals};
 
-/// The interrupts that are served, and their levels: 0 is the most urgent of 16. A stamp must not
-/// wait; an edge may until its wheel's next one; a byte for 87 µs.
+/// Enabled interrupts and their priorities: 0 is the most urgent of 16. A time stamp has no slack; an edge
+/// has until the next edge of its wheel, a byte 87 µs.
 const INTERRUPTS: [(Interrupt, u8); 4] =
     [(Interrupt::EXTI4, 0), (Interrupt::TIM2, 1), (Interrupt::USART1, 2), (Interrupt::USART2, 2)];
 
-/// The level of PendSV, below all interrupts: see `data_ready.rs`.
+/// Priority of PendSV, below all interrupts: see `data_ready.rs`.
 const LOWEST_LEVEL: u8 = 15;
 
 /// The chip implements the upper four of a priority's eight bits.
 const PRIORITY_SHIFT: u8 = 4;
 
-/// What the board found when it came up.
+/// Result of the start of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub struct BoardReport {
-    /// Why the chip was reset.
+    /// Cause of the last reset.
     pub reset_cause: ResetCause,
-    /// What the clocks come from now.
+    /// Clock source in use.
     pub clock_source: ClockSource,
-    /// Why that isn't the crystal, if so.
+    /// Reason for a clock source other than the crystal.
     pub clock_fault: Option<ClockFault>,
 }
 
-/// What the board offers to an image.
+/// Parts of the board.
 pub struct Board {
-    /// The serial port of telemetry and commands.
+    /// Serial port of telemetry and telecommands.
     pub link: Link,
-    /// The serial port of the processor in the loop.
+    /// Serial port to the simulator of the processor in the loop.
     pub tunnel: Tunnel,
-    /// The bus of the gyro.
+    /// SPI bus of the gyro.
     pub gyro_bus: GyroBus,
-    /// The gyro's data-ready line.
+    /// Data-ready line of the gyro.
     pub data_ready: GyroDataReady,
-    /// The wheels' sensors, not yet started.
+    /// Inputs of the wheel sensors, before their start.
     pub captures: CaptureInputs,
-    /// The flash for checkpoints.
+    /// Flash of the checkpoints.
     pub flash: CheckpointFlash,
-    /// The watchdog, not yet started.
+    /// Watchdog, before its start.
     pub watchdog: Watchdog,
-    /// The core's timer, free for measurements.
+    /// SysTick, free for measurements.
     pub syst: SYST,
     reset_cause: ResetCause,
 }
 
 impl Board {
-    /// Brings the board up; `None` if that has been done before.
+    /// Starts the board; `None` after the first call.
     pub fn take() -> Option<Self> {
         let chip = Peripherals::take()?;
         let mut core = cortex_m::Peripherals::take()?;
@@ -118,7 +118,7 @@ impl Board {
             .apb2enr()
             .modify(|_, w| w.usart1en().enabled().spi1en().enabled().syscfgen().enabled());
         let _ = chip.RCC.apb2enr().read();
-        let (chip_select, levels) = pins::set_up(&chip.RCC, chip.GPIOA, chip.GPIOB, chip.GPIOC);
+        let (chip_select, levels) = pins::configure(&chip.RCC, chip.GPIOA, chip.GPIOB, chip.GPIOC);
 
         time::start(chip.TIM5, &chip.RCC, &clocks);
         let (link, tunnel) = usart::open(chip.USART1, chip.USART2, &clocks);
@@ -133,11 +133,11 @@ impl Board {
             syst: core.SYST,
             reset_cause,
         };
-        serve_interrupts(&mut core.NVIC, &mut core.SCB);
+        enable_interrupts(&mut core.NVIC, &mut core.SCB);
         Some(board)
     }
 
-    /// What the board found, and what its clocks are now.
+    /// Result of the start, and the current clocks.
     pub fn report(&self) -> BoardReport {
         BoardReport {
             reset_cause: self.reset_cause,
@@ -147,15 +147,15 @@ impl Board {
     }
 }
 
-/// Lets the interrupts in, now that all that they need is in place.
-fn serve_interrupts(nvic: &mut NVIC, scb: &mut SCB) {
+/// Enables the interrupts, after the state that their handlers share is in place.
+fn enable_interrupts(nvic: &mut NVIC, scb: &mut SCB) {
     // SAFETY: as below.
-    #[allow(unsafe_code, reason = "can break critical sections that are built on priorities")]
+    #[allow(unsafe_code, reason = "can break critical sections that rely on priorities")]
     unsafe {
         scb.set_priority(SystemHandler::PendSV, LOWEST_LEVEL << PRIORITY_SHIFT);
     }
     for (interrupt, level) in INTERRUPTS {
-        // SAFETY: no critical section is built on priorities or masks of single interrupts.
+        // SAFETY: no critical section relies on priorities or masks of single interrupts.
         #[allow(unsafe_code, reason = "both can break such critical sections")]
         unsafe {
             nvic.set_priority(interrupt, level << PRIORITY_SHIFT);
@@ -164,7 +164,7 @@ fn serve_interrupts(nvic: &mut NVIC, scb: &mut SCB) {
     }
 }
 
-/// Sets every rate anew. Called by the non-maskable interrupt when the clocks have changed.
+/// Sets all rates again, called by the non-maskable interrupt after a change of the clocks.
 fn follow_clocks(chip: &Peripherals, clocks: &Clocks) {
     time::follow_clocks(&chip.TIM5, clocks);
     captures::follow_clocks(&chip.TIM2, clocks);

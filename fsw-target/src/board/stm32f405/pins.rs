@@ -1,7 +1,7 @@
-//! The pins, set up as the wiring table of the board says (`mod.rs`).
+//! Pins: the wiring table of the board (`mod.rs`) in registers.
 //!
-//! Inputs are pulled to their idle level, so that a part that isn't plugged in is silent: a serial
-//! line and an open collector idle high, the gyro's interrupt low.
+//! Inputs are pulled to their idle level, so that an unconnected part is inactive: serial lines and open
+//! collectors idle high, the interrupt of the gyro low.
 //!
 //! Registers: RM0090, chapter 8 (GPIO); alternate functions: DS8626, table 9.
 
@@ -9,30 +9,30 @@ use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use stm32f4::stm32f405::{GPIOA, GPIOB, GPIOC, RCC};
 
-/// The gyro's chip select, PA4.
+/// Chip select of the gyro, PA4.
 pub struct ChipSelect {
     gpioa: GPIOA,
 }
 
-/// The wheels' sensors, both channels as levels.
+/// Levels of both channels of the wheel sensors.
 pub struct TachLevels {
     gpiob: GPIOB,
     gpioc: GPIOC,
 }
 
-/// Sets up all pins.
-pub fn set_up(rcc: &RCC, gpioa: GPIOA, gpiob: GPIOB, gpioc: GPIOC) -> (ChipSelect, TachLevels) {
+/// Configures all pins.
+pub fn configure(rcc: &RCC, gpioa: GPIOA, gpiob: GPIOB, gpioc: GPIOC) -> (ChipSelect, TachLevels) {
     rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled().gpioben().enabled().gpiocen().enabled());
-    let _ = rcc.ahb1enr().read(); // as long as a clock takes to arrive, see `mod.rs`
+    let _ = rcc.ahb1enr().read(); // delay for the peripheral's clock, see `mod.rs`
     let mut chip_select = ChipSelect { gpioa };
-    let Ok(()) = chip_select.set_high(); // before it is an output, so that no edge goes out
-    set_up_port_a(&chip_select.gpioa);
-    set_up_port_b(&gpiob);
-    set_up_port_c(&gpioc);
+    let Ok(()) = chip_select.set_high(); // before the pin is an output: no edge
+    configure_port_a(&chip_select.gpioa);
+    configure_port_b(&gpiob);
+    configure_port_c(&gpioc);
     (chip_select, TachLevels { gpiob, gpioc })
 }
 
-fn set_up_port_a(gpioa: &GPIOA) {
+fn configure_port_a(gpioa: &GPIOA) {
     gpioa.pupdr().modify(|_, w| {
         w.pupdr0().pull_up().pupdr1().pull_up(); // tachometers 1 and 2
         w.pupdr3().pull_up().pupdr10().pull_up(); // serial lines
@@ -53,14 +53,14 @@ fn set_up_port_a(gpioa: &GPIOA) {
     });
 }
 
-fn set_up_port_b(gpiob: &GPIOB) {
+fn configure_port_b(gpiob: &GPIOB) {
     gpiob.pupdr().modify(|_, w| w.pupdr10().pull_up().pupdr11().pull_up()); // tachometers 3 and 4
     gpiob.afrh().modify(|_, w| w.afrh10().af1().afrh11().af1()); // TIM2
     gpiob.moder().modify(|_, w| w.moder10().alternate().moder11().alternate());
 }
 
-fn set_up_port_c(gpioc: &GPIOC) {
-    // All of them are inputs after reset.
+fn configure_port_c(gpioc: &GPIOC) {
+    // All pins are inputs after reset.
     gpioc.pupdr().modify(|_, w| {
         w.pupdr0().pull_up().pupdr1().pull_up().pupdr2().pull_up().pupdr3().pull_up();
         w.pupdr4().pull_down() // data ready
@@ -86,7 +86,7 @@ impl OutputPin for ChipSelect {
 impl TachLevels {
     /// Levels of channels A and B of each wheel, wheel 1 first.
     pub fn read(&self) -> [(bool, bool); 4] {
-        // SAFETY: reading the inputs of a port changes nothing.
+        // SAFETY: reading the inputs of a port has no side effect.
         #[allow(unsafe_code, reason = "the chip select owns port A")]
         let port_a = unsafe { &*GPIOA::ptr() }.idr().read();
         let port_b = self.gpiob.idr().read();

@@ -1,28 +1,27 @@
-//! Wanted rates, and the dividers that come nearest to them: whole-number arithmetic alone, so that
-//! the host tests it.
+//! Dividers of clocks for the required rates: integer arithmetic, tested on the host.
 //!
-//! Input: the clocks in force. Output: register values for USARTs, timers and SPI.
+//! Input: the current clocks. Output: register values of USARTs, timers and SPI.
 
-/// What drives the core and the buses.
+/// Source of the clocks of core and buses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum ClockSource {
-    /// The 8 MHz crystal (HSE), multiplied by the PLL: 168 MHz, as exact as the crystal.
+    /// The 8 MHz crystal (HSE) and the PLL: 168 MHz with the accuracy of the crystal.
     Crystal,
     /// The internal RC oscillator (HSI): 16 MHz within 1 % at 25 °C, and within −8 to +4.5 % from
-    /// −40 to 105 °C (DS8626, HSI oscillator characteristics). Time stamps and wheel speeds are
-    /// wrong by as much.
+    /// −40 to 105 °C (DS8626, HSI oscillator characteristics). Time stamps and wheel speeds have the
+    /// same error.
     Internal,
 }
 
-/// The clocks in force, Hz.
+/// Clocks of core and buses, Hz.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Clocks {
-    /// What they come from.
+    /// Source.
     pub source: ClockSource,
     /// Core, AHB and SysTick.
     pub core_hz: u32,
-    /// USART2 and, unless doubled, TIM2 to TIM7.
+    /// USART2; TIM2 to TIM7 by [`timer_hz`](Self::timer_hz).
     pub apb1_hz: u32,
     /// USART1 and SPI1.
     pub apb2_hz: u32,
@@ -32,7 +31,7 @@ pub struct Clocks {
 pub const HSE_HZ: u32 = 8_000_000;
 
 impl Clocks {
-    /// After reset, and when the crystal fails: the internal oscillator, no divider.
+    /// Clocks after a reset or a failure of the crystal: the internal oscillator without divider.
     pub const INTERNAL: Self = Self {
         source: ClockSource::Internal,
         core_hz: 16_000_000,
@@ -40,7 +39,7 @@ impl Clocks {
         apb2_hz: 16_000_000,
     };
 
-    /// The fastest that the chip allows: 168 MHz, with the buses at their limits of 42 and 84 MHz.
+    /// Fastest clocks of the chip: 168 MHz, and the buses at their limits of 42 and 84 MHz.
     pub const CRYSTAL: Self = Self {
         source: ClockSource::Crystal,
         core_hz: HSE_HZ / PLL_M * PLL_N / PLL_P,
@@ -48,8 +47,8 @@ impl Clocks {
         apb2_hz: HSE_HZ / PLL_M * PLL_N / PLL_P / 2,
     };
 
-    /// Clock of TIM2 to TIM5: twice that of their bus as soon as the bus is divided (RM0090,
-    /// section 7.2, clocks).
+    /// Clock of TIM2 to TIM5, Hz: twice that of their bus if the bus is divided (RM0090, section 7.2,
+    /// clocks).
     pub const fn timer_hz(&self) -> u32 {
         if self.apb1_hz == self.core_hz { self.apb1_hz } else { 2 * self.apb1_hz }
     }
@@ -57,20 +56,19 @@ impl Clocks {
 
 /// Divider before the PLL: 2 MHz, the input with the least jitter (RM0090, RCC_PLLCFGR).
 pub const PLL_M: u32 = HSE_HZ / 2_000_000;
-/// The PLL's multiplier: 336 MHz, within its 100 to 432 MHz.
+/// Multiplier of the PLL: 336 MHz, within 100 to 432 MHz.
 pub const PLL_N: u32 = 168;
 /// Divider behind the PLL: 168 MHz.
 pub const PLL_P: u32 = 2;
-/// Divider for USB and the random numbers: 48 MHz. Unused, but it must be a legal one.
+/// Divider for USB and random number generator: 48 MHz. Unused, but its value must be valid.
 pub const PLL_Q: u32 = 7;
 
-/// USART_BRR with oversampling by 16: the bit time in sixteenths of the USART's clock times 16,
-/// which is clock / baud, rounded.
+/// USART_BRR with oversampling by 16: clock / baud, rounded.
 pub const fn baud_divider(bus_hz: u32, baud: u32) -> u32 {
     (bus_hz + baud / 2) / baud
 }
 
-/// TIMx_PSC for a counter at `ticks_per_s`: the register divides by one more than it holds.
+/// TIMx_PSC of a counter at `ticks_per_s`: the divider less one.
 pub const fn timer_prescaler(timer_hz: u32, ticks_per_s: u32) -> u16 {
     let divider = timer_hz / ticks_per_s;
     if divider == 0 {
@@ -82,8 +80,8 @@ pub const fn timer_prescaler(timer_hz: u32, ticks_per_s: u32) -> u16 {
     }
 }
 
-/// SPI_CR1.BR for the fastest clock of at most `limit_hz`: the bus is divided by 2 to the power of
-/// one more than the field holds, so by 2 to 256.
+/// SPI_CR1.BR of the fastest clock up to `limit_hz`: the field `n` divides the bus clock by 2ⁿ⁺¹, 2 to
+/// 256.
 pub const fn spi_divider(bus_hz: u32, limit_hz: u32) -> u8 {
     let mut field = 0;
     while field < 7 && (bus_hz >> (field + 1)) > limit_hz {
@@ -96,8 +94,8 @@ pub const fn spi_divider(bus_hz: u32, limit_hz: u32) -> u8 {
 mod tests {
     use super::*;
 
-    /// A receiver samples the last bit of a byte, the tenth, within its half: 5 %, of which both
-    /// ends and the crystals share.
+    /// Share of the tolerance of a receiver: it samples the tenth and last bit of a byte within half a bit,
+    /// 5 %, for both ends and their crystals together.
     const BAUD_TOLERANCE: f64 = 0.005;
 
     #[test]
@@ -113,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn the_baud_rate_is_met_on_both_clocks_and_both_buses() {
+    fn the_baud_rate_is_accurate_on_both_clocks_and_buses() {
         for clocks in [Clocks::CRYSTAL, Clocks::INTERNAL] {
             for bus_hz in [clocks.apb1_hz, clocks.apb2_hz] {
                 let baud = f64::from(bus_hz) / f64::from(baud_divider(bus_hz, 115_200));
@@ -123,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_timer_ticks_at_the_same_rate_on_both_clocks() {
+    fn timers_have_the_same_rate_on_both_clocks() {
         for ticks_per_s in [1_000_000, 4_000_000] {
             for clocks in [Clocks::CRYSTAL, Clocks::INTERNAL] {
                 let divider = u32::from(timer_prescaler(clocks.timer_hz(), ticks_per_s)) + 1;

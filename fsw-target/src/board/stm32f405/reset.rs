@@ -1,35 +1,35 @@
-//! Why the chip was reset.
+//! Cause of a reset.
 //!
 //! Registers: RM0090, section 7.3.21 (RCC_CSR).
 
 use stm32f4::stm32f405::RCC;
 
-/// What reset the chip.
+/// Cause of the last reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum ResetCause {
-    /// The power came on.
+    /// Power-on.
     PowerOn,
-    /// The power sagged.
+    /// Supply voltage below the brown-out level.
     BrownOut,
-    /// The reset pin: a probe or a button.
+    /// Reset pin: a debug probe or a button.
     Pin,
-    /// The software asked for it.
+    /// System reset by software.
     Software,
-    /// The independent watchdog was not fed.
+    /// Independent watchdog.
     IndependentWatchdog,
-    /// The window watchdog was not fed.
+    /// Window watchdog.
     WindowWatchdog,
-    /// A low-power mode was entered that is forbidden.
+    /// Entry of a low-power mode that the option bytes forbid.
     LowPower,
-    /// No flag is set, as in QEMU.
+    /// No flag set, as in QEMU.
     Unknown,
 }
 
-/// Reads the cause, and clears it so that the next reset's stands alone.
+/// Reads the cause and clears its flags, so that the next reset sets its own alone.
 pub fn take_cause(rcc: &RCC) -> ResetCause {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().clear());
-    // Every reset sets the pin's flag too, and power-on sets that of the brown-out: those last.
+    // Every reset also sets the flag of the pin, and power-on that of the brown-out: tested last.
     if flags.lpwrrstf().bit_is_set() {
         ResetCause::LowPower
     } else if flags.wwdgrstf().bit_is_set() {

@@ -1,4 +1,4 @@
-//! What the board does for a flight computer beside its sensors: time, the watchdog, how it is.
+//! Services of the board for the flight computer: clock, watchdog and health.
 
 use super::{ClockSource, Delay, ResetCause, Watchdog, clocks, time, usart};
 use crate::flight::computer::{Health, Housekeeping};
@@ -7,7 +7,7 @@ use crate::link::telemetry;
 use crate::runtime::failure::LastRun;
 use crate::runtime::stack;
 
-/// The board's services. The watchdog runs as long as they are there.
+/// Services of the board, with the watchdog running.
 pub struct Services {
     watchdog: Watchdog,
     delay: Delay,
@@ -16,7 +16,7 @@ pub struct Services {
 }
 
 impl Services {
-    /// Starts the watchdog: from now on it must be fed.
+    /// Starts the watchdog, which must be fed from now on.
     pub fn start(mut watchdog: Watchdog, reset_cause: ResetCause, last_run: LastRun) -> Self {
         watchdog.start();
         Self { watchdog, delay: Delay, reset_cause, last_run }

@@ -1,10 +1,10 @@
-//! SPI1, the gyro's bus: master, mode 0, eight bits, at most 10 MHz.
+//! SPI1, the bus of the gyro: master, mode 0, eight bits, at most 10 MHz.
 //!
-//! Every wait is bounded, and what goes wrong on the bus is passed on. After an error the
-//! peripheral is as it was after start-up, so that the next transfer is a fresh one.
+//! Every wait is bounded, and bus errors are returned. After an error the peripheral is in its state after
+//! start-up.
 //!
-//! Bytes are exchanged one by one, the answer awaited before the next is sent: nothing can overrun
-//! while an interrupt is served. The gyro's six bytes of rate take some 15 µs.
+//! Each byte is received before the next one is sent, so that an interrupt cannot cause an overrun. The six
+//! bytes of a rate take some 15 µs.
 //!
 //! Registers: RM0090, chapter 28 (SPI).
 
@@ -16,24 +16,24 @@ use embedded_hal::spi::{Error, ErrorKind, ErrorType, SpiBus};
 use embedded_hal_bus::spi::ExclusiveDevice;
 use stm32f4::stm32f405::{SPI1, spi1};
 
-/// The fastest clock that the gyro takes (BMI088 data sheet BST-BMI088-DS001, SPI timing).
+/// Fastest clock of the gyro, Hz (BMI088 data sheet BST-BMI088-DS001, SPI timing).
 const LIMIT_HZ: u32 = 10_000_000;
 
-/// How often a flag is polled: a byte takes at most 256 cycles of the core with the dividers that
-/// [`LIMIT_HZ`] leads to, a poll at least six, so this is more than ten bytes' time.
+/// Polls of a flag: more than the time of ten bytes. A byte takes at most 256 cycles of the core with the
+/// divider of [`LIMIT_HZ`], a poll at least six.
 const FLAG_POLLS: u32 = 1_000;
 
-/// Sent while only the answer matters.
+/// Byte sent during a read.
 const FILLER: u8 = 0;
 
-/// What can go wrong on the bus.
+/// Error of the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum SpiFault {
-    /// A byte arrived before the one ahead of it was read.
+    /// A byte was received before the previous one was read.
     Overrun,
-    /// The peripheral was thrown out of master mode.
+    /// The peripheral left master mode.
     ModeFault,
-    /// The peripheral did not finish a byte in ten times the time that it takes.
+    /// A byte took more than ten times its duration.
     TimedOut,
 }
 
@@ -47,22 +47,22 @@ impl Error for SpiFault {
     }
 }
 
-/// The bus.
+/// SPI1.
 pub struct Spi {
     spi: SPI1,
 }
 
-/// The bus with the gyro's chip select: what a driver talks to.
+/// The bus with the chip select of the gyro, for its driver.
 pub type GyroBus = ExclusiveDevice<Spi, ChipSelect, Delay>;
 
-/// Opens SPI1, whose clock must be on and whose pins set up.
+/// Configures SPI1. Its clock must be enabled and its pins configured.
 pub fn open(spi: SPI1, chip_select: ChipSelect, clocks: &Clocks) -> GyroBus {
     follow_clocks(&spi, clocks);
     let Ok(bus) = ExclusiveDevice::new(Spi { spi }, chip_select, Delay);
     bus
 }
 
-/// Sets the peripheral up, or anew after the clocks have changed.
+/// Configures the peripheral, at start-up and after a change of the clocks.
 pub fn follow_clocks(spi: &spi1::RegisterBlock, clocks: &Clocks) {
     let divider = spi_divider(clocks.apb2_hz, LIMIT_HZ);
     spi.cr1().write(|w| {
@@ -73,7 +73,7 @@ pub fn follow_clocks(spi: &spi1::RegisterBlock, clocks: &Clocks) {
 }
 
 impl Spi {
-    /// Sends a byte and returns the one that came for it.
+    /// Sends a byte and returns the received one.
     fn exchange(&mut self, byte: u8) -> Result<u8, SpiFault> {
         let received = self.try_exchange(byte);
         if received.is_err() {
@@ -89,7 +89,10 @@ impl Spi {
         Ok(self.spi.dr().read().dr().bits() as u8)
     }
 
-    /// Polls the status until `done`; an error if it tells of one, or if it takes too long.
+    /// Polls the status until `done`.
+    ///
+    /// # Errors
+    /// The error of the status, or [`SpiFault::TimedOut`].
     fn wait_for(&self, done: impl Fn(&spi1::sr::R) -> bool) -> Result<(), SpiFault> {
         let mut status = self.spi.sr().read();
         let in_time = wait(FLAG_POLLS, || {
@@ -105,8 +108,8 @@ impl Spi {
         }
     }
 
-    /// Clears both error flags and an unread byte: by reading the data, then the status, then
-    /// writing the control register (section 28.3.10); and lets the peripheral start over.
+    /// Clears both error flags and an unread byte (section 28.3.10: reads data and status, then writes the
+    /// control register), and restarts the peripheral.
     fn recover(&mut self) {
         let _ = self.spi.dr().read();
         let _ = self.spi.sr().read();

@@ -1,11 +1,11 @@
-//! Mission time: microseconds since start-up, and delays.
+//! On-board time, in microseconds, and delays.
 //!
-//! TIM5 counts microseconds in 32 bits, by the clocks in force; [`now_us`] carries them on to 64.
-//! It has to be called at least once in the 71 minutes that the counter takes to wrap, which the
-//! loop does thousands of times a second, or else the watchdog ends it.
+//! TIM5 counts microseconds in 32 bits; [`now_us`] extends them to 64. It must be called at least once per
+//! wrap of the counter, 71 minutes: the loop calls it thousands of times per second, or the watchdog
+//! resets the chip.
 //!
-//! In QEMU the timers count a clock of 1 GHz, whatever the chip's: there mission time runs 62.5
-//! times as fast as QEMU's own. Nothing waits on it without a bound.
+//! The timers of QEMU count a clock of 1 GHz, independent of the clock tree: on-board time runs 62.5 times
+//! as fast as the time of QEMU. Every wait has a bound beside it.
 //!
 //! Registers: RM0090, chapter 18 (TIM2 to TIM5).
 
@@ -16,21 +16,21 @@ use critical_section::Mutex;
 use embedded_hal::delay::DelayNs;
 use stm32f4::stm32f405::{RCC, TIM5, tim5};
 
-/// Ticks of the counter a second.
+/// Rate of the counter, ticks per second.
 const TICKS_PER_S: u32 = 1_000_000;
 
 static TIME: Mutex<Cell<ExtendedTime>> = Mutex::new(Cell::new(ExtendedTime::START));
 
-/// Starts the counter; it is this module's from then on.
+/// Starts the counter.
 pub fn start(timer: TIM5, rcc: &RCC, clocks: &Clocks) {
     rcc.apb1enr().modify(|_, w| w.tim5en().enabled());
-    let _ = rcc.apb1enr().read(); // as long as a clock takes to arrive, see `mod.rs`
+    let _ = rcc.apb1enr().read(); // delay for the peripheral's clock, see `mod.rs`
     timer.arr().write(|w| w.arr().set(u32::MAX));
     timer.cr1().write(|w| w.urs().counter_only().cen().enabled());
     follow_clocks(&timer, clocks);
 }
 
-/// Goes on counting microseconds after the clocks have changed, from the same count.
+/// Keeps rate and count of the counter after a change of the clocks.
 pub fn follow_clocks(timer: &tim5::RegisterBlock, clocks: &Clocks) {
     let prescaler = timer_prescaler(clocks.timer_hz(), TICKS_PER_S);
     timer.psc().write(|w| w.psc().set(prescaler));
@@ -40,15 +40,15 @@ pub fn follow_clocks(timer: &tim5::RegisterBlock, clocks: &Clocks) {
     timer.cnt().write(|w| w.cnt().set(count));
 }
 
-/// The counter, microseconds, wrapping.
+/// The counter, µs, wrapping.
 fn count_us() -> u32 {
-    // SAFETY: reading the counter changes nothing, and it is written only by `follow_clocks`.
-    #[allow(unsafe_code, reason = "read by interrupt handlers too, which can't own it")]
+    // SAFETY: reading the counter has no side effect, and only `follow_clocks` writes it.
+    #[allow(unsafe_code, reason = "also read by interrupt handlers, which cannot own it")]
     let timer = unsafe { &*TIM5::ptr() };
     timer.cnt().read().cnt().bits()
 }
 
-/// Mission time, microseconds since start-up. Never goes back, whichever interrupt asks.
+/// On-board time, µs: monotonic, also across interrupt handlers.
 pub fn now_us() -> u64 {
     critical_section::with(|section| {
         let cell = TIME.borrow(section);
@@ -58,10 +58,10 @@ pub fn now_us() -> u64 {
     })
 }
 
-/// Polls `done` for at most `limit_us`, or somewhat longer if the counter stands still; `None` if
-/// it never was.
+/// Polls `done` for up to `limit_us`, or somewhat longer with a stopped counter; `None` if it stays
+/// false.
 pub fn wait_at_most(limit_us: u32, mut done: impl FnMut() -> bool) -> Option<()> {
-    // A poll takes several cycles, so as many polls as cycles are always long enough.
+    // A poll takes several cycles: one poll per cycle of the limit is always long enough.
     let polls = limit_us.saturating_mul(super::clocks::in_force().core_hz / TICKS_PER_S);
     let start = count_us();
     let mut in_time = None;
@@ -74,8 +74,8 @@ pub fn wait_at_most(limit_us: u32, mut done: impl FnMut() -> bool) -> Option<()>
     in_time
 }
 
-/// Mission time goes on from here, if it is behind that: at the next time at which the counter has
-/// the bits that it has now, so up to 71 minutes later.
+/// Advances on-board time to at least `time_us`: to the next time with the current bits of the counter, up
+/// to 71 minutes later.
 pub fn resume_at(time_us: u64) {
     critical_section::with(|section| {
         let cell = TIME.borrow(section);
@@ -83,13 +83,13 @@ pub fn resume_at(time_us: u64) {
     });
 }
 
-/// Waits that have an end even if the counter stands still.
+/// Delay, bounded also with a stopped counter.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Delay;
 
 impl DelayNs for Delay {
     fn delay_ns(&mut self, ns: u32) {
-        // The first microsecond has partly gone by.
+        // Part of the first microsecond has passed.
         let _ = wait_at_most(ns.div_ceil(1_000).saturating_add(1), || false);
     }
 }

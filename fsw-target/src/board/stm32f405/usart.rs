@@ -1,10 +1,9 @@
-//! Serial ports, 115200 baud 8N1: USART1 is the link to the ground, USART2 the sensor tunnel of
-//! the processor in the loop.
+//! Serial ports, 115200 baud 8N1: USART1 is the link to the ground, USART2 the sensor tunnel of the
+//! processor in the loop.
 //!
-//! Received bytes are put into a queue by the port's interrupt, so that a loop which is busy for
-//! up to 22 ms (256 bytes) loses none. What is lost is counted: the protocol above finds out which
-//! packet was hit, by its CRC, and the counts say why. Sending never waits: [`Write::write`] takes
-//! a byte if the transmitter has room, and the loop offers the next one when it comes by again.
+//! The interrupt of a port queues received bytes, so that a loop that is busy for up to 22 ms (256 bytes)
+//! loses none. Lost bytes are counted; the CRC of the packet detects them. [`Write::write`] never blocks:
+//! it accepts a byte if the transmitter is free.
 //!
 //! [`Link::into_log_output`] makes USART1 the output of the log, for images that have no telemetry.
 //!
@@ -24,23 +23,23 @@ use stm32f4::stm32f405::{USART1, USART2, interrupt, usart1};
 /// Baud rate of both ports.
 const BAUD: u32 = 115_200;
 
-/// Bytes between interrupt and loop: 22 ms of line time. One place stays free.
+/// Size of the receive queue, bytes: 22 ms of line time, less one free place.
 const RECEIVED: usize = 256;
 
-/// What a port has lost since start-up. The counts stop at their maximum.
+/// Bytes lost by a port since start-up; each count saturates.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, defmt::Format)]
 pub struct SerialCounters {
-    /// Bytes lost because the interrupt or the loop came too late.
+    /// Bytes lost to a late interrupt or a late loop.
     pub overruns: u32,
-    /// Bytes dropped because of noise on the line, a wrong stop bit, or a break.
+    /// Bytes discarded after noise on the line, a wrong stop bit or a break.
     pub line_errors: u32,
 }
 
-/// The registers of a USART, owned.
+/// Owned registers of a USART.
 pub trait Registers: Deref<Target = usart1::RegisterBlock> + Send {}
 impl<U: Deref<Target = usart1::RegisterBlock> + Send> Registers for U {}
 
-/// A USART, and what its interrupt and the loop share.
+/// A USART, with the state that its interrupt and the loop share.
 struct Port<U> {
     usart: U,
     received: Queue<u8, RECEIVED>,
@@ -61,16 +60,16 @@ fn USART2() {
 }
 
 impl<U: Registers> Port<U> {
-    /// Puts the byte that has arrived into the queue.
+    /// Queues the received byte.
     fn receive(&mut self) {
         let status = self.usart.sr().read();
         if status.rxne().bit_is_clear() && status.ore().bit_is_clear() {
             return;
         }
-        // After the status, this clears its flags (section 30.6.1).
+        // Reading the data after the status clears the flags (section 30.6.1).
         let byte = self.usart.dr().read().dr().bits() as u8;
         if status.ore().bit_is_set() {
-            // The byte after this one is lost.
+            // The next byte is lost.
             count(&mut self.counters.overruns);
         }
         if status.fe().bit_is_set() || status.nf().bit_is_set() {
@@ -81,28 +80,28 @@ impl<U: Registers> Port<U> {
     }
 }
 
-/// The loop's side of a port.
+/// A port as the loop uses it.
 pub struct SerialPort<U: 'static> {
     shared: &'static Shared<Port<U>>,
 }
 
-/// The port of telemetry and commands.
+/// Port of telemetry and telecommands.
 pub type Link = SerialPort<USART1>;
-/// The port on which the processor in the loop asks for its sensors.
+/// Port of the processor in the loop to its simulator.
 pub type Tunnel = SerialPort<USART2>;
 
-/// What the port of telemetry and commands has lost so far, whoever has that port.
+/// Bytes lost by [`Link`], independent of its owner.
 pub fn link_counters() -> SerialCounters {
     PORT_1.with(|port| port.counters).unwrap_or_default()
 }
 
-/// Opens USART1 and USART2, whose bus clocks must be on and whose pins set up.
+/// Configures USART1 and USART2. Their clocks must be enabled and their pins configured.
 pub fn open(usart_1: USART1, usart_2: USART2, clocks: &Clocks) -> (Link, Tunnel) {
     follow_clocks(&usart_1, &usart_2, clocks);
     (SerialPort::open(usart_1, &PORT_1), SerialPort::open(usart_2, &PORT_2))
 }
 
-/// Sets both baud rates anew after the clocks have changed.
+/// Sets both baud rates, at start-up and after a change of the clocks.
 pub fn follow_clocks(
     usart_1: &usart1::RegisterBlock,
     usart_2: &usart1::RegisterBlock,
@@ -125,13 +124,13 @@ impl<U: Registers> SerialPort<U> {
         Self { shared }
     }
 
-    /// What was lost so far.
+    /// Bytes lost since start-up.
     pub fn counters(&self) -> SerialCounters {
         self.shared.with(|port| port.counters).unwrap_or_default()
     }
 }
 
-/// Lost bytes are no error of a read: see [`SerialPort::counters`].
+/// Lost bytes are counted ([`SerialPort::counters`]) and no read error.
 impl<U> ErrorType for SerialPort<U> {
     type Error = Infallible;
 }
@@ -161,10 +160,10 @@ impl<U: Registers> Write for SerialPort<U> {
     }
 }
 
-/// The processor sleeps while nothing happens: an emulator then has time for the other end.
+/// The core sleeps while it waits, which leaves an emulator's host to the simulator.
 impl<U: Registers> tunnel::Port for SerialPort<U> {
     fn listen(&mut self) -> nb::Result<u8, Infallible> {
-        // An interrupt that comes after the look ends the sleep, and is served once they are let in.
+        // An interrupt after the read ends the sleep; its handler runs once interrupts are unmasked.
         critical_section::with(|_| {
             let read = self.read();
             if read.is_err() {

@@ -1,4 +1,4 @@
-//! Checkpoints of the estimators: brought back at the start, saved now and then, sent to the ground.
+//! Checkpoints of the selected estimator: restored at the start, saved periodically, sent on request.
 
 use super::Housekeeping;
 use crate::flight::selected::SelectedEstimator;
@@ -8,61 +8,62 @@ use embedded_storage::nor_flash::NorFlash;
 use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_steps::EstimatorSlot;
 
-/// Between two checkpoints, unless the ground asks, µs: ten minutes. At seven checkpoints of
-/// `window` to an erasure of one half of the flash, 10,000 erasures of each last 2.6 years.
+/// Period of checkpoints, µs: ten minutes. With seven checkpoints of `window` per erasure of one half of
+/// the flash, an endurance of 10,000 erasures of each half lasts 2.6 years.
 const PERIOD_US: u64 = 600_000_000;
 
-/// What the ground has set is kept after so long, so that a reset doesn't undo it, µs: ten seconds, in which all
-/// of a few commands in a row have come.
+/// Delay from a telecommand that changes the estimator to a checkpoint, so that a reset does not undo it,
+/// µs: ten seconds, for one checkpoint after several telecommands in sequence.
 const SOON_US: u64 = 10_000_000;
 
-/// Nobody knows for how long a computer was off: more than any gate takes for a pause between two
-/// samples, µs.
+/// Assumed time without power, µs: longer than the longest pause between samples that a gate accepts,
+/// since the true time is unknown.
 const OFF_US: u64 = 60_000_000;
 
-/// Words that a checkpoint takes at most: as many as the largest estimator in memory, and one more for each of
-/// what is smaller there than a word.
-const MOST_WORDS: u32 = (EstimatorSlot::LARGEST_BYTES / size_of::<u32>() + SMALL_ONES) as u32;
-const SMALL_ONES: usize = 128;
+/// Upper bound of the words of a checkpoint: those of the largest estimator in memory, and one for each
+/// field that is smaller than a word there.
+const MAX_WORDS: u32 = (EstimatorSlot::LARGEST_BYTES / size_of::<u32>() + SMALL_FIELDS) as u32;
+const SMALL_FIELDS: usize = 128;
 
-/// Checkpoints, and what became of them.
+/// Checkpoints in flash, with their counts.
 pub struct Checkpoints<F> {
-    /// Until it is opened.
+    /// The flash before [`restore`](Self::restore).
     unopened: Option<F>,
-    /// None where the flash can't be read.
+    /// `None` if the flash cannot be read.
     store: Option<Store<F>>,
-    /// What was in the flash at the start.
+    /// Result of [`restore`](Self::restore).
     pub found: CheckpointState,
-    /// Saved since then.
+    /// Checkpoints saved since the start; saturates.
     pub saved: u32,
-    /// Not saved, since the flash failed.
+    /// Checkpoints not saved after a flash error; saturates.
     pub failed: u32,
+    /// Time of the next save, µs.
     next_us: u64,
-    /// Whether the next one needs no erasure, as far as can be seen to.
-    has_room: bool,
-    /// The part that is sent next, while one is.
-    dumping: Option<u16>,
+    /// True once space for the next save has been erased.
+    erased_ahead: bool,
+    /// Index of the next part to send, during a dump.
+    next_part: Option<u16>,
 }
 
-/// What is kept: the estimators, and when that was.
-struct Kept<'a> {
+/// Content of a checkpoint: time and estimator.
+struct Content<'a> {
     time_us: u64,
-    onboard: &'a mut SelectedEstimator,
+    estimator: &'a mut SelectedEstimator,
 }
 
-impl Persist for Kept<'_> {
+impl Persist for Content<'_> {
     fn layout() -> u32 {
         checkpoint::mix(u64::layout(), SelectedEstimator::layout())
     }
 
     fn persist(&mut self, archive: &mut Archive<'_>) {
         self.time_us.persist(archive);
-        self.onboard.persist(archive);
+        self.estimator.persist(archive);
     }
 }
 
 impl<F: NorFlash> Checkpoints<F> {
-    /// The flash as it is.
+    /// The flash before [`restore`](Self::restore).
     pub fn unopened(flash: F) -> Self {
         Self {
             unopened: Some(flash),
@@ -71,88 +72,94 @@ impl<F: NorFlash> Checkpoints<F> {
             saved: 0,
             failed: 0,
             next_us: 0,
-            has_room: false,
-            dumping: None,
+            erased_ahead: false,
+            next_part: None,
         }
     }
 
-    /// Opens the flash, and brings the estimators and the time back from it.
-    pub fn restore(&mut self, onboard: &mut SelectedEstimator, board: &mut impl Housekeeping) {
+    /// Opens the flash and restores estimator and time from the newest valid checkpoint.
+    pub fn restore(&mut self, estimator: &mut SelectedEstimator, board: &mut impl Housekeeping) {
         let opened = self.unopened.take().map(Store::open);
         if let Some(Ok(store)) = opened {
             let store = self.store.insert(store);
-            self.found = bring_back(store, onboard, board);
+            self.found = restore_newest(store, estimator, board);
         }
         self.next_us = board.now_us().saturating_add(PERIOD_US);
     }
 
-    /// Whether it is time to save one.
+    /// True if a checkpoint is due.
     pub fn is_due(&self, now_us: u64) -> bool {
         now_us >= self.next_us
     }
 
-    /// Has one saved before its time.
+    /// Schedules a checkpoint before the end of the period.
     pub fn save_soon(&mut self, now_us: u64) {
         self.next_us = self.next_us.min(now_us.saturating_add(SOON_US));
     }
 
-    /// Saves one; false if that failed. The next one is due a period after.
-    pub fn save(&mut self, onboard: &mut SelectedEstimator, board: &mut impl Housekeeping) -> bool {
-        let mut kept = Kept { time_us: board.now_us(), onboard };
-        let saved = self.store.as_mut().is_some_and(|store| store.save(&mut kept).is_ok());
+    /// Saves a checkpoint; false after a flash error. The next one is due one period later.
+    pub fn save(
+        &mut self,
+        estimator: &mut SelectedEstimator,
+        board: &mut impl Housekeeping,
+    ) -> bool {
+        let mut content = Content { time_us: board.now_us(), estimator };
+        let saved = self.store.as_mut().is_some_and(|store| store.save(&mut content).is_ok());
         let counter = if saved { &mut self.saved } else { &mut self.failed };
         *counter = counter.saturating_add(1);
         self.next_us = board.now_us().saturating_add(PERIOD_US);
-        self.has_room = false;
+        self.erased_ahead = false;
         saved
     }
 
-    /// Whether the next one may need an erasure.
-    pub fn needs_room(&self) -> bool {
-        !self.has_room
+    /// True if the next save may need an erasure.
+    pub fn may_need_erasure(&self) -> bool {
+        !self.erased_ahead
     }
 
-    /// Erases now what the next one would have to erase. If that fails, the next one tries again, and tells.
+    /// Erases the space of the next save. After an error, that save repeats the erasure and reports.
     #[inline(never)]
-    pub fn make_room(&mut self) {
+    pub fn erase_ahead(&mut self) {
         if let Some(store) = &mut self.store {
-            let _ = store.make_room(MOST_WORDS);
+            let _ = store.make_room(MAX_WORDS);
         }
-        self.has_room = true;
+        self.erased_ahead = true;
     }
 
-    /// Begins to send the newest checkpoint; false if there is none.
+    /// Starts a dump of the newest checkpoint; false if there is none.
     pub fn begin_dump(&mut self) -> bool {
-        let has_one = self.parts() > 0;
-        self.dumping = has_one.then_some(0);
-        has_one
+        let exists = self.parts() > 0;
+        self.next_part = exists.then_some(0);
+        exists
     }
 
+    /// Number of parts of the newest checkpoint; 0 without one.
     fn parts(&self) -> u16 {
         let bytes = self.store.as_ref().map_or(0, Store::newest_bytes);
         u16::try_from(bytes.div_ceil(PART_BYTES as u32)).unwrap_or(u16::MAX)
     }
 
+    /// The next part of a dump; `None` outside a dump.
     pub fn next_part(&mut self) -> Option<CheckpointPart> {
-        let index = self.dumping?;
+        let index = self.next_part?;
         let parts = self.parts();
         let mut bytes = [0; PART_BYTES];
         let store = self.store.as_mut()?;
         let length = store.read_part(index.into(), &mut bytes).unwrap_or(0);
         let part = CheckpointPart::new(index, parts, bytes.get(..length)?)?;
-        self.dumping = index.checked_add(1).filter(|next| *next < parts && length > 0);
+        self.next_part = index.checked_add(1).filter(|next| *next < parts && length > 0);
         (length > 0).then_some(part)
     }
 }
 
-fn bring_back<F: NorFlash>(
+fn restore_newest<F: NorFlash>(
     store: &mut Store<F>,
-    onboard: &mut SelectedEstimator,
+    estimator: &mut SelectedEstimator,
     board: &mut impl Housekeeping,
 ) -> CheckpointState {
-    let mut kept = Kept { time_us: 0, onboard };
-    let found = store.load(&mut kept);
-    let time_us = kept.time_us;
+    let mut content = Content { time_us: 0, estimator };
+    let found = store.load(&mut content);
+    let time_us = content.time_us;
     match found {
         Ok(None) => CheckpointState::None,
         Ok(Some(found)) => {
@@ -163,8 +170,8 @@ fn bring_back<F: NorFlash>(
             }
         }
         Err(why) => {
-            // It may be half of one and half of the other.
-            let _ = onboard.restart(); // the craft was accepted once
+            // The state may be partly overwritten.
+            let _ = estimator.restart(); // no error: the craft has been accepted before
             match why {
                 store::Error::Invalid(_) => CheckpointState::Unusable,
                 _ => CheckpointState::Failed,
@@ -185,12 +192,12 @@ mod tests {
     use std::boxed::Box;
     use std::vec;
 
-    /// Words of a checkpoint.
-    fn words(onboard: &mut SelectedEstimator) -> u32 {
-        let mut words = vec![0; 2 * MOST_WORDS as usize];
-        let mut noted = ToWords::new(&mut words);
-        checkpoint::transfer(&mut Kept { time_us: 0, onboard }, &mut noted).unwrap();
-        noted.written() as u32
+    /// Number of words of a checkpoint.
+    fn words(estimator: &mut SelectedEstimator) -> u32 {
+        let mut words = vec![0; 2 * MAX_WORDS as usize];
+        let mut archive = ToWords::new(&mut words);
+        checkpoint::transfer(&mut Content { time_us: 0, estimator }, &mut archive).unwrap();
+        archive.written() as u32
     }
 
     fn sample(k: u64, rate_rad_s: [f32; 3], wheel_speed_rad_s: [f32; 4]) -> Sample<f32, 4> {
@@ -204,26 +211,26 @@ mod tests {
     }
 
     #[test]
-    fn no_checkpoint_takes_more_than_there_is_made_room_for() {
+    fn no_checkpoint_exceeds_the_erased_space() {
         let prior = Prior::of_size(0.1);
         for id in EstimatorId::ALL {
-            let mut onboard = Box::new(SelectedEstimator::new(CRAFT).unwrap());
-            onboard.set_prior(prior).unwrap();
-            onboard.select(id).unwrap();
+            let mut estimator = Box::new(SelectedEstimator::new(CRAFT).unwrap());
+            estimator.set_prior(prior).unwrap();
+            estimator.select(id).unwrap();
             for (k, row) in (0..).zip(&ROWS) {
-                onboard.step(&sample(k, row.rate_rad_s, row.wheel_speed_rad_s));
-                assert!(words(&mut onboard) <= MOST_WORDS, "{id:?}, sample {k}");
+                estimator.step(&sample(k, row.rate_rad_s, row.wheel_speed_rad_s));
+                assert!(words(&mut estimator) <= MAX_WORDS, "{id:?}, sample {k}");
             }
         }
-        // Three quarters of the blocks that there is storage for: more make room.
-        let (mut onboard, mut most) = (Box::new(SelectedEstimator::new(CRAFT).unwrap()), 0);
+        // Up to three quarters of the block storage; beyond, the window merges blocks.
+        let (mut estimator, mut most) = (Box::new(SelectedEstimator::new(CRAFT).unwrap()), 0);
         for k in 0..5_000 {
             let noise = [(k % 7) as f32, (k % 5) as f32, (k % 3) as f32].map(|x| 1e-5 * x);
-            onboard.step(&sample(k, noise, [0.0; 4]));
+            estimator.step(&sample(k, noise, [0.0; 4]));
             if k % 10 == 0 {
-                most = most.max(words(&mut onboard));
+                most = most.max(words(&mut estimator));
             }
         }
-        assert!(most > 3_000 && most <= MOST_WORDS, "{most} of {MOST_WORDS} words");
+        assert!(most > 3_000 && most <= MAX_WORDS, "{most} of {MAX_WORDS} words");
     }
 }

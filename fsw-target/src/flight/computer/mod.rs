@@ -1,4 +1,4 @@
-//! The flight computer: what the loop of an image does, again and again.
+//! The flight computer: the loop of an image.
 //!
 //! ```text
 //!  bytes ─► link ─► Command ─┐
@@ -9,18 +9,18 @@
 //!                          Store (flash)
 //! ```
 //!
-//! Input: the [`Parts`] that a board brings, or the simulator in its place. Output: telemetry, and
-//! leave to feed the watchdog once every task has done its work. [`Computer::poll`] never waits but
-//! for the gyro's start (0.2 s, and only while there is no gyro to lose samples of) and for the flash
-//! (see [`crate::store`]), and never ends the loop: whatever fails is counted and told.
+//! Input: the [`Parts`] of a board, or of the simulator. Output: telemetry, and a permit to feed the
+//! watchdog after each round of tasks. [`Computer::poll`] blocks in two cases only: the start of the gyro
+//! (0.2 s, while there are no samples to lose) and the flash (see [`crate::store`]). Failures are counted
+//! and reported; none ends the loop.
 //!
-//! An erasure of the flash costs a second or two of samples. Room for the next checkpoint is made at the
-//! start, and whenever `window` sees that nothing moves and has concluded what did. Only where neither comes
-//! between two checkpoints, as with the other estimators, which don't know of rest, one may come with an
-//! erasure: that of `window` each eighth time.
+//! An erasure of the flash costs one to two seconds of samples. Space for the next checkpoint is therefore
+//! erased at the start, and while `window` detects rest with its windows closed. Without either between
+//! two checkpoints, a save may need an erasure: every eighth save of `window`. The other estimators
+//! detect no rest.
 //!
-//! What is done now and then is not inlined into the loop: there its locals would lie under the step of
-//! an estimator, whose own need of the stack is the largest.
+//! Infrequent work is never inlined into the loop: its local variables would lie on the stack below the
+//! step of an estimator, which needs the most stack.
 
 mod checkpoints;
 mod parts;
@@ -31,11 +31,11 @@ pub use parts::{Health, Housekeeping, Parts, Reporting, SensorsOf};
 
 use checkpoints::Checkpoints;
 
-use crate::drivers::gyro::{RateGyro, StartFault};
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::{FlightLoop, Tick};
 use crate::flight::selected::SelectedEstimator;
 use crate::flight::sensors::{DataReady, TorqueCommand};
+use crate::flight::sensors::{RateGyro, StartFault};
 use crate::flight::supervisor::{Supervisor, Task};
 use crate::link::command::{Command, MAX_COMMAND};
 use crate::link::frame::MAX_FRAME;
@@ -45,15 +45,15 @@ use embedded_hal_nb::nb;
 use embedded_hal_nb::serial::Read;
 use fsw_core::{Outcome, Vec3};
 
-/// Bytes that wait for the line: two reports and a part of a checkpoint.
+/// Capacity of the transmit queue, bytes: two reports and a part of a checkpoint.
 const QUEUE: usize = 768;
 
-/// Received bytes that one poll looks at: more than a command, fewer than keep a sample waiting.
+/// Received bytes processed per poll: at least one telecommand, and few enough not to delay a sample.
 const BYTES_PER_POLL: usize = 64;
 const _: () = assert!(BYTES_PER_POLL >= MAX_COMMAND);
 
-/// Without a reading for so long, the gyro is started anew; so soon again if that fails, µs. While the flash is
-/// worked on no sample can come, and that time doesn't count: an erasure takes longer.
+/// Time without a reading after which the gyro is started again, and period of further attempts, µs. Time
+/// of flash operations, in which no sample can arrive, is not counted: an erasure takes longer.
 const GYRO_SILENCE_US: u64 = 1_000_000;
 
 type FlightLoopOf<'a, P> = FlightLoop<
@@ -69,7 +69,7 @@ type FlightLoopOf<'a, P> = FlightLoop<
 pub struct Computer<'a, P: Parts> {
     flight: FlightLoopOf<'a, P>,
     board: P::Board,
-    /// On-board time when this computer started.
+    /// On-board time at the start, µs.
     started_us: u64,
     link: P::Link,
     uplink: Uplink,
@@ -79,29 +79,31 @@ pub struct Computer<'a, P: Parts> {
     reporting: Reporting,
     next_report_us: u64,
     gyro: Gyro,
-    last: Option<(u64, Outcome)>,
-    /// Whether the last command was done, and has to be answered.
-    last_done: Option<bool>,
-    must_answer: bool,
+    /// Time stamp, µs, and outcome of the last step.
+    last_step: Option<(u64, Outcome)>,
+    /// Result of the last telecommand, true if executed; `None` before the first.
+    last_executed: Option<bool>,
+    /// A telecommand awaits its status report.
+    status_due: bool,
     torque_n_m: [f32; 3],
 }
 
-/// How the gyro was at its last start, and since when it is waited for.
+/// State of the gyro after its last start.
 struct Gyro {
     state: GyroState,
     identity: Option<u8>,
-    /// Self-tests that weren't passed, since the computer's start.
+    /// Failed self-tests since the start of the computer.
     self_tests_failed: u32,
-    /// Its last reading or start, or the end of what kept the computer from listening.
+    /// Time of the last reading, start or flash operation, µs.
     silent_since_us: u64,
 }
 
 impl<'a, P: Parts> Computer<'a, P> {
-    /// A computer on its parts, that hasn't touched them yet. Inline, so that one can be built where it
-    /// stays: it takes more than a kilobyte.
+    /// The computer before [`start`](Self::start). Inlined, so that it is built in its place: it takes more
+    /// than a kilobyte.
     #[inline(always)]
     pub fn new(
-        onboard: &'a mut SelectedEstimator,
+        estimator: &'a mut SelectedEstimator,
         sensors: SensorsOf<P>,
         link: P::Link,
         flash: P::Flash,
@@ -109,7 +111,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         reporting: Reporting,
     ) -> Self {
         Self {
-            flight: FlightLoop::new(onboard, sensors),
+            flight: FlightLoop::new(estimator, sensors),
             board,
             started_us: 0,
             link,
@@ -120,43 +122,43 @@ impl<'a, P: Parts> Computer<'a, P> {
             reporting,
             next_report_us: 0,
             gyro: Gyro::not_started(),
-            last: None,
-            last_done: None,
-            must_answer: false,
+            last_step: None,
+            last_executed: None,
+            status_due: false,
             torque_n_m: [0.0; 3],
         }
     }
 
-    /// Goes on from the last checkpoint, if it can, and starts the gyro. Call it once, before the
-    /// first [`poll`](Self::poll).
+    /// Restores the newest valid checkpoint and starts the gyro. Call it once, before the first
+    /// [`poll`](Self::poll).
     ///
-    /// On-board time goes on from the checkpoint's, so that samples stay in order; how long the
-    /// computer was off nobody knows, so that the estimator sees a gap.
+    /// On-board time continues after that of the checkpoint, so that time stamps stay in order. The time
+    /// without power is unknown: the estimator sees a gap.
     pub fn start(&mut self) {
         self.flash.restore(self.flight.estimator_mut(), &mut self.board);
         self.started_us = self.board.now_us();
         self.next_report_us = self.started_us;
-        self.flash.make_room();
+        self.flash.erase_ahead();
         self.start_gyro();
     }
 
-    /// One round: what the ground asks, what the sensors say, what the ground is told.
+    /// One round: telecommands, one sample, checkpoint, telemetry.
     pub fn poll(&mut self) {
         self.take_commands();
         self.take_sample();
-        self.keep_checkpoint();
+        self.maintain_checkpoint();
         self.send_reports();
         if let Some(permit) = self.supervisor.permit() {
             self.board.feed(permit);
         }
     }
 
-    /// The estimators.
-    pub fn onboard(&self) -> &SelectedEstimator {
+    /// The selected estimator.
+    pub fn estimator(&self) -> &SelectedEstimator {
         self.flight.estimator()
     }
 
-    /// Bytes that wait for the link.
+    /// Bytes in the transmit queue.
     pub fn waiting_bytes(&self) -> usize {
         self.downlink.waiting()
     }
@@ -166,31 +168,31 @@ impl<'a, P: Parts> Computer<'a, P> {
             match self.link.read() {
                 Ok(byte) => {
                     if let Some(command) = self.uplink.push(byte) {
-                        self.last_done = Some(self.obey(command));
-                        self.must_answer = true;
-                        // The next one waits until this one is answered.
+                        self.last_executed = Some(self.execute(command));
+                        self.status_due = true;
+                        // One telecommand per status report.
                         break;
                     }
                 }
                 Err(nb::Error::WouldBlock) => break,
-                // Counted by the port; what is around the byte is still to come.
+                // Counted by the port; later bytes are read in the next round.
                 Err(nb::Error::Other(_)) => {}
             }
         }
         self.supervisor.report(Task::Commanding);
     }
 
-    /// Does what the ground asks; false if it can't be done.
+    /// Executes a telecommand; false if it is rejected.
     #[inline(never)]
-    fn obey(&mut self, command: Command) -> bool {
-        let onboard = self.flight.estimator_mut();
-        let done = match command {
+    fn execute(&mut self, command: Command) -> bool {
+        let estimator = self.flight.estimator_mut();
+        let executed = match command {
             Command::Ping | Command::StartSequence => Ok(()),
-            Command::Reset => onboard.reset(),
-            Command::SetPrior(prior) => onboard.set_prior(prior),
-            Command::OpenWindow => onboard.open_window(),
-            Command::CloseWindow => onboard.close_window(),
-            Command::Select(id) => onboard.select(id),
+            Command::Reset => estimator.reset(),
+            Command::SetPrior(prior) => estimator.set_prior(prior),
+            Command::OpenWindow => estimator.open_window(),
+            Command::CloseWindow => estimator.close_window(),
+            Command::Select(id) => estimator.select(id),
             Command::SaveCheckpoint => return self.save_checkpoint(),
             Command::DumpCheckpoint => return self.flash.begin_dump(),
             Command::SetTelemetryPeriod { ms } => {
@@ -204,11 +206,12 @@ impl<'a, P: Parts> Computer<'a, P> {
                 Ok(())
             }
         };
-        let is_kept = matches!(command, Command::Reset | Command::SetPrior(_) | Command::Select(_));
-        if is_kept && done.is_ok() {
+        let is_persistent =
+            matches!(command, Command::Reset | Command::SetPrior(_) | Command::Select(_));
+        if is_persistent && executed.is_ok() {
             self.flash.save_soon(self.board.now_us());
         }
-        done.is_ok()
+        executed.is_ok()
     }
 
     fn take_sample(&mut self) {
@@ -217,7 +220,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             self.gyro.silent_since_us = self.board.now_us();
         }
         if let Tick::Stepped { time_us, outcome } = tick {
-            self.last = Some((time_us, outcome));
+            self.last_step = Some((time_us, outcome));
             if self.reporting == Reporting::EachSample {
                 self.report_estimate();
             }
@@ -229,29 +232,28 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.supervisor.report(Task::Sampling);
     }
 
-    /// Starts the gyro and has it test itself. One that fails its test is reported, and flies all the same:
-    /// wrong samples show in what the estimator says of its residuals, and the ground has seen both.
+    /// Starts the gyro and runs its self-test. A gyro that fails the test is reported and still used: wrong
+    /// samples appear in the residuals of the estimator, and telemetry has both.
     #[inline(never)]
     fn start_gyro(&mut self) {
         let (gyro, delay) = (&mut self.flight.sensors_mut().gyro, self.board.delay());
         let (mut started, mut has_passed) = (gyro.restart(delay), true);
         if started.is_ok() {
             has_passed = gyro.self_test(delay).is_ok();
-            // What the test has made it feel goes with a reset.
+            // The restart discards the samples of the test.
             started = gyro.restart(delay);
         }
-        self.flight.sensors_mut().data_ready.forget();
+        self.flight.sensors_mut().data_ready.discard();
         self.gyro.note_start::<P::Gyro>(started, has_passed);
         self.gyro.silent_since_us = self.board.now_us();
     }
 
-    /// Between two samples, saves a checkpoint when it is time, and makes room for the next one when nothing
-    /// moves.
-    fn keep_checkpoint(&mut self) {
-        if self.last.is_some() && self.flash.is_due(self.board.now_us()) {
+    /// Saves a checkpoint when it is due, or erases space for the next one at rest.
+    fn maintain_checkpoint(&mut self) {
+        if self.last_step.is_some() && self.flash.is_due(self.board.now_us()) {
             self.save_checkpoint();
-        } else if self.flash.needs_room() && self.flight.estimator().is_at_rest() {
-            self.flash.make_room();
+        } else if self.flash.may_need_erasure() && self.flight.estimator().is_at_rest() {
+            self.flash.erase_ahead();
             self.gyro.silent_since_us = self.board.now_us();
         }
     }
@@ -271,7 +273,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             self.next_report_us = now_us.saturating_add(u64::from(ms) * 1_000);
             self.report_estimate();
             self.report_status();
-        } else if self.must_answer {
+        } else if self.status_due {
             self.report_status();
         }
         self.dump_part();
@@ -281,19 +283,19 @@ impl<'a, P: Parts> Computer<'a, P> {
 
     #[inline(never)]
     fn report_estimate(&mut self) {
-        let (sample_time_us, outcome) = match self.last {
+        let (sample_time_us, outcome) = match self.last_step {
             Some((time_us, outcome)) => (time_us, Some(outcome)),
             None => (0, None),
         };
-        let onboard = self.flight.estimator();
-        let id = onboard.selected();
-        let report = EstimateReport::of(id, &**onboard, sample_time_us, outcome);
+        let estimator = self.flight.estimator();
+        let id = estimator.selected();
+        let report = EstimateReport::of(id, &**estimator, sample_time_us, outcome);
         self.downlink.send(self.board.now_us(), &report);
     }
 
     #[inline(never)]
     fn report_status(&mut self) {
-        self.must_answer = false;
+        self.status_due = false;
         let now_us = self.board.now_us();
         let health = self.board.health();
         let failure = health.last_run.failure;
@@ -323,7 +325,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             serial_errors: health.serial_errors.saturating_add(self.downlink.port_errors()),
             last_command: accepted.map(|accepted| accepted.function),
             last_sequence_count: accepted.map_or(0, |accepted| accepted.sequence_count.value()),
-            last_command_done: self.last_done,
+            last_command_done: self.last_executed,
             telemetry_period_ms: match self.reporting {
                 Reporting::Every(ms) => ms,
                 Reporting::EachSample => 0,
@@ -336,7 +338,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.downlink.send(now_us, &report);
     }
 
-    /// Sends the next part of a checkpoint, if one is asked for and the line has room beside reports.
+    /// Sends the next part of a requested checkpoint, if the transmit queue has space for it and a report.
     #[inline(never)]
     fn dump_part(&mut self) {
         if !self.downlink.has_room_for(2 * MAX_FRAME) {

@@ -1,9 +1,9 @@
-//! What a board brings to its flight computer, or what stands in for one.
+//! Interface of a flight computer to its board, or to the simulator in place of a board.
 
-use crate::drivers::gyro::{RateGyro, StartFault};
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::Sensors;
 use crate::flight::sensors::{DataReady, TorqueCommand, WheelTachometers};
+use crate::flight::sensors::{RateGyro, StartFault};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry::{ClockSource, ResetCause};
 use crate::runtime::failure::LastRun;
@@ -11,72 +11,72 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal_nb::serial::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
 
-/// Between two reports of a kind, until the ground says otherwise, ms.
+/// Telemetry period until a telecommand sets another one, ms.
 const TELEMETRY_PERIOD_MS: u32 = 1_000;
 
-/// The parts of a flight computer: types of a board, or of what stands in for one.
+/// Types of the parts of a flight computer.
 pub trait Parts {
-    /// Announces samples.
+    /// Time stamps of gyro samples.
     type DataReady: DataReady;
-    /// The gyro.
+    /// Gyro.
     type Gyro: RateGyro<StartError: Into<StartFault>>;
-    /// The tachometers.
+    /// Wheel tachometers.
     type Wheels: WheelTachometers<WHEELS>;
-    /// The external torque.
+    /// External torque.
     type Torque: TorqueCommand;
-    /// The serial port of telemetry and commands.
+    /// Serial port of telemetry and telecommands.
     type Link: Read<u8> + Write<u8>;
-    /// Two equal halves for checkpoints.
+    /// Flash of the checkpoints, in two equal halves.
     type Flash: NorFlash;
-    /// The rest of the board.
+    /// Clock, watchdog and health of the board.
     type Board: Housekeeping;
 }
 
-/// What else a board does for its computer.
+/// Services of a board beside sensors, link and flash.
 pub trait Housekeeping {
-    /// Waits, in bounded time.
+    /// Delay of bounded duration.
     type Delay: DelayNs;
 
-    /// Time since the start, µs: the clock that stamps samples.
+    /// On-board time, µs: the clock that stamps samples.
     fn now_us(&mut self) -> u64;
 
-    /// Time goes on from here, if it is behind that: it starts where it was when the computer stopped.
-    /// Ignored by a clock that doesn't stop with the computer.
+    /// Advances the clock to at least this time, µs: on-board time continues after that of the checkpoint.
+    /// Ignored by a clock that runs independently of the computer.
     fn resume_at(&mut self, time_us: u64);
 
-    /// For the gyro's start.
+    /// Delay for the start of the gyro.
     fn delay(&mut self) -> &mut Self::Delay;
 
     /// Feeds the watchdog.
     fn feed(&mut self, permit: FeedPermit);
 
-    /// How the board is.
+    /// Health of the board.
     fn health(&mut self) -> Health;
 }
 
-/// How a board is.
+/// Health of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Health {
-    /// Why it started.
+    /// Cause of the last reset.
     pub reset_cause: ResetCause,
-    /// What the life before left behind.
+    /// Failure that ended the last run.
     pub last_run: LastRun,
-    /// What its clock runs on.
+    /// Clock source in use.
     pub clock: ClockSource,
-    /// Whether the watchdog runs.
+    /// True if the watchdog is running.
     pub watchdog: bool,
-    /// The most stack that was ever used, bytes; 0 where that isn't measured.
+    /// High-water mark of the stack, bytes; 0 if not measured.
     pub stack_high_water_bytes: u32,
-    /// Bytes that the link's port lost.
+    /// Bytes lost by the port of the link.
     pub serial_errors: u32,
 }
 
-/// When estimates are reported.
+/// Schedule of the telemetry reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reporting {
-    /// So often, until the ground says otherwise, ms; the status as often.
+    /// Estimate and status at this period, ms, until a telecommand sets another one.
     Every(u32),
-    /// After each sample, in step with whoever sends them; the status after each command alone.
+    /// An estimate after each sample, a status after each telecommand: lock-step with a simulator.
     EachSample,
 }
 
@@ -86,7 +86,7 @@ impl Default for Reporting {
     }
 }
 
-/// The sensors of some parts.
+/// Sensors of these parts.
 pub type SensorsOf<P> = Sensors<
     <P as Parts>::DataReady,
     <P as Parts>::Gyro,

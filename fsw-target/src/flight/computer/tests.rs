@@ -1,3 +1,5 @@
+//! The flight computer on simulated parts, commanded by a simulated ground station.
+
 extern crate std;
 use super::*;
 use crate::flight::selected::EstimatorId;
@@ -24,7 +26,7 @@ use std::rc::Rc;
 use std::vec;
 use std::vec::Vec;
 
-/// What the test and the computer's parts share: both ends of the line, the gyro's health, the time.
+/// State that the test shares with the parts of the computer: link, gyro, time, flash.
 #[derive(Default)]
 struct World {
     to_computer: RefCell<VecDeque<u8>>,
@@ -33,33 +35,33 @@ struct World {
     gyro_starts: Cell<u32>,
     gyro_is_set_up: Cell<bool>,
     gyro_fails_its_test: Cell<bool>,
-    /// A sample of the gyro's test is announced.
-    test_is_announced: Cell<bool>,
+    /// A sample of the self-test is pending.
+    test_sample_pending: Cell<bool>,
     wheels_fail: Cell<bool>,
     now_us: Cell<u64>,
     feeds: Cell<u32>,
     flash: RefCell<Vec<u8>>,
     erasures: Cell<u32>,
-    /// How long one takes.
+    /// Duration of an erasure, µs.
     erasure_us: Cell<u64>,
 }
 
-/// Each part is a handle to the world.
+/// A part of the computer: a handle to the shared state.
 #[derive(Clone)]
 struct Part(Rc<World>);
 
-/// The recording, with a gyro that can be missing.
+/// Gyro of the recording, which can be absent.
 struct RecordedGyro(&'static Recording<'static, WHEELS>, Part);
 
-/// The recording, and samples that are none of it.
+/// Time stamps of the recording and of self-test samples.
 struct RecordedDataReady(&'static Recording<'static, WHEELS>, Part);
 
-/// The recording, with wheels that can fail.
+/// Wheels of the recording, which can fail.
 struct RecordedWheels(&'static Recording<'static, WHEELS>, Part);
 
-struct Bench;
+struct TestParts;
 
-impl Parts for Bench {
+impl Parts for TestParts {
     type DataReady = RecordedDataReady;
     type Gyro = RecordedGyro;
     type Wheels = RecordedWheels;
@@ -82,7 +84,7 @@ impl crate::flight::sensors::Gyro for RecordedGyro {
 
 impl DataReady for RecordedDataReady {
     fn take_us(&mut self) -> Option<u64> {
-        assert!(!self.1.0.test_is_announced.get(), "a sample of the gyro's test is taken for one");
+        assert!(!self.1.0.test_sample_pending.get(), "a self-test sample is stepped");
         self.0.take_us()
     }
 
@@ -90,8 +92,8 @@ impl DataReady for RecordedDataReady {
         self.0.has_newer()
     }
 
-    fn forget(&mut self) {
-        self.1.0.test_is_announced.set(false);
+    fn discard(&mut self) {
+        self.1.0.test_sample_pending.set(false);
     }
 
     fn overruns(&self) -> u32 {
@@ -126,7 +128,7 @@ impl RateGyro for RecordedGyro {
     }
 
     fn self_test(&mut self, _: &mut impl DelayNs) -> Result<(), ()> {
-        self.1.0.test_is_announced.set(true);
+        self.1.0.test_sample_pending.set(true);
         if self.1.0.gyro_fails_its_test.get() { Err(()) } else { Ok(()) }
     }
 
@@ -243,16 +245,16 @@ impl Housekeeping for Part {
     }
 }
 
-/// A computer, and the ground.
+/// A computer and its ground station.
 struct Ground {
     world: Part,
-    computer: Computer<'static, Bench>,
+    computer: Computer<'static, TestParts>,
     receiver: Receiver,
     sequence_count: SequenceCount,
 }
 
 impl Ground {
-    /// A computer that flies these rows, with this in its flash.
+    /// A started computer with these samples and this content of the flash.
     fn new(rows: &'static [Row<WHEELS>], flash: Vec<u8>, reporting: Reporting) -> Self {
         Self::with_gyro(rows, flash, reporting, true)
     }
@@ -261,10 +263,10 @@ impl Ground {
         rows: &'static [Row<WHEELS>],
         flash: Vec<u8>,
         reporting: Reporting,
-        is_there: bool,
+        is_present: bool,
     ) -> Self {
         let world = Part(Rc::new(World { flash: RefCell::new(flash), ..World::default() }));
-        world.0.gyro_is_absent.set(!is_there);
+        world.0.gyro_is_absent.set(!is_present);
         let recording: &'static _ = Box::leak(Box::new(Recording::new(rows)));
         let sensors = crate::flight::flight_loop::Sensors {
             data_ready: RecordedDataReady(recording, world.clone()),
@@ -272,9 +274,15 @@ impl Ground {
             wheels: RecordedWheels(recording, world.clone()),
             torque: recording,
         };
-        let onboard = Box::leak(Box::new(SelectedEstimator::new(CRAFT).unwrap()));
-        let mut computer =
-            Computer::new(onboard, sensors, world.clone(), world.clone(), world.clone(), reporting);
+        let estimator = Box::leak(Box::new(SelectedEstimator::new(CRAFT).unwrap()));
+        let mut computer = Computer::new(
+            estimator,
+            sensors,
+            world.clone(),
+            world.clone(),
+            world.clone(),
+            reporting,
+        );
         computer.start();
         Self {
             world,
@@ -284,7 +292,7 @@ impl Ground {
         }
     }
 
-    /// Polls so often, a tenth of a second apart, and returns what was sent.
+    /// Polls the computer every 0.1 s and returns its telemetry.
     fn poll(&mut self, times: u32) -> Vec<Telemetry> {
         for _ in 0..times {
             self.world.0.now_us.set(self.world.0.now_us.get() + 100_000);
@@ -295,14 +303,14 @@ impl Ground {
         received.map(|received| -> Received { received.unwrap() }).map(|r| r.telemetry).collect()
     }
 
-    /// Sends a command, and returns the answer to it.
-    fn ask(&mut self, command: Command) -> StatusReport {
+    /// Sends a telecommand and returns its status report.
+    fn command(&mut self, command: Command) -> StatusReport {
         self.sequence_count = crate::link::packet::next(self.sequence_count);
         let packet = command.packet(self.sequence_count).unwrap();
         let frame = Frame::of(packet.bytes()).unwrap();
         self.world.0.to_computer.borrow_mut().extend(frame.bytes());
         let sent = self.poll(1);
-        let status = statuses(&sent).last().copied().expect("an answer");
+        let status = statuses(&sent).last().copied().expect("a status report");
         assert_eq!(status.last_command, Some(command.function()));
         assert_eq!(status.last_sequence_count, self.sequence_count.value());
         status
@@ -332,7 +340,7 @@ const PRIOR: Prior<f32> = Prior {
     sigma_kg_m2: [0.02, 0.02, 0.02, 0.005, 0.005, 0.005],
 };
 
-/// Room for a checkpoint of `window` in each half.
+/// Flash size, bytes: each half holds a checkpoint of `window`.
 const FLASH: usize = 64 * 1024;
 
 fn erased() -> Vec<u8> {
@@ -340,81 +348,90 @@ fn erased() -> Vec<u8> {
 }
 
 #[test]
-fn each_sample_comes_out_as_an_estimate_of_the_same_bits() {
+fn telemetry_equals_the_estimator_bit_for_bit() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
-    let mut alone = SelectedEstimator::new(CRAFT).unwrap();
+    let mut reference = SelectedEstimator::new(CRAFT).unwrap();
     for row in &ROWS {
-        let outcome = alone.step(&fsw_core::Sample {
+        let outcome = reference.step(&fsw_core::Sample {
             time_us: row.time_us,
             rate_rad_s: Vec3::from(row.rate_rad_s),
             wheel_speed_rad_s: row.wheel_speed_rad_s,
             torque_n_m: Vec3::from(row.torque_n_m),
             attitude: None,
         });
-        let expected = EstimateReport::of(EstimatorId::Window, &alone, row.time_us, Some(outcome));
+        let expected =
+            EstimateReport::of(EstimatorId::Window, &reference, row.time_us, Some(outcome));
         assert_eq!(estimates(&ground.poll(1)), [expected]);
     }
-    assert_eq!(alone.estimate().status, Status::Converged);
+    assert_eq!(reference.estimate().status, Status::Converged);
 }
 
 #[test]
-fn reports_come_at_the_period_that_the_ground_sets() {
+fn the_telemetry_period_is_commandable() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::Every(1_000));
     let sent = ground.poll(100);
     assert_eq!((statuses(&sent).len(), estimates(&sent).len()), (10, 10));
-    ground.ask(Command::SetTelemetryPeriod { ms: 200 });
+    ground.command(Command::SetTelemetryPeriod { ms: 200 });
     let sent = ground.poll(100);
     assert_eq!((statuses(&sent).len(), estimates(&sent).len()), (50, 50));
 }
 
 #[test]
-fn every_command_is_answered_and_refusals_are_told() {
+fn every_telecommand_has_a_status_report_with_its_result() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
-    assert_eq!(ground.ask(Command::Ping).last_command_done, Some(true));
-    let no_nominal = ground.ask(Command::Select(EstimatorId::EkfSgfRls));
+    assert_eq!(ground.command(Command::Ping).last_command_done, Some(true));
+    let no_nominal = ground.command(Command::Select(EstimatorId::EkfSgfRls));
     assert_eq!(no_nominal.last_command_done, Some(false));
-    assert_eq!(ground.ask(Command::SetPrior(PRIOR)).last_command_done, Some(true));
-    let selected = ground.ask(Command::Select(EstimatorId::EkfSgfRls));
+    assert_eq!(ground.command(Command::SetPrior(PRIOR)).last_command_done, Some(true));
+    let selected = ground.command(Command::Select(EstimatorId::EkfSgfRls));
     assert_eq!(selected.last_command_done, Some(true));
-    assert_eq!(ground.ask(Command::OpenWindow).last_command_done, Some(false), "it has none");
-    assert_eq!(ground.ask(Command::SetTorque([0.1, 0.0, 0.0])).torque_n_m, [0.1, 0.0, 0.0]);
+    assert_eq!(ground.command(Command::OpenWindow).last_command_done, Some(false), "no windows");
+    assert_eq!(ground.command(Command::SetTorque([0.1, 0.0, 0.0])).torque_n_m, [0.1, 0.0, 0.0]);
     assert_eq!(estimates(&ground.poll(1))[0].estimator, EstimatorId::EkfSgfRls);
 }
 
 #[test]
-fn a_computer_that_starts_again_goes_on_from_its_checkpoint() {
+fn a_restarted_computer_continues_from_its_checkpoint() {
     for id in EstimatorId::ALL {
         let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
-        ground.ask(Command::SetPrior(PRIOR));
-        ground.ask(Command::Select(id));
+        ground.command(Command::SetPrior(PRIOR));
+        ground.command(Command::Select(id));
         ground.poll(300);
-        // Commands are obeyed before the next sample is looked at.
-        let before = ground.computer.onboard().estimate();
-        let saved = ground.ask(Command::SaveCheckpoint);
-        // One for what was set, ten seconds after, and this one.
+        // Telecommands are executed before the next sample.
+        let before = ground.computer.estimator().estimate();
+        let saved = ground.command(Command::SaveCheckpoint);
+        // The first one was saved ten seconds after the telecommands.
         assert_eq!((saved.last_command_done, saved.checkpoints_saved), (Some(true), 2));
         let flash = ground.world.0.flash.borrow().clone();
 
         let mut again = Ground::new(&ROWS[303..], flash, Reporting::EachSample);
-        let after = again.computer.onboard();
+        let after = again.computer.estimator();
         assert_eq!((after.selected(), after.estimate()), (id, before));
         assert!(again.world.0.now_us.get() > ground.world.0.now_us.get());
-        let told = again.ask(Command::Ping);
-        assert!(told.uptime_s < 2, "{} s since the start, not since the first one", told.uptime_s);
+        let status = again.command(Command::Ping);
+        assert!(
+            status.uptime_s < 2,
+            "{} s since the start, not since the first one",
+            status.uptime_s
+        );
     }
 }
 
 #[test]
-fn a_checkpoint_is_sent_whole() {
+fn a_dump_contains_the_whole_checkpoint() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
-    ground.ask(Command::Select(EstimatorId::JointEkf));
-    assert_eq!(ground.ask(Command::DumpCheckpoint).last_command_done, Some(false), "none yet");
-    ground.ask(Command::SaveCheckpoint);
-    ground.ask(Command::DumpCheckpoint);
+    ground.command(Command::Select(EstimatorId::JointEkf));
+    assert_eq!(
+        ground.command(Command::DumpCheckpoint).last_command_done,
+        Some(false),
+        "no checkpoint"
+    );
+    ground.command(Command::SaveCheckpoint);
+    ground.command(Command::DumpCheckpoint);
     let mut bytes = Vec::new();
     let (mut next, mut parts) = (0, 0);
-    // The first parts went out with the answer.
-    ground.ask(Command::DumpCheckpoint);
+    // Starts again: the first parts were sent with the status report.
+    ground.command(Command::DumpCheckpoint);
     for telemetry in ground.poll(200) {
         if let Telemetry::Checkpoint(part) = telemetry {
             next = part.index + 1;
@@ -423,106 +440,106 @@ fn a_checkpoint_is_sent_whole() {
         }
     }
     assert!(parts > 3 && next == parts, "{next} of {parts}");
-    assert!(ground.world.0.flash.borrow().windows(bytes.len()).any(|there| there == bytes));
+    assert!(ground.world.0.flash.borrow().windows(bytes.len()).any(|stored| stored == bytes));
 }
 
 #[test]
-fn a_gyro_that_is_missing_is_told_tried_again_and_taken_when_it_comes() {
+fn an_absent_gyro_is_reported_and_started_once_it_answers() {
     let mut ground = Ground::with_gyro(&ROWS, erased(), Reporting::Every(1_000), false);
     let sent = ground.poll(45);
-    let told = statuses(&sent).last().copied().unwrap();
-    assert_eq!((told.gyro, told.gyro_identity), (GyroState::WrongIdentity, Some(0xff)));
-    assert!(told.gyro_failures > 30 && told.outcomes.accepted == 0);
-    assert_eq!(ground.world.0.gyro_starts.get(), 5, "at the start, and about once a second");
-    assert_eq!(ground.world.0.feeds.get(), 45, "the loop has done its work");
+    let status = statuses(&sent).last().copied().unwrap();
+    assert_eq!((status.gyro, status.gyro_identity), (GyroState::WrongIdentity, Some(0xff)));
+    assert!(status.gyro_failures > 30 && status.outcomes.accepted == 0);
+    assert_eq!(ground.world.0.gyro_starts.get(), 5, "at the start, then once a second");
+    assert_eq!(ground.world.0.feeds.get(), 45, "every round completes");
 
     ground.world.0.gyro_is_absent.set(false);
     let sent = ground.poll(30);
-    let told = statuses(&sent).last().copied().unwrap();
-    assert_eq!((told.gyro, told.gyro_identity), (GyroState::Ready, Some(0x42)));
-    assert_eq!(told.gyro_self_tests_failed, 0);
-    assert!(told.outcomes.accepted > 10);
+    let status = statuses(&sent).last().copied().unwrap();
+    assert_eq!((status.gyro, status.gyro_identity), (GyroState::Ready, Some(0x42)));
+    assert_eq!(status.gyro_self_tests_failed, 0);
+    assert!(status.outcomes.accepted > 10);
 }
 
 #[test]
-fn a_gyro_that_fails_its_test_is_told_and_flies_all_the_same() {
+fn a_gyro_that_fails_its_self_test_is_reported_and_used() {
     let mut ground = Ground::with_gyro(&ROWS, erased(), Reporting::Every(1_000), false);
     ground.world.0.gyro_is_absent.set(false);
     ground.world.0.gyro_fails_its_test.set(true);
     let sent = ground.poll(45);
-    let told = statuses(&sent).last().copied().unwrap();
-    assert_eq!((told.gyro, told.gyro_identity), (GyroState::SelfTestFailed, Some(0x42)));
-    assert_eq!(told.gyro_self_tests_failed, 1);
-    assert!(told.outcomes.accepted > 20);
+    let status = statuses(&sent).last().copied().unwrap();
+    assert_eq!((status.gyro, status.gyro_identity), (GyroState::SelfTestFailed, Some(0x42)));
+    assert_eq!(status.gyro_self_tests_failed, 1);
+    assert!(status.outcomes.accepted > 20);
 }
 
 #[test]
-fn wheels_that_fail_are_not_taken_for_a_silent_gyro() {
+fn wheel_errors_do_not_restart_the_gyro() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::Every(1_000));
     let starts = ground.world.0.gyro_starts.get();
     ground.world.0.wheels_fail.set(true);
     let sent = ground.poll(100);
-    let told = statuses(&sent).last().copied().unwrap();
-    assert!(told.wheel_failures > 80 && told.outcomes.accepted == 0);
+    let status = statuses(&sent).last().copied().unwrap();
+    assert!(status.wheel_failures > 80 && status.outcomes.accepted == 0);
     assert_eq!(ground.world.0.gyro_starts.get(), starts);
 }
 
 #[test]
-fn commands_in_a_row_are_answered_one_by_one() {
+fn queued_telecommands_have_one_status_report_each() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
-    let refused = Command::Select(EstimatorId::EkfSgfRls); // without a prior
-    for (count, command) in [(1, refused), (2, Command::Ping), (3, Command::Ping)] {
+    let rejected = Command::Select(EstimatorId::EkfSgfRls); // without a prior
+    for (count, command) in [(1, rejected), (2, Command::Ping), (3, Command::Ping)] {
         let packet = command.packet(SequenceCount::new(count)).unwrap();
         let frame = Frame::of(packet.bytes()).unwrap();
         ground.world.0.to_computer.borrow_mut().extend(frame.bytes());
     }
     let sent = ground.poll(3);
-    let answers: Vec<_> = statuses(&sent)
+    let results: Vec<_> = statuses(&sent)
         .iter()
         .map(|status| (status.last_sequence_count, status.last_command_done))
         .collect();
-    assert_eq!(answers, [(1, Some(false)), (2, Some(true)), (3, Some(true))]);
+    assert_eq!(results, [(1, Some(false)), (2, Some(true)), (3, Some(true))]);
 }
 
 #[test]
-fn what_the_ground_has_set_is_kept_before_long() {
+fn a_checkpoint_follows_a_change_by_telecommand() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
     ground.poll(10);
-    ground.ask(Command::SetPrior(PRIOR));
-    ground.ask(Command::Select(EstimatorId::EkfSgfRls));
+    ground.command(Command::SetPrior(PRIOR));
+    ground.command(Command::Select(EstimatorId::EkfSgfRls));
     ground.poll(101);
-    assert_eq!(ground.ask(Command::Ping).checkpoints_saved, 1, "both together");
+    assert_eq!(ground.command(Command::Ping).checkpoints_saved, 1, "one for both telecommands");
     let flash = ground.world.0.flash.borrow().clone();
     let again = Ground::new(&ROWS[303..], flash, Reporting::EachSample);
-    let onboard = again.computer.onboard();
-    assert_eq!((onboard.selected(), onboard.prior()), (EstimatorId::EkfSgfRls, Some(PRIOR)));
+    let estimator = again.computer.estimator();
+    assert_eq!((estimator.selected(), estimator.prior()), (EstimatorId::EkfSgfRls, Some(PRIOR)));
 }
 
-/// Halves that hold one or two checkpoints.
+/// Flash whose halves hold one or two checkpoints.
 fn small_flash() -> Vec<u8> {
     vec![0xff; 40 * 1024]
 }
 
-/// As long as an STM32F405 may take for a sector: twice the silence that a gyro is allowed.
+/// Longest erasure of a sector of an STM32F405, µs: twice `GYRO_SILENCE_US`.
 const ERASURE_US: u64 = 2_000_000;
 
 #[test]
-fn while_the_flash_is_erased_the_gyro_is_not_to_blame() {
+fn an_erasure_does_not_restart_the_gyro() {
     let mut ground = Ground::new(&ROWS, small_flash(), Reporting::EachSample);
     ground.world.0.erasure_us.set(ERASURE_US);
     let (starts, erasures) = (ground.world.0.gyro_starts.get(), ground.world.0.erasures.get());
     for _ in 0..10 {
-        ground.ask(Command::SaveCheckpoint);
+        ground.command(Command::SaveCheckpoint);
         ground.poll(5);
     }
     assert!(ground.world.0.erasures.get() > erasures);
     assert_eq!(ground.world.0.gyro_starts.get(), starts);
 }
 
-/// Three times a manoeuvre, in which a checkpoint is saved, and then two minutes of steady rotation, in
-/// which the window is concluded.
+/// Three manoeuvres with a save in each, every one followed by two minutes of steady rotation, in which
+/// the window closes.
 #[test]
-fn a_save_in_mid_manoeuvre_finds_its_room_erased_in_the_quiet_before() {
+fn space_for_a_save_is_erased_at_rest() {
     const MANOEUVRE: usize = 200;
     const QUIET: usize = 1_200;
     let mut rows = Vec::new();
@@ -530,7 +547,7 @@ fn a_save_in_mid_manoeuvre_finds_its_room_erased_in_the_quiet_before() {
         rows.extend_from_slice(&ROWS[..MANOEUVRE]);
         for k in 0..QUIET {
             let mut row = ROWS[MANOEUVRE];
-            // Not stuck: as if the gyro had a little noise.
+            // Small gyro noise: constant readings would count as stuck.
             row.rate_rad_s[k % 3] += 1e-5 * (k % 7) as f32;
             rows.push(row);
         }
@@ -540,24 +557,20 @@ fn a_save_in_mid_manoeuvre_finds_its_room_erased_in_the_quiet_before() {
     }
     let mut ground = Ground::new(Vec::leak(rows), small_flash(), Reporting::EachSample);
     let erasures = |ground: &Ground| ground.world.0.erasures.get();
-    assert_eq!(erasures(&ground), 1, "the flash was new");
+    assert_eq!(erasures(&ground), 1, "new flash");
     for manoeuvre in 1..=3 {
         ground.poll(MANOEUVRE as u32 - 50);
-        assert!(!ground.computer.onboard().is_at_rest());
-        assert_eq!(ground.ask(Command::SaveCheckpoint).last_command_done, Some(true));
-        assert_eq!(erasures(&ground), manoeuvre, "none in it");
+        assert!(!ground.computer.estimator().is_at_rest());
+        assert_eq!(ground.command(Command::SaveCheckpoint).last_command_done, Some(true));
+        assert_eq!(erasures(&ground), manoeuvre, "no erasure in the manoeuvre");
         ground.poll(QUIET as u32 + 49);
-        assert!(ground.computer.onboard().is_at_rest());
-        assert_eq!(
-            erasures(&ground),
-            manoeuvre + 1,
-            "the half that is left is too small for another"
-        );
+        assert!(ground.computer.estimator().is_at_rest());
+        assert_eq!(erasures(&ground), manoeuvre + 1, "no space for another checkpoint");
     }
 }
 
 #[test]
-fn noise_on_the_line_is_counted_and_does_no_harm() {
+fn noise_on_the_link_is_counted_and_ignored() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
     let mut state = 1_u32;
     let noise = core::iter::repeat_with(|| {
@@ -566,17 +579,17 @@ fn noise_on_the_line_is_counted_and_does_no_harm() {
     });
     ground.world.0.to_computer.borrow_mut().extend(noise.take(3_000));
     assert_eq!(estimates(&ground.poll(60)).len(), 60);
-    let status = ground.ask(Command::Ping);
+    let status = ground.command(Command::Ping);
     let uplink = status.uplink;
     assert_eq!(uplink.accepted, 1);
     assert!(uplink.truncated + uplink.malformed + uplink.wrong_checksum > 0, "{uplink:?}");
 }
 
 #[test]
-fn without_flash_it_flies_all_the_same() {
+fn the_computer_runs_without_flash() {
     let mut ground = Ground::new(&ROWS, Vec::new(), Reporting::EachSample);
     assert_eq!(estimates(&ground.poll(10)).len(), 10);
-    let status = ground.ask(Command::SaveCheckpoint);
+    let status = ground.command(Command::SaveCheckpoint);
     assert_eq!((status.last_command_done, status.checkpoints_failed), (Some(false), 1));
     assert_eq!(status.checkpoint, CheckpointState::Failed);
 }

@@ -1,20 +1,19 @@
-//! The defmt logger: every frame goes to RTT and to the board's serial port.
+//! The defmt logger: every frame goes to RTT and to the serial port of the log.
 //!
-//! RTT never blocks: without a probe its buffer fills and frames are dropped there. The serial
-//! port takes about 87 µs a byte at 115200 baud, with interrupts masked: log from the flight loop
-//! at a low rate, and from nothing that is faster.
+//! RTT never blocks: without a probe its buffer fills, and further frames are dropped. The serial port takes
+//! about 87 µs per byte at 115200 baud, with interrupts masked: for low rates, and never from an interrupt.
 
 use super::rtt::{self, UpWriter};
 use core::cell::RefCell;
 use critical_section::{Mutex, RestoreState};
 use defmt::Encoder;
 
-/// Where frames go, and the frame in work.
+/// Outputs, and the current frame.
 struct State {
     encoder: Encoder,
     rtt: UpWriter,
     output: Option<fn(u8)>,
-    /// The interrupt mask from before the frame in work.
+    /// Interrupt mask before the current frame.
     restore: RestoreState,
 }
 
@@ -33,12 +32,12 @@ pub fn init(output: fn(u8)) {
 #[defmt::global_logger]
 struct GlobalLogger;
 
-// SAFETY: `acquire` masks interrupts until the `release` that defmt pairs with it, and there is
-// one core, so that the bytes of two frames never mix, and a frame is never entered twice.
+// SAFETY: `acquire` masks interrupts until the `release` that defmt pairs with it, and there is one
+// core: frames neither mix nor nest.
 #[allow(unsafe_code, reason = "a defmt logger is an unsafe trait")]
 unsafe impl defmt::Logger for GlobalLogger {
     fn acquire() {
-        // SAFETY: released by `release`, with the state stored here.
+        // SAFETY: `release` restores the state stored here.
         let restore = unsafe { critical_section::acquire() };
         with_state(|state| {
             state.restore = restore;
@@ -55,7 +54,7 @@ unsafe impl defmt::Logger for GlobalLogger {
     }
 
     unsafe fn flush() {
-        // The serial port is written byte by byte, and RTT must not wait for a probe.
+        // The serial port is unbuffered, and RTT must not wait for a probe.
     }
 
     unsafe fn release() {
@@ -66,7 +65,7 @@ unsafe impl defmt::Logger for GlobalLogger {
             state.rtt.commit(&rtt::CONTROL_BLOCK);
             restore = state.restore;
         });
-        // SAFETY: `restore` is what the `acquire` of this frame got.
+        // SAFETY: `restore` is the state of the `acquire` of this frame.
         unsafe { critical_section::release(restore) };
     }
 }
@@ -80,8 +79,8 @@ fn send(rtt: &mut UpWriter, output: Option<fn(u8)>, bytes: &[u8]) {
     }
 }
 
-/// Runs `work` on the state. It is free whenever defmt calls; should it not be (a fault inside
-/// this file), the line is lost rather than the flight.
+/// Runs `work` on the state, which is free at every call of defmt. After a fault inside this file the line is
+/// lost, without a second failure.
 fn with_state(work: impl FnOnce(&mut State)) {
     critical_section::with(|section| {
         if let Ok(mut state) = STATE.borrow(section).try_borrow_mut() {

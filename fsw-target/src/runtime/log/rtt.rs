@@ -1,34 +1,33 @@
-//! The target's half of SEGGER's Real-Time Transfer: a ring buffer in RAM that a debug probe reads
-//! while the core runs.
+//! Target side of SEGGER's Real-Time Transfer: a ring buffer in RAM that a debug probe reads while the core
+//! runs.
 //!
-//! One up channel, named `defmt` so that `probe-rs run` decodes it. The probe finds the control
-//! block by its symbol, `_SEGGER_RTT`, and moves `read`; the target moves `write`. A frame that
-//! doesn't fit is dropped whole, so that the decoder never sees half of one.
+//! One up channel, named `defmt` so that `probe-rs run` decodes it. The probe finds the control block by its
+//! symbol, `_SEGGER_RTT`, and advances `read`; the target advances `write`. A frame that does not fit is
+//! dropped as a whole, so that the decoder never receives a part of one.
 //!
-//! Written here because the published crates don't fit: defmt-rtt is a logger of its own and can't
-//! be mirrored on a serial port, and the set-up macro of rtt-target keeps panicking code in an
-//! image that should have none. Built of atomics, it needs no unsafe access.
+//! The published crates do not fit: defmt-rtt is a logger itself and cannot copy to a serial port, and the
+//! set-up macro of rtt-target links panicking code. Built of atomics, this module needs no unsafe access.
 
 use core::sync::atomic::{AtomicPtr, AtomicU8, AtomicU32, Ordering};
 
-/// Bytes in the ring; one of them stays free. The log's longest burst between two visits of the
+/// Size of the ring, bytes, one of them unused: the longest burst of the log between two reads of the
 /// probe.
 const SIZE: usize = 1024;
 
-/// The ring of the one channel.
+/// Ring of the channel.
 pub static BUFFER: Ring = [const { AtomicU8::new(0) }; SIZE];
 
-/// Where the probe looks.
+/// Control block, found by the probe.
 #[allow(unsafe_code, reason = "the probe finds the control block by this symbol")]
 // SAFETY: no other item of the image has this name.
 #[unsafe(export_name = "_SEGGER_RTT")]
 #[used]
 pub static CONTROL_BLOCK: ControlBlock = ControlBlock::new(&BUFFER);
 
-/// The bytes of a channel.
+/// Bytes of a channel.
 pub type Ring = [AtomicU8; SIZE];
 
-/// The control block as SEGGER lays it out: a header, then one up channel and no down channel.
+/// Control block in the layout of SEGGER: a header, one up channel, no down channel.
 #[repr(C)]
 pub struct ControlBlock {
     id: [u8; 16],
@@ -39,8 +38,7 @@ pub struct ControlBlock {
     size: u32,
     write: AtomicU32,
     read: AtomicU32,
-    /// What to do when the ring is full, as the probe would like it. Not obeyed: flight never
-    /// waits for a probe.
+    /// Behaviour for a full ring, as set by the probe. Ignored: flight never waits for a probe.
     flags: AtomicU32,
 }
 
@@ -60,11 +58,11 @@ impl ControlBlock {
     }
 }
 
-/// The frame in work.
+/// Writer of the current frame.
 pub struct UpWriter {
-    /// Where the next byte goes; the probe doesn't see it before `commit`.
+    /// Index of the next byte, published to the probe by `commit`.
     write: usize,
-    /// The frame is one that didn't fit.
+    /// The frame does not fit.
     overrun: bool,
 }
 
@@ -91,7 +89,7 @@ impl UpWriter {
         }
     }
 
-    /// Shows the frame to the probe, or takes it back if it didn't fit.
+    /// Publishes the frame to the probe, or discards it if it does not fit.
     pub fn commit(&mut self, block: &ControlBlock) {
         if self.overrun {
             self.write = block.write.load(Ordering::Relaxed) as usize;
@@ -107,7 +105,7 @@ mod tests {
     use super::*;
     use std::{boxed::Box, vec::Vec};
 
-    /// A channel of its own for each test, and the probe's side of it.
+    /// The channel of one test, with the probe's side.
     struct Channel {
         ring: &'static Ring,
         block: ControlBlock,
@@ -142,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_arrive_in_order_and_survive_the_wrap() {
+    fn frames_are_read_in_order_across_the_wrap() {
         let mut channel = Channel::new();
         for start in 0..30 {
             let frame: Vec<u8> = (start..start + 100).collect();
@@ -152,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_does_not_fit_is_dropped_whole() {
+    fn a_frame_that_does_not_fit_is_dropped_as_a_whole() {
         let mut channel = Channel::new();
         channel.send(&[1; 1000]);
         channel.send(&[2; 100]);
@@ -172,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn the_control_block_lies_as_the_probe_expects() {
+    fn the_control_block_has_the_layout_of_segger() {
         use core::mem::{offset_of, size_of};
         assert_eq!(offset_of!(ControlBlock, up_channels), 16);
         assert_eq!(offset_of!(ControlBlock, name), 24);

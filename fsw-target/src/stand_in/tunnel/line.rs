@@ -1,4 +1,4 @@
-//! Asking: a request goes out, and what comes back is its reply, or the tunnel has ended.
+//! Requests and replies: each request is answered by its reply, or the tunnel ends.
 
 use super::{FAILED, HELLO, IDLE, Message, NEXT, NEXT_WITH_TORQUE, NO, SOURCES, Setup, VERSION};
 use crate::link::frame::{FrameReceiver, MAX_FRAME, MAX_PACKET};
@@ -9,30 +9,29 @@ use embedded_hal_nb::nb;
 use embedded_hal_nb::serial::{Read, Write};
 use embedded_storage::nor_flash::{NorFlashError, NorFlashErrorKind};
 
-/// How often a byte is offered, or looked for, before the simulator is given up: a minute at 168 MHz and
-/// twenty cycles each, and more than that in an emulator, or with a port that sleeps. The simulator takes
-/// milliseconds.
-const PATIENCE: u32 = 500_000_000;
+/// Attempts to send or receive a byte before the simulator counts as silent: one minute at 168 MHz and
+/// twenty cycles each, longer in an emulator or with a port that sleeps. The simulator takes milliseconds.
+const ATTEMPTS: u32 = 500_000_000;
 
-/// A serial port to the simulator.
+/// Serial port to the simulator.
 pub trait Port: Read<u8> + Write<u8> {
-    /// Reads a byte, as [`Read::read`]; if there is none, it may sleep until something happens.
+    /// [`Read::read`], which may sleep until the next interrupt if there is no byte.
     fn listen(&mut self) -> nb::Result<u8, Self::Error> {
         self.read()
     }
 }
 
-/// Why there is no answer.
+/// Reason for a missing reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum TunnelError {
-    /// The simulator doesn't take or send any more.
+    /// The simulator no longer receives or sends.
     Silent,
-    /// What came isn't a reply to the request.
+    /// The received message is no reply to the request.
     Garbled,
-    /// The simulator says no: a bus that fails, a place that the flash hasn't, or no further sample.
+    /// The request cannot be fulfilled: bus error, address outside the flash, or end of the flight.
     No,
-    /// More bytes than a message holds, or an operation that no driver here uses.
+    /// Too many bytes for a message, or an operation outside the protocol.
     NotTunnelled,
 }
 
@@ -51,14 +50,14 @@ impl NorFlashError for TunnelError {
     }
 }
 
-/// The line to the simulator, and what several parts share of what came over it.
+/// The line to the simulator, with the received data that several parts share.
 #[derive(Debug)]
 pub struct Tunnel<P> {
     line: RefCell<Line<P>>,
     now_us: Cell<u64>,
     torque_n_m: Cell<[f32; 3]>,
-    /// While the ground hasn't got all that it is to be told, no sample is asked for.
-    is_held: Cell<bool>,
+    /// No sample is requested while telemetry is pending.
+    is_paused: Cell<bool>,
     end: Cell<Option<TunnelError>>,
 }
 
@@ -75,57 +74,57 @@ impl<P: Port> Tunnel<P> {
             line: RefCell::new(Line { port, frames: FrameReceiver::new() }),
             now_us: Cell::new(0),
             torque_n_m: Cell::new([0.0; 3]),
-            is_held: Cell::new(false),
+            is_paused: Cell::new(false),
             end: Cell::new(None),
         }
     }
 
-    /// What spacecraft this is. The first request.
+    /// Requests the spacecraft data. The first request.
     ///
     /// # Errors
-    /// Why there is no answer.
+    /// See [`TunnelError`].
     pub fn hello(&self) -> Result<Setup, TunnelError> {
-        let introduction = |fields: &mut Writer<'_>| {
+        let version = |fields: &mut Writer<'_>| {
             fields.put(&[VERSION]);
             SOURCES.put(fields);
         };
-        let setup = self.ask(HELLO, introduction, Setup::take)?;
+        let setup = self.request(HELLO, version, Setup::take)?;
         self.now_us.set(setup.now_us);
         Ok(setup)
     }
 
-    /// Tells that the flight computer gives up, and why.
+    /// Sends the reason why the flight computer stops.
     ///
     /// # Errors
     /// [`TunnelError::Silent`].
-    pub fn give_up(&self, why: &str) -> Result<(), TunnelError> {
+    pub fn report_failure(&self, reason: &str) -> Result<(), TunnelError> {
         let mut line = self.line.try_borrow_mut().map_err(|_| TunnelError::NotTunnelled)?;
-        line.send(FAILED, &|fields| fields.put(why.as_bytes()))
+        line.send(FAILED, &|fields| fields.put(reason.as_bytes()))
     }
 
-    /// No sample is asked for while this is so.
-    pub fn hold(&self, is_held: bool) {
-        self.is_held.set(is_held);
+    /// Pauses or resumes the requests of samples.
+    pub fn pause(&self, is_paused: bool) {
+        self.is_paused.set(is_paused);
     }
 
-    /// Why there are no further samples: [`TunnelError::No`] if the flight is over.
+    /// Reason for the end of samples: [`TunnelError::No`] at the end of the flight.
     pub fn end(&self) -> Option<TunnelError> {
         self.end.get()
     }
 
-    /// The time of the last sample, µs: between samples time stands still.
+    /// Time of the last sample, µs; constant between samples.
     pub fn now_us(&self) -> u64 {
         self.now_us.get()
     }
 
-    /// The torque that was commanded at the last sample, body axes, N m.
+    /// External torque at the last sample, body axes, N m.
     pub fn torque_n_m(&self) -> [f32; 3] {
         self.torque_n_m.get()
     }
 
-    /// The next sample, if there is one now.
+    /// Requests the next sample and returns its time stamp, µs; `None` if there is none now.
     pub(super) fn next(&self) -> Option<u64> {
-        if self.is_held.get() || self.end.get().is_some() {
+        if self.is_paused.get() || self.end.get().is_some() {
             return None;
         }
         let announced = self.exchange(NEXT, |_| (), announced);
@@ -146,8 +145,8 @@ impl<P: Port> Tunnel<P> {
         }
     }
 
-    /// Asks, and takes the reply's fields.
-    pub(super) fn ask<R>(
+    /// Sends a request and reads the fields of its reply.
+    pub(super) fn request<R>(
         &self,
         kind: u8,
         fields: impl Fn(&mut Writer<'_>),
@@ -177,7 +176,7 @@ impl<P: Port> Tunnel<P> {
     }
 }
 
-/// What a reply to [`NEXT`] says: time since the last sample, and the torque where it is another one.
+/// Reply to [`NEXT`]: time since the last sample, µs, and a new external torque, N m.
 type Announced = Option<(u32, Option<[f32; 3]>)>;
 
 fn announced(kind: u8, fields: &mut Reader<'_>) -> Result<Announced, TunnelError> {
@@ -195,14 +194,14 @@ fn announced(kind: u8, fields: &mut Reader<'_>) -> Result<Announced, TunnelError
 }
 
 impl<P: Port> Line<P> {
-    // Not inlined: message and frame take half a kilobyte of the stack, which is free again while the reply
-    // is waited for and taken.
+    // Not inlined: message and frame take half a kilobyte of the stack, which is released before the
+    // reply is read.
     #[inline(never)]
     fn send(&mut self, kind: u8, fields: &dyn Fn(&mut Writer<'_>)) -> Result<(), TunnelError> {
         let message = Message::new(kind, fields);
         let Some(frame) = message.frame() else { return Err(TunnelError::NotTunnelled) };
         for byte in frame.bytes() {
-            patiently(|| self.port.write(*byte))?;
+            repeat(|| self.port.write(*byte))?;
         }
         Ok(())
     }
@@ -211,9 +210,9 @@ impl<P: Port> Line<P> {
         &mut self,
         take: impl FnOnce(&[u8]) -> Result<R, TunnelError>,
     ) -> Result<R, TunnelError> {
-        // A reply is one frame, so that noise can't be listened to without end.
+        // A reply is one frame: bounds the time on a noisy line.
         for _ in 0..MAX_FRAME {
-            let byte = patiently(|| self.port.listen())?;
+            let byte = repeat(|| self.port.listen())?;
             if let Some(found) = self.frames.push(byte) {
                 return found.map_err(|_| TunnelError::Garbled).and_then(take);
             }
@@ -222,9 +221,9 @@ impl<P: Port> Line<P> {
     }
 }
 
-/// Tries until it is done, or for too long.
-fn patiently<R, E>(mut attempt: impl FnMut() -> nb::Result<R, E>) -> Result<R, TunnelError> {
-    for _ in 0..PATIENCE {
+/// Repeats an attempt until it succeeds, up to [`ATTEMPTS`].
+fn repeat<R, E>(mut attempt: impl FnMut() -> nb::Result<R, E>) -> Result<R, TunnelError> {
+    for _ in 0..ATTEMPTS {
         match attempt() {
             Ok(done) => return Ok(done),
             Err(nb::Error::WouldBlock) => {}

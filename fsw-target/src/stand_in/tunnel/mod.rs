@@ -1,9 +1,9 @@
-//! A flight computer's sensors at the other end of a serial line: the processor in the loop.
+//! Sensors, flash and clock of a simulator on a serial line: the processor in the loop.
 //!
-//! The flight computer asks, a simulator answers: what spacecraft it is, when the next sample is, what
-//! a transaction on the gyro's bus returns, what the wheels' timer has captured, what is in the flash.
-//! So the computer, its drivers, conversions and estimators are those that fly, on the processor that
-//! flies them; only the pins are missing. In lock-step: nothing happens while nobody asks.
+//! The flight computer sends requests, the simulator replies: spacecraft data, time of the next sample,
+//! result of a transaction on the bus of the gyro, captures of the wheel timer, content of the flash.
+//! Computer, drivers, conversions and estimators are those of the flight image, on its processor; only the
+//! pins are not involved. The simulator waits for requests: both run in lock-step.
 //!
 //! ```text
 //!  flight computer                                              simulator
@@ -14,23 +14,23 @@
 //! | request | fields | reply |
 //! |---|---|---|
 //! | [`HELLO`] | version of this protocol; [`SOURCES`], u64 | [`Setup`] |
-//! | [`NEXT`] | – | µs since the last sample, u32; [`NEXT_WITH_TORQUE`]: and N m, 3 × f32; [`IDLE`]: not yet; NO: the flight is over |
-//! | [`TRANSFER`] | bytes to read, bytes to write | the bytes read; NO: the bus failed |
+//! | [`NEXT`] | – | µs since the last sample, u32; [`NEXT_WITH_TORQUE`]: and N m, 3 × f32; [`IDLE`]: no sample yet; NO: end of the flight |
+//! | [`TRANSFER`] | bytes to read, bytes to write | the bytes read; NO: bus error |
 //! | [`WAIT`] | µs, u32 | – |
 //! | [`CAPTURES`] | – | [`Captures`] |
 //! | [`FLASH_READ`] | offset, u32; bytes to read | the bytes; NO: out of range |
 //! | [`FLASH_WRITE`] | offset, u32; bytes | –; NO: out of range |
 //! | [`FLASH_ERASE`] | from, to, u32 | –; NO: out of range |
-//! | [`FAILED`] | why, as text | none |
+//! | [`FAILED`] | reason, as text | none |
 //!
-//! Fields are big-endian, as in [`crate::link::wire`]. Few bytes, and few of them twice: in QEMU each byte
-//! to the computer takes tens of microseconds. Whoever gets a frame that isn't whole gives up:
-//! a line that loses bytes would make a wrong bit look like one of the computer's.
+//! Fields are big-endian, as in [`crate::link::wire`]. Messages are short, since each byte to the computer
+//! takes tens of microseconds in QEMU. Either end stops at an incomplete frame: a line that loses bytes
+//! would make a transmission error look like an error of the computer.
 //!
 //! 1. This file: the messages, for both ends.
-//! 2. [`setup`]: what spacecraft it is.
-//! 3. [`line`](Tunnel): asking.
-//! 4. [`parts`]: what plays the parts of a board for [`crate::flight::computer::Computer`].
+//! 2. [`setup`]: spacecraft data.
+//! 3. [`Tunnel`]: requests and replies, at the computer's end.
+//! 4. [`parts`]: the parts of a [`crate::flight::computer::Computer`], each by requests.
 
 mod line;
 pub mod parts;
@@ -45,61 +45,62 @@ use crate::link::frame::{Frame, MAX_PACKET};
 use crate::link::wire::{Reader, Writer, record};
 use crc::{CRC_16_IBM_3740, Crc};
 
-/// Changes with the meaning of any message.
+/// Version of the protocol; changes with the meaning of any message.
 pub const VERSION: u8 = 2;
 
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
-/// Who are we? The first request.
+/// Request: spacecraft data. The first one.
 pub const HELLO: u8 = 1;
-/// The next sample, please; the last one has been handled.
+/// Request: the next sample, after the last one has been processed.
 pub const NEXT: u8 = 2;
-/// A transaction on the gyro's bus.
+/// Request: a transaction on the bus of the gyro.
 pub const TRANSFER: u8 = 3;
-/// Time passes for the gyro.
+/// Request: a delay of the gyro driver.
 pub const WAIT: u8 = 4;
-/// What the wheels' timer holds.
+/// Request: captures of the wheel timer.
 pub const CAPTURES: u8 = 5;
-/// What is in the flash.
+/// Request: content of the flash.
 pub const FLASH_READ: u8 = 6;
-/// Clears bits of the flash.
+/// Request: programs the flash, clearing bits.
 pub const FLASH_WRITE: u8 = 7;
-/// Sets all bits of pages of the flash.
+/// Request: erases pages of the flash, setting all bits.
 pub const FLASH_ERASE: u8 = 8;
-/// The flight computer gives up.
+/// Message: the flight computer stops after an error.
 pub const FAILED: u8 = 9;
-/// In place of [`NEXT`] in a reply: a sample, and the torque from now on, body axes.
+/// Reply to [`NEXT`]: a sample, and a new external torque, body axes.
 pub const NEXT_WITH_TORQUE: u8 = 10;
-/// In place of [`NEXT`] in a reply: no sample yet. The computer does its other work, and asks again.
+/// Reply to [`NEXT`]: no sample yet. The computer continues with its other tasks and repeats the request.
 pub const IDLE: u8 = 0xFE;
-/// In place of the request's kind in a reply: it can't be.
+/// Reply to any request that cannot be fulfilled.
 pub const NO: u8 = 0xFF;
 
-/// Bytes in a transaction on a bus or with the flash, either way. A reading of the gyro takes six.
+/// Largest number of bytes per direction of a transaction on the bus or with the flash. A reading of the
+/// gyro has six.
 pub const MAX_TRANSFER: usize = 64;
 
-/// Bytes of the flash: two halves that each hold a checkpoint of the largest estimator.
+/// Size of the flash, bytes: two halves, each for a checkpoint of the largest estimator.
 pub const FLASH_BYTES: u32 = 64 * 1024;
-/// Bytes that are erased together.
+/// Size of a page, the unit of an erasure, bytes.
 pub const PAGE_BYTES: u32 = 4 * 1024;
 
-/// CRC-16 with polynomial 0x1021 and start value 0xffff, as the telemetry has.
+/// CRC-16 of telemetry: polynomial 0x1021, start value 0xffff.
 static CHECKSUM: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
 record! {
-    /// What the wheels' timer holds, at the sample's time.
+    /// Captures of the wheel timer at the time of a sample.
     struct Captures {
-        /// The sample's time, as the timer counts.
+        /// Count of the timer at the sample.
         now_ticks: u32, "ticks";
         /// Position of each wheel at its last edge, two's complement.
         edges: [u32; WHEELS], "edges";
-        /// When that was.
+        /// Count of the timer at that edge.
         last_edge_ticks: [u32; WHEELS], "ticks";
     }
 }
 
 impl Captures {
-    /// From the wheels, which were all captured at the same instant.
+    /// From captures of all wheels at the same instant.
     pub fn new(captured: &[Captured; WHEELS]) -> Self {
         Self {
             now_ticks: captured.first().map_or(0, |captured| captured.now_ticks),
@@ -108,11 +109,11 @@ impl Captures {
         }
     }
 
-    /// As the driver wants it.
+    /// The captures, in the form of the driver.
     pub fn of_wheels(&self) -> [Captured; WHEELS] {
         let mut captured = [Captured { now_ticks: self.now_ticks, ..Captured::default() }; WHEELS];
-        let held = self.edges.iter().zip(&self.last_edge_ticks);
-        for (captured, (edges, last_edge_ticks)) in captured.iter_mut().zip(held) {
+        let fields = self.edges.iter().zip(&self.last_edge_ticks);
+        for (captured, (edges, last_edge_ticks)) in captured.iter_mut().zip(fields) {
             captured.edges = edges.cast_signed();
             captured.last_edge_ticks = *last_edge_ticks;
         }
@@ -120,16 +121,16 @@ impl Captures {
     }
 }
 
-/// A message of either side.
+/// A message of either end.
 #[derive(Debug)]
 pub struct Message {
     bytes: [u8; MAX_PACKET],
-    /// None: its fields are too long.
+    /// `None` if the fields are too long.
     length: Option<usize>,
 }
 
 impl Message {
-    /// A message whose fields `fields` writes.
+    /// A message with the fields written by `fields`.
     pub fn new(kind: u8, fields: impl FnOnce(&mut Writer<'_>)) -> Self {
         let mut bytes = [0; MAX_PACKET];
         let mut writer = Writer::new(&mut bytes);
@@ -141,20 +142,20 @@ impl Message {
         message
     }
 
-    /// Adds the checksum.
+    /// Appends the checksum and returns the new length.
     fn seal(&mut self) -> Option<usize> {
-        let (written, room) = self.bytes.split_at_mut_checked(self.length?)?;
+        let (written, unused) = self.bytes.split_at_mut_checked(self.length?)?;
         let checksum = CHECKSUM.checksum(written).to_be_bytes();
-        *room.first_chunk_mut()? = checksum;
+        *unused.first_chunk_mut()? = checksum;
         Some(written.len() + checksum.len())
     }
 
-    /// As it goes over the line, between two delimiters; `None` where it doesn't fit.
+    /// The frame on the line; `None` if the message is too long.
     pub fn frame(&self) -> Option<Frame> {
         Frame::of(self.bytes.get(..self.length?)?)
     }
 
-    /// Kind and fields of a packet; `None` where its checksum is wrong.
+    /// Kind and fields of a packet; `None` if its checksum is wrong.
     pub fn open(packet: &[u8]) -> Option<(u8, Reader<'_>)> {
         let (written, checksum) = packet.split_last_chunk::<2>()?;
         if CHECKSUM.checksum(written) != u16::from_be_bytes(*checksum) {
@@ -184,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_goes_there_and_back() {
+    fn a_message_is_received_as_sent() {
         let captured = [-3, 0, 7, i32::MIN].map(|edges| Captured {
             edges,
             last_edge_ticks: 0xDEAD_BEEF,
@@ -198,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_bit_is_noticed_wherever_it_is() {
+    fn any_wrong_bit_is_detected() {
         let sent = packet(&Message::new(WAIT, |out| out.put(&[0, 0, 0x75, 0x30])));
         for bit in 0..8 * sent.len() {
             let mut garbled = sent.clone();

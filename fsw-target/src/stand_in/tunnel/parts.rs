@@ -1,4 +1,4 @@
-//! What plays the parts of a board for the flight computer: each asks through the tunnel.
+//! The parts of a flight computer on a tunnel: each sends requests to the simulator.
 
 use super::setup::Unfit;
 use super::{
@@ -24,7 +24,7 @@ use embedded_hal_nb::serial::{Read, Write};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use fsw_core::Vec3;
 
-/// How a board is that isn't there: the same on the processor and on the host, but for the stack.
+/// Health in place of a board's: equal on processor and host, except for the stack.
 pub const HEALTH: Health = Health {
     reset_cause: ResetCause::Unknown,
     clock: ClockSource::Internal,
@@ -34,8 +34,7 @@ pub const HEALTH: Health = Health {
     last_run: LastRun { failure: None, failures: 0 },
 };
 
-/// The parts of a flight computer whose sensors are at the end of a tunnel through the port `P`, and
-/// whose link is `L`.
+/// Parts of a flight computer with a tunnel on port `P` and the link `L`.
 #[derive(Debug, Clone, Copy)]
 pub struct Tunnelled<'a, P, L>(PhantomData<(&'a P, L)>);
 
@@ -53,9 +52,9 @@ where
     type Board = NoBoard<'a, P>;
 }
 
-/// The flight computer at this end of a tunnel. It is still to be started. Inline, as [`Computer::new`] is.
+/// The flight computer on a tunnel, before its start. Inlined, as [`Computer::new`] is.
 ///
-/// `stack_high_water_bytes` says how much of the stack has been used.
+/// `stack_high_water_bytes` measures the stack, bytes.
 ///
 /// # Errors
 /// See [`Unfit`].
@@ -63,7 +62,7 @@ where
 pub fn computer<'a, P, L>(
     tunnel: &'a Tunnel<P>,
     setup: &Setup,
-    onboard: &'a mut SelectedEstimator,
+    estimator: &'a mut SelectedEstimator,
     link: L,
     stack_high_water_bytes: fn() -> u32,
 ) -> Result<Computer<'a, Tunnelled<'a, P, L>>, Unfit>
@@ -79,17 +78,17 @@ where
         torque: Samples { tunnel },
     };
     let board = NoBoard { clock: Bus { tunnel }, stack_high_water_bytes };
-    Ok(Computer::new(onboard, sensors, link, Flash { tunnel }, board, Reporting::EachSample))
+    Ok(Computer::new(estimator, sensors, link, Flash { tunnel }, board, Reporting::EachSample))
 }
 
-/// The data-ready line, and the torque that is commanded at each sample.
+/// Time stamps and external torque of the samples.
 #[derive(Debug)]
 pub struct Samples<'a, P> {
     tunnel: &'a Tunnel<P>,
 }
 
 impl<P: Port> DataReady for Samples<'_, P> {
-    /// Waits for the simulator: in lock-step there is no time in between.
+    /// Requests the next sample, and blocks for the reply.
     fn take_us(&mut self) -> Option<u64> {
         self.tunnel.next()
     }
@@ -98,8 +97,8 @@ impl<P: Port> DataReady for Samples<'_, P> {
         false
     }
 
-    /// None is announced but when it is asked for.
-    fn forget(&mut self) {}
+    /// No effect: no sample is pending.
+    fn discard(&mut self) {}
 
     fn overruns(&self) -> u32 {
         0
@@ -111,11 +110,11 @@ impl<P: Port> TorqueCommand for Samples<'_, P> {
         Vec3::from(self.tunnel.torque_n_m())
     }
 
-    /// The simulator commands.
+    /// No effect: the simulator determines the torque.
     fn command(&mut self, _: Vec3<f32>) {}
 }
 
-/// The gyro's bus, and the clock by which its driver waits.
+/// Bus of the gyro, and delays of its driver.
 #[derive(Debug)]
 pub struct Bus<'a, P> {
     tunnel: &'a Tunnel<P>,
@@ -126,7 +125,7 @@ impl<P> SpiErrorType for Bus<'_, P> {
 }
 
 impl<P: Port> SpiDevice for Bus<'_, P> {
-    /// Writes, then one read: all that a driver of registers does.
+    /// Writes, then at most one read: the transactions of register drivers.
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), TunnelError> {
         let mut bytes = [0; MAX_TRANSFER];
         let mut writer = Writer::new(&mut bytes);
@@ -145,11 +144,11 @@ impl<P: Port> SpiDevice for Bus<'_, P> {
             fields.put(&[read]);
             fields.put(written);
         };
-        self.tunnel.ask(TRANSFER, fields, |reply| fill(into, reply))
+        self.tunnel.request(TRANSFER, fields, |reply| fill(into, reply))
     }
 }
 
-/// Takes as many bytes as there is room for, and no more may be left.
+/// Fills the buffer from the reply, which must have the same length.
 fn fill(into: &mut [u8], reply: &mut crate::link::wire::Reader<'_>) -> Result<(), Unreadable> {
     for byte in into {
         let [value] = reply.take::<1>()?;
@@ -159,13 +158,13 @@ fn fill(into: &mut [u8], reply: &mut crate::link::wire::Reader<'_>) -> Result<()
 }
 
 impl<P: Port> DelayNs for Bus<'_, P> {
-    /// A wait that isn't heard of ends at once; the next transaction says what is wrong.
+    /// Returns at once after an error, which the next transaction reports.
     fn delay_ns(&mut self, ns: u32) {
-        let _ = self.tunnel.ask(WAIT, |fields| ns.div_ceil(1000).put(fields), |_| Ok(()));
+        let _ = self.tunnel.request(WAIT, |fields| ns.div_ceil(1000).put(fields), |_| Ok(()));
     }
 }
 
-/// The wheels' timer. Without wheels it holds nothing, and nobody is asked.
+/// Wheel timer. Without wheels it sends no request and returns zeros.
 #[derive(Debug)]
 pub struct Timer<'a, P> {
     tunnel: &'a Tunnel<P>,
@@ -184,12 +183,12 @@ impl<P: Port> CaptureTimer<WHEELS> for Timer<'_, P> {
         if !self.has_wheels {
             return Ok([Captured::default(); WHEELS]);
         }
-        let captures = self.tunnel.ask(CAPTURES, |_| (), Captures::take)?;
+        let captures = self.tunnel.request(CAPTURES, |_| (), Captures::take)?;
         Ok(captures.of_wheels())
     }
 }
 
-/// The flash memory.
+/// Flash.
 #[derive(Debug)]
 pub struct Flash<'a, P> {
     tunnel: &'a Tunnel<P>,
@@ -210,7 +209,7 @@ impl<P: Port> ReadNorFlash for Flash<'_, P> {
                 offset.put(fields);
                 fields.put(&[length]);
             };
-            self.tunnel.ask(FLASH_READ, fields, |reply| fill(part, reply))?;
+            self.tunnel.request(FLASH_READ, fields, |reply| fill(part, reply))?;
             offset = offset.saturating_add(u32::from(length));
         }
         Ok(())
@@ -226,7 +225,7 @@ impl<P: Port> NorFlash for Flash<'_, P> {
     const ERASE_SIZE: usize = PAGE_BYTES as usize;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), TunnelError> {
-        self.tunnel.ask(FLASH_ERASE, |fields| [from, to].put(fields), |reply| reply.end())
+        self.tunnel.request(FLASH_ERASE, |fields| [from, to].put(fields), |reply| reply.end())
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), TunnelError> {
@@ -236,14 +235,14 @@ impl<P: Port> NorFlash for Flash<'_, P> {
                 offset.put(fields);
                 fields.put(part);
             };
-            self.tunnel.ask(FLASH_WRITE, fields, |reply| reply.end())?;
+            self.tunnel.request(FLASH_WRITE, fields, |reply| reply.end())?;
             offset = offset.saturating_add(part.len() as u32);
         }
         Ok(())
     }
 }
 
-/// The rest of a board: the samples' clock, the stack, and no watchdog.
+/// Services in place of a board's: the clock of the samples, the stack measurement, no watchdog.
 #[derive(Debug)]
 pub struct NoBoard<'a, P> {
     clock: Bus<'a, P>,
@@ -257,7 +256,7 @@ impl<'a, P: Port> Housekeeping for NoBoard<'a, P> {
         self.clock.tunnel.now_us()
     }
 
-    /// The simulator's clock doesn't stop with the computer.
+    /// No effect: the clock of the simulator runs independently of the computer.
     fn resume_at(&mut self, _: u64) {}
 
     fn delay(&mut self) -> &mut Bus<'a, P> {

@@ -1,4 +1,4 @@
-//! What spacecraft the processor flies, and how its sensors are made.
+//! Spacecraft data and sensor settings of the processor in the loop, sent by the simulator.
 
 use crate::drivers::gyro::bmi088::{Range, Settings};
 use crate::drivers::wheel_tach::{self, CaptureTimer, WheelTach};
@@ -9,45 +9,45 @@ use fsw_core::Prior;
 use fsw_core::{ConfigError, Mat};
 
 record! {
-    /// What spacecraft the processor flies, and how its sensors are made.
+    /// Spacecraft data and sensor settings.
     struct Setup {
-        /// The time now, by the clock that stamps samples.
+        /// Time of the clock that stamps samples.
         now_us: u64, "µs";
         /// Spin axis of each wheel, body axes.
         wheel_axes: [[f32; 3]; WHEELS], "–";
-        /// Spin inertia of each wheel; zero where there is none.
+        /// Spin inertia of each wheel; zero for an absent wheel.
         spin_inertia_kg_m2: [f32; WHEELS], "kg m²";
         /// Gyro noise, one sigma per sample.
         gyro_noise_rad_s: f32, "rad/s";
-        /// The inertia before the flight, and one sigma of each element, if anything is known.
+        /// Inertia before the flight and one sigma of each element, if known.
         prior_kg_m2: Option<[[f32; 6]; 2]>, "kg m²";
-        /// The gyro's range, as its register has it.
+        /// Range of the gyro, by the value of its register.
         range: u8, "–";
-        /// Rotation from the gyro's axes to the body's, column by column.
+        /// Rotation from gyro axes to body axes, by columns.
         body_from_sensor: [[f32; 3]; 3], "–";
-        /// Edges in a turn of each wheel; zero where there is none.
+        /// Edges per turn of each wheel; zero for an absent wheel.
         edges_per_turn: [u16; WHEELS], "edges";
-        /// A wheel without an edge for so long stands still.
+        /// Time without an edge after which a wheel is at rest.
         zero_after_s: f32, "s";
-        /// The wheels' timer.
+        /// Rate of the wheel timer.
         ticks_per_s: u32, "1/s";
     }
 }
 
-/// Why a flight computer can't be set up so.
+/// Reason why a setup is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Unfit {
-    /// The estimators refuse the craft.
+    /// The estimator does not accept the craft.
     Craft(ConfigError),
-    /// The tachometers' settings can't be.
+    /// Invalid settings of the tachometers.
     Tachometers(wheel_tach::ConfigError),
-    /// No range of the gyro has this number.
+    /// Unknown range of the gyro.
     Range,
 }
 
 impl Setup {
-    /// What the estimators are told.
+    /// The spacecraft, as estimators are configured for it.
     pub fn craft(&self) -> Craft<WHEELS> {
         let prior =
             |[inertia_kg_m2, sigma_kg_m2]: [[f32; 6]; 2]| Prior { inertia_kg_m2, sigma_kg_m2 };
@@ -59,15 +59,15 @@ impl Setup {
         }
     }
 
-    /// The estimators, at their start.
+    /// The estimator, before its first sample.
     ///
     /// # Errors
     /// [`Unfit::Craft`].
-    pub fn onboard(&self) -> Result<SelectedEstimator, Unfit> {
+    pub fn estimator(&self) -> Result<SelectedEstimator, Unfit> {
         SelectedEstimator::new(self.craft()).map_err(Unfit::Craft)
     }
 
-    /// How the gyro is set up. Its data rate is the default: whoever announces samples has the time.
+    /// Settings of the gyro. Its data rate is the default one: the simulator determines the time of samples.
     ///
     /// # Errors
     /// [`Unfit::Range`].
@@ -79,7 +79,7 @@ impl Setup {
         })
     }
 
-    /// The tachometers on a timer.
+    /// The tachometers of a timer.
     ///
     /// # Errors
     /// [`Unfit::Tachometers`].
@@ -95,7 +95,7 @@ impl Setup {
         WheelTach::new(timer, &config).map_err(Unfit::Tachometers)
     }
 
-    /// Whether there is any wheel to ask for.
+    /// True if the spacecraft has a wheel.
     pub fn has_wheels(&self) -> bool {
         self.edges_per_turn.iter().any(|edges| *edges > 0)
     }

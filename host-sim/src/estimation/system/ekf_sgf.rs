@@ -33,7 +33,7 @@ fn of_published<T: Real, const W: usize>(
     let missing = SetUpError::NoNominalInertia { estimator: setup.estimator };
     let nominal = setup.prior().ok_or(missing)?;
     let mut config = published(setup.required_gyro_noise_rad_s()?, nominal);
-    if let Some(walk) = setup.craft.rate_walk_rad_s_sqrt_s {
+    if let Some(walk) = setup.craft.filter.rate_walk_rad_s_sqrt_s {
         // The stated walk is the whole process noise, as in the papers.
         config.rate_ekf.rate_walk_rad_s_sqrt_s = T::lit(walk);
         config.rate_ekf.acceleration_doubt = T::zero();

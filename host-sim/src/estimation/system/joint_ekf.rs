@@ -53,7 +53,7 @@ fn bellar_2019<T: Real>(setup: &Setup<'_>) -> Result<Config<T>, SetUpError> {
 /// Defaults replaced by the properties that the craft states.
 fn configure<T: Real>(mut config: Config<T>, setup: &Setup<'_>) -> Config<T> {
     config.prior = setup.prior().or(config.prior);
-    if let Some(walk) = setup.craft.rate_walk_rad_s_sqrt_s {
+    if let Some(walk) = setup.craft.filter.rate_walk_rad_s_sqrt_s {
         config.rate_walk_rad_s_sqrt_s = T::lit(walk);
     }
     if let Some(walk) = setup.inertia_walk_kg_m2_sqrt_s() {

@@ -1,4 +1,4 @@
-//! `window`: maximum-likelihood fit of each manoeuvre.
+//! `window`: Gauss-Newton fit of each manoeuvre as a whole.
 
 use fsw_core::estimator::window::{Config, Window};
 use fsw_core::{Real, WheelArray};
@@ -10,8 +10,9 @@ use crate::input::craft::SolveFor;
 
 /// Blocks that the estimator stores.
 const BLOCKS: usize = 512;
-/// Shortest block, s. A gyro sampled at more than twice its inverse is averaged over a block: a body
-/// turns little in this time, and vibration is faster.
+/// Shortest block, s. A block has at least the core's default number of samples; at a higher sample
+/// rate it has more, so that its mean covers this time. A body turns little in it, and vibration is
+/// faster.
 const SHORTEST_BLOCK_S: f64 = 2e-3;
 /// Unknowns without disturbances to solve for: momentum, inertia, and the torque that is tested for.
 const WITH_TORQUE: usize = 12;
@@ -49,7 +50,7 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
     }
     config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(TORQUE_SIGMA_N_M));
     config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(BIAS_SIGMA_RAD_S));
-    config.is_torque_smooth = setup.craft.is_torque_smooth;
+    config.is_torque_smooth = setup.craft.filter.is_torque_smooth;
     let block_samples = (SHORTEST_BLOCK_S / setup.sample_period_s).round();
     config.block_samples = config.block_samples.max(block_samples as u32);
     setup.configure_gate(&mut config.gate);

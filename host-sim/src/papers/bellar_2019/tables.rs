@@ -3,7 +3,7 @@
 use fsw_core::Inertia;
 
 use super::trial::{Bellar2019, Bellar2019Trial, CAMPAIGN, OneFlight, PUBLISHED};
-use crate::campaign::{MAX_CONVERGED_BOUNDS, MAX_HONEST_SIGMAS, Verdict};
+use crate::campaign::{MAX_CONSISTENT_SIGMAS, MAX_CONVERGED_BOUNDS, Verdict};
 use crate::estimation::Method;
 use crate::input::ELEMENT_NAMES;
 use crate::papers::case::OWN;
@@ -140,7 +140,7 @@ impl Bellar2019 {
             "The initial tensor is uniform within ±30 and ±2 kg m². It is physical in \
              {physical_percent:.1} % of the runs; in seven of eight a moment is negative. Diverged: \
              by its own status, or with an error above {MAX_CONVERGED_BOUNDS:.0} bounds and above \
-             {MAX_HONEST_SIGMAS:.0} of its own sigmas. {} needs no initial estimate.",
+             {MAX_CONSISTENT_SIGMAS:.0} of its own sigmas. {} needs no initial estimate.",
             OWN.estimator
         )
     }

@@ -92,7 +92,7 @@ impl<'o, 'a> Software<'o, 'a> {
 
     /// Estimators of the computer.
     pub fn onboard(&self) -> &SelectedEstimator {
-        self.computer.onboard()
+        self.computer.estimator()
     }
 }
 

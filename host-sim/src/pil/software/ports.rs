@@ -92,7 +92,7 @@ impl DataReady for Ports<'_> {
     }
 
     /// A sample is announced on request only: there is none to discard.
-    fn forget(&mut self) {}
+    fn discard(&mut self) {}
 
     fn overruns(&self) -> u32 {
         0

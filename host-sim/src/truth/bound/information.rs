@@ -116,11 +116,12 @@ mod tests {
     use crate::input::scenario::Scenario;
     use crate::truth::Flight;
 
-    /// The spin-up of STSAT-3, one sigma in per cent of each element, derived independently.
+    /// Bound of the STSAT-3 spin-up, one sigma in per cent of each element, from an independent
+    /// derivation.
     const STSAT_3_PERCENT: [f64; 6] = [0.0194, 0.0144, 0.0157, 1.294, 1.196, 0.142];
 
     #[test]
-    fn stsat_3_is_bounded_as_known() {
+    fn bound_of_stsat_3_matches_an_independent_derivation() {
         let scenario = Scenario::load("stsat3-spin-up").unwrap();
         let bound = Flight::simulate(&scenario).unwrap().bound;
         assert_eq!(bound.observed_directions, 6);
@@ -132,20 +133,20 @@ mod tests {
     }
 
     #[test]
-    fn who_must_find_a_disturbance_too_finds_the_inertia_less_well() {
+    fn unknown_torque_increases_the_bound_of_the_inertia() {
         let mut scenario = Scenario::load("microsat-slew").unwrap();
         scenario.disturbance_torque_n_m = Vector3::new(1e-5, -1e-5, 0.0);
-        let alone = Flight::simulate(&scenario).unwrap().bound;
+        let known = Flight::simulate(&scenario).unwrap().bound;
         scenario.solve_for.torque = true;
-        let both = Flight::simulate(&scenario).unwrap().bound;
-        assert_eq!(both.unknowns.names().len(), 12);
+        let unknown = Flight::simulate(&scenario).unwrap().bound;
+        assert_eq!(unknown.unknowns.names().len(), 12);
         for i in 0..6 {
-            let ratio = both.sigma_kg_m2[i].unwrap() / alone.sigma_kg_m2[i].unwrap();
+            let ratio = unknown.sigma_kg_m2[i].unwrap() / known.sigma_kg_m2[i].unwrap();
             assert!(ratio > 1.01, "element {i}: {ratio}");
         }
     }
 
-    /// A body that is shaken during these times, s, and whatever else happens to it.
+    /// Scenario with torques about three axes during these times, s, and further keys.
     fn shaken(duration_s: f64, during_s: &str, other: &str) -> Scenario {
         let text = format!(
             r#"
@@ -171,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_sudden_change_the_bound_is_that_of_a_flight_that_begins_there() {
+    fn bound_after_a_sudden_change_equals_that_of_a_flight_starting_there() {
         let change = "[[change]]\ntime_s = 40\ninertia_kg_m2 = [3, 4, 5.25, 0.1, 0.2, -0.1]\n";
         let mut scenario = shaken(110.0, "[[0, 20], [50, 110]]", change);
         scenario.spacecraft.inertia_kg_m2 = [3.0, 4.0, 5.0, 0.0, 0.0, 0.0];
@@ -187,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slew_about_one_axis_shows_three_directions_and_one_that_wanders_shows_six() {
+    fn slew_about_one_axis_observes_three_directions() {
         let bound = |name| Flight::simulate(&Scenario::load(name).unwrap()).unwrap().bound;
         assert_eq!(bound("kim-2010-slew").observed_directions, 3);
         let microsat = bound("microsat-slew");

@@ -100,8 +100,8 @@ mod tests {
     use crate::input::scenario::change::Stretch;
     use crate::truth::integrate::advance;
 
-    /// A body of another inertia beside the true one, with the wheel momentum of the true flight,
-    /// `J' ω̇' = −ḣ_w − ω' × (J' ω' + h_w)`: what the wheels do is measured, not computed again.
+    /// A body with another inertia `J′` and the wheel momentum of the true flight,
+    /// `J′ ω̇′ = −ḣ_w − ω′ × (J′ ω′ + h_w)`, since the wheel speeds are measured.
     struct Neighbour<'a> {
         craft: &'a Spacecraft<'a>,
         scenario: &'a Scenario,
@@ -116,7 +116,7 @@ mod tests {
             let motors = self.craft.motor_torque_n_m(time_s, &state[..end]);
             let mut torque = Vector3::zeros();
             for (motor, driven) in motors.iter().zip(&self.scenario.wheels) {
-                // ḣ_w of a wheel: its axial momentum less the part that turns with the body.
+                // ḣ_w of a wheel: slope of its axial momentum less that of the part turning with the body.
                 let wheel = &driven.wheel;
                 let with_body = wheel.spin_inertia_kg_m2 * wheel.axis.dot(&acceleration);
                 torque -= wheel.axis * (motor - with_body);
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn sensitivities_of_a_closed_loop_are_differences_between_flights_of_the_same_wheels() {
+    fn closed_loop_sensitivities_match_finite_differences_at_equal_wheel_momentum() {
         let scenario = Scenario::load("microsat-slew").unwrap();
         let craft = Spacecraft::new(&scenario);
         let equations = Sensitivities::new(&craft, Unknowns::of(&scenario));
@@ -159,13 +159,13 @@ mod tests {
             };
             let slope = (at(1.0) - at(-1.0)) / (2.0 * step);
             let error = (slope - expected.column(column)).norm();
-            // Third derivatives times the step squared, and rounding over the step.
+            // Truncation (third derivative times step²) and rounding over the step.
             assert!(error < 1e-7 * expected.column(column).norm().max(1e-2), "{column}: {error}");
         }
     }
 
     #[test]
-    fn sensitivities_of_a_drifting_body_are_differences_between_flights_of_the_same_drift() {
+    fn drift_sensitivities_match_finite_differences() {
         let mut scenario = Scenario::load("stsat3-spin-up").unwrap();
         scenario.changes.drift_per_hour = [0.5, -0.5, 0.3, 4.0, 4.0, -2.0];
         let stretch = scenario.stretch(0);
@@ -187,13 +187,13 @@ mod tests {
             let slope = (at(1.0) - at(-1.0)) / (2.0 * step);
             let expected = expected.column(3 + element);
             let error = (slope - expected).norm();
-            // Third derivatives times the step squared, and rounding over the step.
+            // Truncation (third derivative times step²) and rounding over the step.
             assert!(error < 1e-7 * expected.norm().max(1e-2), "{element}: {error}");
         }
     }
 
     #[test]
-    fn sensitivities_to_a_disturbance_torque_are_differences_between_flights_that_feel_it() {
+    fn torque_sensitivities_match_finite_differences() {
         let mut scenario = Scenario::load("stsat3-spin-up").unwrap();
         scenario.solve_for.torque = true;
         let craft = Spacecraft::new(&scenario);
@@ -213,7 +213,7 @@ mod tests {
             let slope = (at(1.0) - at(-1.0)) / (2.0 * step_n_m) * craft.mean_moment_kg_m2();
             let expected = expected.column(9 + axis);
             let error = (slope - expected).norm();
-            // Third derivatives times the step squared, and rounding over the step.
+            // Truncation (third derivative times step²) and rounding over the step.
             assert!(error < 1e-5 * expected.norm(), "{axis}: {error} of {}", expected.norm());
         }
     }

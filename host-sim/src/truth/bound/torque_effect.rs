@@ -111,7 +111,7 @@ mod tests {
     use crate::input::Scenario;
     use crate::truth::Flight;
 
-    /// A minute under torques about three axes, and so short of samples that a fit is quick.
+    /// One minute under torques about three axes, at a low sample rate for a quick fit.
     const SHAKEN: &str = r#"name = "shaken"
 duration_s = 60.0
 [spacecraft]
@@ -137,7 +137,7 @@ noise_rad_s = 1e-4
         Flight::simulate(&asked).unwrap().bound.torque.unwrap()
     }
 
-    /// All rates of a flight, one below the other.
+    /// Rates of a flight as one vector.
     fn rates(scenario: &Scenario) -> DVector<f64> {
         let flight = Flight::simulate(scenario).unwrap();
         let all =
@@ -145,8 +145,8 @@ noise_rad_s = 1e-4
         DVector::from_iterator(3 * flight.instants.len(), all)
     }
 
-    /// Initial rate and elements that fit these rates best without any disturbance, by Gauss-Newton
-    /// with differences between simulated flights; and the size of the residual.
+    /// Least-squares fit of initial rate and elements to these rates, without a disturbance, by
+    /// Gauss-Newton with finite differences; and the norm of the residual.
     fn fit(start: &Scenario, measured: &DVector<f64>) -> (Scenario, f64) {
         const STEP: f64 = 1e-4;
         let moved = |from: &Scenario, by: &DVector<f64>| {
@@ -177,7 +177,7 @@ noise_rad_s = 1e-4
     }
 
     #[test]
-    fn a_fit_that_does_not_know_of_the_torque_errs_by_as_much_and_leaves_as_much() {
+    fn effect_matches_error_and_residual_of_a_fit() {
         let truth = scenario(SHAKEN);
         let effect = effect(&truth);
         for axis in 0..3 {
@@ -200,10 +200,10 @@ noise_rad_s = 1e-4
         }
     }
 
-    /// From rest under a torque `u` that doesn't change, one along it by a small share ε looks as if
-    /// the inertia were smaller by that share.
+    /// From rest under a constant torque `u`, a disturbance `ε u` has the effect of an inertia smaller
+    /// by the share ε.
     #[test]
-    fn a_torque_along_the_commanded_one_is_taken_for_another_inertia() {
+    fn torque_along_the_commanded_one_is_absorbed_by_the_inertia() {
         let mut spin_up = Scenario::load("stsat3-spin-up").unwrap();
         spin_up.duration_s = 200.0;
         let effect = effect(&spin_up);
@@ -219,7 +219,7 @@ noise_rad_s = 1e-4
     }
 
     #[test]
-    fn an_element_that_is_not_shown_has_no_error() {
+    fn unobserved_element_has_no_error() {
         let mut slew = Scenario::load("kim-2010-slew").unwrap();
         slew.duration_s = 60.0;
         assert!(effect(&slew).inertia_error_kg_m2_per_n_m.contains(&None));

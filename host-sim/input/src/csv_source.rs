@@ -1,29 +1,29 @@
-//! A CSV file with named columns, row by row, so that every complaint about it can name the line
-//! and the column.
+//! A CSV file with named columns: the source of line and column in errors.
 //!
-//! Columns are found by name, in any order. Line ends may be LF or CRLF, a byte-order mark is
-//! dropped, spaces around a cell don't count, and empty lines are skipped.
+//! Columns are found by name, in any order. Line ends are LF or CRLF. A byte-order mark, spaces
+//! around a cell and empty lines are ignored.
 
 use std::path::Path;
 
 use csv::StringRecord;
 
-use super::error::{CsvProblem, InputError, Place, Problem};
-use super::nearest::nearest;
-use super::toml_source::{decode_utf8, read_utf8};
+use crate::csv_problem::CsvProblem;
+use crate::error::{InputError, Place, Problem};
+use crate::nearest::nearest;
+use crate::text::{decode_utf8, read_utf8};
 
 /// The header and the rows of a CSV file.
 #[derive(Debug)]
-pub(super) struct CsvSource {
+pub struct CsvSource {
     file: String,
     columns: Vec<String>,
     rows: Vec<CsvRow>,
 }
 
-/// One row: as many cells as the header has columns.
+/// One row, with one cell per column of the header.
 #[derive(Debug)]
-pub(super) struct CsvRow {
-    /// Its line in the file, from 1.
+pub struct CsvRow {
+    /// Line in the file, from 1.
     pub line: u64,
     cells: StringRecord,
     is_last: bool,
@@ -31,27 +31,33 @@ pub(super) struct CsvRow {
 
 /// A column of a [`CsvSource`].
 #[derive(Clone, Debug)]
-pub(super) struct Column {
-    /// Its name in the header.
+pub struct Column {
+    /// Name in the header.
     pub name: String,
     index: usize,
 }
 
 impl CsvSource {
     /// Reads a file.
-    pub(super) fn read(path: &Path) -> Result<Self, InputError> {
+    ///
+    /// # Errors
+    /// As of [`Self::decode`], or the file cannot be read.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
         Self::parse(&path.display().to_string(), &read_utf8(path)?)
     }
 
-    /// Reads the bytes of a file already in memory; `file` is what errors call it.
-    pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
+    /// Reads the bytes of a file; `file` is the name in errors.
+    ///
+    /// # Errors
+    /// Not UTF-8, no rows, a repeated column, or a row of another length than the header.
+    pub fn decode(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
         Self::parse(file, decode_utf8(file, bytes)?)
     }
 
     fn parse(file: &str, text: &str) -> Result<Self, InputError> {
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
-            .flexible(true) // the length of each row is checked below, with better words
+            .flexible(true) // check_lengths reports the length of a row with its remedy
             .from_reader(text.as_bytes());
         let mut source = Self { file: file.to_owned(), columns: Vec::new(), rows: Vec::new() };
         let end = text.trim_end().len() as u64;
@@ -84,15 +90,18 @@ impl CsvSource {
         Ok(source)
     }
 
-    /// The column called `name`. Where there is none, the error points to the one most like it,
-    /// but never to one that `has_a_meaning` of its own.
-    pub(super) fn column(
+    /// The column called `name`.
+    ///
+    /// # Errors
+    /// The column is absent. The error names the most similar column, except the columns that
+    /// `is_known` recognises.
+    pub fn column(
         &self,
         name: &str,
-        has_a_meaning: impl Fn(&str) -> bool,
+        is_known: impl Fn(&str) -> bool,
     ) -> Result<Column, InputError> {
         let index = self.columns.iter().position(|column| column == name).ok_or_else(|| {
-            let free: Vec<&String> = self.columns.iter().filter(|c| !has_a_meaning(c)).collect();
+            let free: Vec<&String> = self.columns.iter().filter(|c| !is_known(c)).collect();
             let problem = CsvProblem::MissingColumn {
                 column: name.to_owned(),
                 nearest: nearest(name, &free).map(str::to_owned),
@@ -104,22 +113,25 @@ impl CsvSource {
     }
 
     /// The names of the columns, in the order of the file.
-    pub(super) fn columns(&self) -> &[String] {
+    pub fn columns(&self) -> &[String] {
         &self.columns
     }
 
     /// The rows, top to bottom; at least one.
-    pub(super) fn rows(&self) -> &[CsvRow] {
+    pub fn rows(&self) -> &[CsvRow] {
         &self.rows
     }
 
     /// The cell of `row` in `column` as text.
-    pub(super) fn text<'row>(&self, row: &'row CsvRow, column: &Column) -> &'row str {
+    pub fn text<'row>(&self, row: &'row CsvRow, column: &Column) -> &'row str {
         row.cells.get(column.index).unwrap_or_default()
     }
 
     /// The cell of `row` in `column` as a finite number.
-    pub(super) fn number(&self, row: &CsvRow, column: &Column) -> Result<f64, InputError> {
+    ///
+    /// # Errors
+    /// The cell is not a number, or not finite.
+    pub fn number(&self, row: &CsvRow, column: &Column) -> Result<f64, InputError> {
         let text = self.text(row, column);
         let number: f64 = text.parse().map_err(|_| self.not_a_number(row, column))?;
         if number.is_finite() {
@@ -131,9 +143,9 @@ impl CsvSource {
 
     /// The error for a cell that is not a number.
     ///
-    /// The last cell of the last row is usually not wrong but cut: a log whose power went away ends
-    /// in `1.0e-` or in nothing after the comma.
-    pub(super) fn not_a_number(&self, row: &CsvRow, column: &Column) -> InputError {
+    /// In the last cell of the file it is reported as a cut: a log interrupted by loss of power ends
+    /// in `1.0e-` or after the comma.
+    pub fn not_a_number(&self, row: &CsvRow, column: &Column) -> InputError {
         let is_last_cell = column.index + 1 == self.columns.len();
         if row.is_last && is_last_cell {
             return self.cut_row(row);
@@ -142,8 +154,8 @@ impl CsvSource {
         self.error(Some(row.line), CsvProblem::NotANumber { column: column.name.clone(), text })
     }
 
-    /// An error about a line of this file, or about the whole of it.
-    pub(super) fn error(&self, line: Option<u64>, problem: CsvProblem) -> InputError {
+    /// An error at a line of this file, or of the whole file.
+    pub fn error(&self, line: Option<u64>, problem: CsvProblem) -> InputError {
         InputError { place: Place { file: self.file.clone(), line }, problem: problem.into() }
     }
 
@@ -190,10 +202,10 @@ impl CsvSource {
     }
 }
 
-/// Counts lines along a text.
+/// Line numbers of byte offsets, ascending.
 ///
-/// The CSV reader says where it started to look for a record, which is before the empty lines and
-/// the second half of a CRLF that it then skips; its own line numbers are too small there.
+/// The CSV reader reports the offset at which its search for a record started. That offset precedes
+/// skipped empty lines and the second half of a CRLF, so the reader's own line numbers are too small.
 struct LineCounter<'a> {
     text: &'a [u8],
     counted: usize,
@@ -205,7 +217,7 @@ impl<'a> LineCounter<'a> {
         Self { text: text.as_bytes(), counted: 0, line: 1 }
     }
 
-    /// The line of the first cell at or after `byte`, which must not be less than the time before.
+    /// The line of the first cell at or after `byte`. The offsets of successive calls must ascend.
     fn line_at(&mut self, byte: u64) -> u64 {
         let rest = self.text.iter().enumerate().skip(self.counted);
         for (index, character) in rest {
@@ -232,7 +244,7 @@ mod tests {
         parse(text).unwrap_err().to_string()
     }
 
-    /// The error of reading column `b` of every row.
+    /// The error of column `b`.
     fn message_in_b(text: &str) -> String {
         let source = parse(text).unwrap();
         let b = source.column("b", |_| false).unwrap();
@@ -242,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_found_in_any_order_whatever_the_line_ends() {
+    fn columns_are_found_in_any_order_with_any_line_end() {
         for text in ["b,a\n2,1\n", "\u{feff}b,a\r\n2,1\r\n", "b , a\n\n 2, 1", "b,a\n2,1\n  \n"] {
             let source = parse(text).unwrap();
             let a = source.column("a", |_| false).unwrap();
@@ -251,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_counted_as_an_editor_does() {
+    fn line_numbers_include_empty_lines() {
         for end in ["\n", "\r\n"] {
             let text = ["a", "1", "", "\"2\"", "3", "", "4"].join(end);
             let lines: Vec<u64> = parse(&text).unwrap().rows().iter().map(|row| row.line).collect();
@@ -260,42 +272,42 @@ mod tests {
     }
 
     #[test]
-    fn empty_file_is_refused() {
+    fn empty_file_is_rejected() {
         let expected = "x.csv: the file is empty; the first line must name the columns";
         assert_eq!(message(""), expected);
         assert_eq!(message("\u{feff}\r\n \n"), expected);
     }
 
     #[test]
-    fn header_alone_is_refused() {
+    fn header_without_rows_is_rejected() {
         assert_eq!(message("a,b\n"), "x.csv: no row follows the header; is this the right file?");
     }
 
     #[test]
-    fn other_separators_are_recognised() {
+    fn other_separators_are_reported() {
         for text in ["a;b\n1;2\n", "a\tb\n1\t2\n"] {
             assert!(message(text).contains("not separated by commas"), "{text:?}");
         }
     }
 
     #[test]
-    fn missing_column_names_the_nearest() {
+    fn missing_column_is_reported_with_the_nearest() {
         let message =
             parse("t,rate_x\n0,1\n").unwrap().column("rate_x_rad_s", |_| false).unwrap_err();
         assert_eq!(
             message.to_string(),
-            "x.csv:1: no column `rate_x_rad_s` (is it `rate_x`? then rename it, mind its unit); \
+            "x.csv:1: no column `rate_x_rad_s` (if it is `rate_x`, rename that; check its unit); \
              the columns are: t, rate_x"
         );
     }
 
     #[test]
-    fn column_given_twice_is_refused() {
-        assert!(message("a,b,a\n1,2,3\n").contains("column `a` is there twice"));
+    fn repeated_column_is_rejected() {
+        assert!(message("a,b,a\n1,2,3\n").contains("column `a` appears twice"));
     }
 
     #[test]
-    fn cell_that_is_not_a_number_is_named() {
+    fn cell_that_is_not_a_number_is_reported() {
         assert_eq!(
             message_in_b("a,b,c\n1,2,3\n1,x2,3\n1,2,3\n"),
             "x.csv:3: column `b`: \"x2\" is not a number; correct or remove the row"
@@ -304,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn cell_that_is_not_finite_is_named() {
+    fn cell_that_is_not_finite_is_reported() {
         for bad in ["nan", "NaN", "inf", "-Infinity", "1e999"] {
             let message = message_in_b(&format!("a,b\n1,2\n1,{bad}\n"));
             assert!(message.starts_with("x.csv:3: column `b`: "), "{message}");
@@ -313,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn row_of_the_wrong_length_is_named() {
+    fn row_of_the_wrong_length_is_reported() {
         assert_eq!(
             message("a,b\n1\n1,2\n"),
             "x.csv:2: 1 cells, but the header names 2 columns; complete or remove the row"
@@ -323,13 +335,13 @@ mod tests {
     }
 
     #[test]
-    fn last_row_too_short_was_cut() {
+    fn short_last_row_is_reported_as_cut() {
         for text in ["a,b,c\n1,2,3\n1,2.", "a,b,c\n1,2,3\n1,2.\n", "a,b,c\r\n1,2,3\r\n1,2.\r\n\r\n"]
         {
             let message = message(text);
             assert!(
                 message.starts_with(
-                    "x.csv:3: the file was cut in mid-row: the last row ends at \"2.\", 2 of 3"
+                    "x.csv:3: the file is cut in mid-row: the last row ends at \"2.\", 2 of 3"
                 ),
                 "{message}"
             );
@@ -337,21 +349,21 @@ mod tests {
     }
 
     #[test]
-    fn last_cell_that_is_not_a_number_was_cut() {
+    fn last_cell_that_is_not_a_number_is_reported_as_cut() {
         for end in ["", "-", "1.5e-"] {
             let message = message_in_b(&format!("a,b\n1,2\n1,{end}"));
-            assert!(message.starts_with("x.csv:3: the file was cut in mid-row"), "{message}");
+            assert!(message.starts_with("x.csv:3: the file is cut in mid-row"), "{message}");
         }
     }
 
     #[test]
-    fn text_that_is_not_utf8_is_found_by_line() {
+    fn bytes_outside_utf8_are_reported_with_their_line() {
         let message = CsvSource::decode("x.csv", b"a,b\n1,2\n\xff\xfe,3\n").unwrap_err();
         assert!(message.to_string().starts_with("x.csv:3: not UTF-8 text"));
     }
 
     #[test]
-    fn missing_file_is_named() {
+    fn missing_file_is_reported_by_name() {
         let message = CsvSource::read(Path::new("no/such.csv")).unwrap_err().to_string();
         assert!(message.starts_with("no/such.csv: cannot be read: "), "{message}");
     }

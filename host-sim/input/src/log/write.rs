@@ -1,24 +1,26 @@
-//! Writes a log as it is read: the simulator's samples, for replay.
+//! From samples to a CSV file that [`RecordedLog::load`](super::RecordedLog::load) reads.
 
 use std::io;
 
-use super::LogRow;
+use super::columns::{ATTITUDE, GYRO, TIME, TORQUE, wheel};
+use super::record::LogRow;
 use super::time::seconds_text;
 
-/// Writes `rows` as CSV with the columns that [`RecordedLog::load`](super::RecordedLog::load) reads.
+/// Writes `rows` as CSV.
 ///
-/// Numbers are as short as they can be while reading back as the same `f64`. The first row says how
-/// many wheels there are, and whether the attitude is known.
+/// Each number has the shortest decimal form that reads back as the same `f64`. The first row
+/// determines the wheel columns, and whether there are attitude columns.
+///
+/// # Errors
+/// As of the writer.
 pub fn write_log<W: io::Write>(out: W, rows: &[LogRow]) -> io::Result<()> {
     let wheels = rows.first().map_or(0, |row| row.wheel_speed_rad_s.len());
-    let mut header: Vec<String> = ["t_s", "gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s"]
-        .iter()
-        .map(|name| (*name).to_owned())
-        .collect();
-    header.extend((1..=wheels).map(|wheel| format!("wheel_{wheel}_rad_s")));
-    header.extend(["x", "y", "z"].iter().map(|axis| format!("torque_{axis}_n_m")));
-    if rows.first().is_some_and(|row| row.attitude.is_some()) {
-        header.extend((1..=4).map(|element| format!("attitude_q{element}")));
+    let has_attitude = rows.first().is_some_and(|row| row.attitude.is_some());
+    let mut header: Vec<String> = [TIME].iter().chain(&GYRO).map(|name| (*name).into()).collect();
+    header.extend((1..=wheels).map(wheel));
+    header.extend(TORQUE.map(String::from));
+    if has_attitude {
+        header.extend(ATTITUDE.map(String::from));
     }
 
     let mut out = csv::Writer::from_writer(out);
@@ -28,7 +30,7 @@ pub fn write_log<W: io::Write>(out: W, rows: &[LogRow]) -> io::Result<()> {
             .chain(&row.wheel_speed_rad_s)
             .chain(row.torque_n_m.iter())
             .chain(row.attitude.iter().flatten())
-            .map(|value| format!("{value:?}")); // Debug: 1e-30, where Display writes out the zeros
+            .map(|value| format!("{value:?}")); // Debug: 1e-30; Display writes all zeros
         out.write_record(std::iter::once(seconds_text(row.time_us)).chain(values))?;
     }
     out.flush()
@@ -38,11 +40,11 @@ pub fn write_log<W: io::Write>(out: W, rows: &[LogRow]) -> io::Result<()> {
 mod tests {
     use nalgebra::Vector3;
 
-    use super::super::RecordedLog;
+    use super::super::record::RecordedLog;
     use super::*;
 
     #[test]
-    fn written_log_reads_back_the_same() {
+    fn written_log_reads_back_exactly() {
         let row = |line: u64, time_us| LogRow {
             line,
             time_us,
@@ -60,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn time_is_written_as_it_is_read() {
+    fn columns_and_numbers_are_written_in_log_format() {
         let row = LogRow {
             line: 2,
             time_us: 100_000,

@@ -1,45 +1,45 @@
-//! What can be wrong with a CSV file.
+//! Faults of a CSV file.
 
 use thiserror::Error;
 
-use super::error::list;
+use crate::words::list;
 
-/// What is wrong with the columns or rows of a CSV file.
+/// Fault of the columns or rows of a CSV file.
 #[derive(Debug, Error)]
 pub enum CsvProblem {
-    /// Nothing in the file.
+    /// An empty file.
     #[error("the file is empty; the first line must name the columns")]
     Empty,
 
-    /// A header, and then nothing.
+    /// A header without rows.
     #[error("no row follows the header; is this the right file?")]
     NoRows,
 
-    /// Some other separator.
+    /// A separator other than the comma.
     #[error("the columns are not separated by commas; export the file as comma-separated CSV")]
     NotCommaSeparated,
 
-    /// A column that must be there is not.
+    /// An absent required column.
     #[error("no column `{column}`{}; the columns are: {}", rename_hint(.nearest.as_deref()), list(.present))]
     MissingColumn {
         /// The missing column.
         column: String,
-        /// The column of the file most like it.
+        /// The most similar column of the file.
         nearest: Option<String>,
         /// The columns of the file.
         present: Vec<String>,
     },
 
     /// Two columns of one name.
-    #[error("column `{column}` is there twice; remove or rename one")]
+    #[error("column `{column}` appears twice; remove or rename one")]
     DuplicateColumn {
-        /// The name that is there twice.
+        /// The repeated name.
         column: String,
     },
 
-    /// Wheel speeds for another number of wheels than the craft has.
+    /// Wheel speeds of another number of wheels than the craft file describes.
     #[error(
-        "the log has {log} wheel columns, but the craft has {craft} wheels{}",
+        "wheel columns of the log: {log}, [[wheel]] tables of the craft file: {craft}{}",
         wheel_advice(*.craft)
     )]
     WheelColumns {
@@ -58,7 +58,7 @@ pub enum CsvProblem {
         text: String,
     },
 
-    /// A cell that is a number, but NaN, infinite or too large.
+    /// A number that is NaN, infinite or too large.
     #[error("column `{column}`: {text} is not a finite number; correct or remove the row")]
     NotFinite {
         /// The cell's column.
@@ -67,38 +67,38 @@ pub enum CsvProblem {
         text: String,
     },
 
-    /// A time stamp before the one above it.
+    /// A time stamp before the previous one.
     #[error(
         "column `t_s`: time runs backwards, from {previous} to {time}; sort the rows, or split the \
-         log there if the clock was reset"
+         log here if the clock was reset"
     )]
     TimeBackwards {
         /// The time stamp.
         time: String,
-        /// The one above it.
+        /// The previous time stamp.
         previous: String,
     },
 
-    /// A time stamp equal to the one above it.
-    #[error("column `t_s`: {time} is there twice; remove the second row")]
+    /// A time stamp equal to the previous one.
+    #[error("column `t_s`: {time} appears twice; remove the second row")]
     DuplicateTime {
         /// The time stamp.
         time: String,
     },
 
-    /// Two different time stamps that are the same to the resolution of the flight software.
+    /// Two time stamps that differ by less than the resolution of the flight software.
     #[error(
         "column `t_s`: {previous} and {time} fall on the same microsecond, the resolution of a \
-         sample's time; remove one of the rows, or check that the unit is the second"
+         time stamp; remove one row, or check that the unit is the second"
     )]
     SameMicrosecond {
         /// The time stamp.
         time: String,
-        /// The one above it.
+        /// The previous time stamp.
         previous: String,
     },
 
-    /// A row with cells missing.
+    /// A row with fewer cells than the header.
     #[error("{found} cells, but the header names {columns} columns; complete or remove the row")]
     ShortRow {
         /// Cells of the row.
@@ -107,7 +107,7 @@ pub enum CsvProblem {
         columns: usize,
     },
 
-    /// A row with cells too many.
+    /// A row with more cells than the header.
     #[error(
         "{found} cells, but the header names only {columns} columns; remove the extra cells (or \
          write decimals with a point)"
@@ -119,15 +119,15 @@ pub enum CsvProblem {
         columns: usize,
     },
 
-    /// The last row stops before its end.
+    /// An incomplete last row.
     #[error(
-        "the file was cut in mid-row: the last row ends at \"{end}\", {found} of {columns} cells; \
+        "the file is cut in mid-row: the last row ends at \"{end}\", {found} of {columns} cells; \
          remove that row, or copy the file again"
     )]
     CutLastRow {
-        /// The last cell as far as it goes.
+        /// The last cell.
         end: String,
-        /// Cells of the row, the cut one included.
+        /// Cells of the row, the incomplete one included.
         found: usize,
         /// Columns of the header.
         columns: usize,
@@ -136,13 +136,13 @@ pub enum CsvProblem {
 
 fn rename_hint(nearest: Option<&str>) -> String {
     nearest
-        .map_or(String::new(), |name| format!(" (is it `{name}`? then rename it, mind its unit)"))
+        .map_or(String::new(), |name| format!(" (if it is `{name}`, rename that; check its unit)"))
 }
 
 fn wheel_advice(craft_wheels: usize) -> String {
     match craft_wheels {
-        0 => "; add a [[wheel]] table for each to the craft file".to_owned(),
-        1 => "; the log needs the column wheel_1_rad_s, no more".to_owned(),
-        n => format!("; the log needs the columns wheel_1_rad_s to wheel_{n}_rad_s, no more"),
+        0 => "; add one [[wheel]] table per column to the craft file".to_owned(),
+        1 => "; the log must have exactly the column wheel_1_rad_s".to_owned(),
+        n => format!("; the log must have exactly the columns wheel_1_rad_s to wheel_{n}_rad_s"),
     }
 }

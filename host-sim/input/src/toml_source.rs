@@ -1,38 +1,43 @@
-//! A TOML file with its text, so that every complaint about it can name the line.
+//! A TOML file with its text: the source of the line numbers in errors.
 //!
-//! The file types that are read from it are plain serde structs with `deny_unknown_fields`, all
-//! of whose values are [`Spanned`](toml::Spanned). They avoid serde's tagged enums, which forget
-//! where a key stood.
+//! Files are read into plain serde structs with `deny_unknown_fields` and
+//! [`Spanned`](toml::Spanned) values. Serde's tagged enums are avoided: they lose the spans.
 
-use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
-use super::error::{InputError, Place, Problem};
-use super::nearest::nearest;
+use crate::error::{InputError, Place, Problem};
+use crate::nearest::nearest;
+use crate::text::read_utf8;
 
-/// A TOML text and the name to call it by.
-pub(super) struct TomlSource {
+/// A TOML text and its name in errors.
+pub struct TomlSource {
     file: String,
     text: String,
 }
 
 impl TomlSource {
-    /// Takes a text that is already in memory; `file` is what errors call it.
-    pub(super) fn new(file: &str, text: &str) -> Self {
+    /// A text in memory; `file` is the name in errors.
+    pub fn new(file: &str, text: &str) -> Self {
         Self { file: file.to_owned(), text: text.to_owned() }
     }
 
     /// Reads a file.
-    pub(super) fn read(path: &Path) -> Result<Self, InputError> {
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not UTF-8.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
         let text = read_utf8(path)?;
         Ok(Self { file: path.display().to_string(), text })
     }
 
-    /// Reads the text into `T`; an unknown key is an error.
-    pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, InputError> {
+    /// The values of the file.
+    ///
+    /// # Errors
+    /// Invalid TOML, an unknown or missing key, or a value of the wrong type.
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, InputError> {
         toml::from_str(&self.text).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
             let problem = self.problem(error.message(), &span);
@@ -40,16 +45,17 @@ impl TomlSource {
         })
     }
 
-    /// An error about the piece of text at `span`; an empty span means the whole file.
-    pub(super) fn error(&self, span: Range<usize>, problem: Problem) -> InputError {
+    /// An error at `span` of the text; an empty span stands for the whole file.
+    pub fn error(&self, span: Range<usize>, problem: Problem) -> InputError {
         let line = if span == (0..0) { None } else { Some(line_of(&self.text, span.start)) };
         InputError { place: Place { file: self.file.clone(), line }, problem }
     }
 
-    /// Sorts out the parser's message, which is all it tells.
+    /// The parser's message, sorted by kind.
     ///
-    /// Serde words its standard complaints in one way only (`unknown field `x`, expected …`), with
-    /// the names in backquotes; the tests below hold it to that. Any other message is passed on.
+    /// The message is the only information of the parser. Serde words its standard errors in one
+    /// way (`unknown field `x`, expected …`), names in backquotes; the tests below depend on it. Any
+    /// other message is passed on.
     fn problem(&self, message: &str, span: &Range<usize>) -> Problem {
         let names = backquoted(message);
         let first = || names.first().cloned().unwrap_or_default();
@@ -80,29 +86,6 @@ impl TomlSource {
     }
 }
 
-/// Reads a whole file as text. A byte-order mark is dropped.
-pub(super) fn read_utf8(path: &Path) -> Result<String, InputError> {
-    let file = path.display().to_string();
-    let bytes = fs::read(path).map_err(|error| InputError {
-        place: Place { file: file.clone(), line: None },
-        problem: Problem::Unreadable(error),
-    })?;
-    decode_utf8(&file, &bytes).map(str::to_owned)
-}
-
-/// The text of `bytes`. A byte-order mark is dropped.
-pub(super) fn decode_utf8<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, InputError> {
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let good = bytes.get(..error.valid_up_to()).unwrap_or_default();
-        let line = 1 + good.iter().filter(|byte| **byte == b'\n').count() as u64;
-        InputError {
-            place: Place { file: file.to_owned(), line: Some(line) },
-            problem: Problem::NotUtf8,
-        }
-    })?;
-    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
-}
-
 fn line_of(text: &str, byte: usize) -> u64 {
     1 + text.bytes().take(byte).filter(|byte| *byte == b'\n').count() as u64
 }
@@ -117,7 +100,7 @@ fn backquoted(message: &str) -> Vec<String> {
     message.split('`').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
-/// Serde's `expected f64` and `expected struct GyroFile` in words for people who don't write Rust.
+/// Serde's `expected f64` and `expected struct GyroFile` in terms of TOML.
 fn plain_words(message: &str) -> String {
     let (found, expected) = message.split_once(", expected ").unwrap_or((message, ""));
     let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
@@ -175,23 +158,23 @@ mod tests {
     }
 
     #[test]
-    fn unknown_key_is_named_with_its_line_and_the_nearest_key() {
+    fn unknown_key_is_reported_with_line_and_nearest_key() {
         let message = message("name = 'a'\n[[wheel]]\naxis = [1, 0, 0]\n[[wheel]]\naxes = [1]\n");
         assert_eq!(
             message,
-            "x.toml:5: unknown key `axes` (did you mean `axis`?); known here: axis, torque"
+            "x.toml:5: unknown key `axes` (did you mean `axis`?); known keys here: axis, torque"
         );
     }
 
     #[test]
-    fn unknown_key_beside_kind_is_named_with_its_line() {
+    fn unknown_key_beside_kind_is_reported_with_line() {
         let message =
             message("name = 'a'\n[[wheel]]\naxis = [1]\ntorque = { kind = 'constant', value = 1 }");
         assert!(message.starts_with("x.toml:4: unknown key `value` (did you mean `value_n_m`?)"));
     }
 
     #[test]
-    fn unknown_kind_lists_the_kinds() {
+    fn unknown_kind_is_reported_with_all_kinds() {
         let message = message("name = 'a'\n[[wheel]]\naxis = [1]\ntorque = { kind = 'multi' }");
         assert_eq!(
             message,
@@ -201,57 +184,49 @@ mod tests {
     }
 
     #[test]
-    fn missing_key_names_the_line_of_its_table() {
-        assert_eq!(message("name = 'a'\n[[wheel]]\n"), "x.toml:2: missing key `axis`; add it here");
-    }
-
-    #[test]
-    fn missing_key_of_the_whole_file_names_no_line() {
-        assert_eq!(message(""), "x.toml: missing key `name`; add it here");
-    }
-
-    #[test]
-    fn wrong_type_shows_the_line() {
+    fn missing_key_is_reported_at_its_table() {
         assert_eq!(
-            message("name = 'a'\n[[wheel]]\naxis = ['x']\n"),
-            "x.toml:3: wrong type of value: string \"x\", expected a number\n    \
-             in the line `axis = ['x']`"
+            message("name = 'a'\n[[wheel]]\n"),
+            "x.toml:2: missing key `axis`; add it to this table"
         );
     }
 
     #[test]
-    fn table_instead_of_list_of_tables_is_a_wrong_type() {
+    fn missing_root_key_is_reported_without_line() {
+        assert_eq!(message(""), "x.toml: missing key `name`; add it to this table");
+    }
+
+    #[test]
+    fn wrong_type_is_reported_with_the_line() {
+        assert_eq!(
+            message("name = 'a'\n[[wheel]]\naxis = ['x']\n"),
+            "x.toml:3: wrong type of value: string \"x\", expected a number; correct the line\n    \
+             axis = ['x']"
+        );
+    }
+
+    #[test]
+    fn single_table_in_place_of_a_list_is_a_wrong_type() {
         let message = message("name = 'a'\n[wheel]\naxis = [1]\n");
         assert!(message.starts_with("x.toml:2: wrong type of value: map, expected a list"));
     }
 
     #[test]
-    fn broken_syntax_shows_the_line() {
+    fn syntax_error_is_reported_with_the_line() {
         let message = message("name = 'a'\n[[wheel]\n");
         assert!(message.starts_with("x.toml:2: not valid TOML: "), "{message}");
-        assert!(message.ends_with("in the line `[[wheel]`"), "{message}");
+        assert!(message.ends_with("correct the line\n    [[wheel]"), "{message}");
     }
 
     #[test]
-    fn key_given_twice_is_not_valid_toml() {
+    fn duplicate_key_is_invalid_toml() {
         let message = message("name = 'a'\nname = 'b'\n");
         assert!(message.starts_with("x.toml:2: not valid TOML: duplicate key"), "{message}");
     }
 
     #[test]
-    fn missing_file_is_named() {
+    fn missing_file_is_reported_by_name() {
         let message = TomlSource::read(Path::new("no/such.toml")).err().unwrap().to_string();
         assert!(message.starts_with("no/such.toml: cannot be read: "), "{message}");
-    }
-
-    #[test]
-    fn bytes_that_are_not_text_are_found_by_line() {
-        let message = decode_utf8("x.csv", b"a\nb\xff\n").unwrap_err().to_string();
-        assert_eq!(message, "x.csv:2: not UTF-8 text; save the file as UTF-8");
-    }
-
-    #[test]
-    fn byte_order_mark_is_dropped() {
-        assert_eq!(decode_utf8("x", b"\xef\xbb\xbft_s").unwrap(), "t_s");
     }
 }

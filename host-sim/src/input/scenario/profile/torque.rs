@@ -1,12 +1,12 @@
-//! Torque over time: constant, a sum of sines or chirps, or straight lines between points; always, or
-//! now and then.
+//! Torque over time: constant, a sum of sines or chirps, or linear between points; in the whole flight
+//! or in intervals.
 
 use nalgebra::Vector3;
 
 /// Torque about one axis over time, N m.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TorqueProfile {
-    /// Always the same.
+    /// A constant.
     Constant {
         /// The torque, N m.
         value_n_m: f64,
@@ -16,18 +16,18 @@ pub enum TorqueProfile {
         /// The terms of the sum.
         terms: Vec<Sine>,
     },
-    /// Straight lines between points; before the first and after the last point, their values.
+    /// Linear between points; constant before the first and after the last.
     Table {
         /// Times of the points, strictly increasing, s since the start.
         time_s: Vec<f64>,
         /// Torque at each, N m.
         value_n_m: Vec<f64>,
     },
-    /// Another profile now and then, and nothing in between.
+    /// Another profile in intervals, zero between them.
     During {
-        /// Start and end of each time, ascending and apart, s since the start of the flight.
+        /// Start and end of each interval, ascending and disjoint, s since the start of the flight.
         intervals_s: Vec<[f64; 2]>,
-        /// The profile, whose own time begins with each interval.
+        /// The profile, its time counted from the start of each interval.
         profile: Box<TorqueProfile>,
     },
 }
@@ -56,7 +56,7 @@ impl TorqueProfile {
     /// No torque at any time.
     pub const ZERO: Self = Self::Constant { value_n_m: 0.0 };
 
-    /// Whether it swings between samples of it, rather than going straight from one to the next.
+    /// True if the torque is smooth between its samples; otherwise it is linear.
     pub fn is_smooth(&self) -> bool {
         match self {
             Self::Constant { .. } | Self::Table { .. } => false,
@@ -81,8 +81,8 @@ impl TorqueProfile {
         }
     }
 
-    /// What comes of it if it is commanded only so often, with straight lines in between: from the
-    /// start to the end of `duration_s`, at instants rounded to the microsecond as gyro samples are.
+    /// The profile commanded at `rate_hz`, linear between these points, from the start to
+    /// `duration_s`. The instants are rounded to 1 µs as those of gyro samples.
     pub fn in_points(&self, rate_hz: f64, duration_s: f64) -> Self {
         let last = (duration_s * rate_hz).ceil() as u64;
         let time_s: Vec<f64> =
@@ -91,8 +91,8 @@ impl TorqueProfile {
         Self::Table { time_s, value_n_m }
     }
 
-    /// Times at which torque or its slope may jump, ascending, s; an integrator should step onto
-    /// these. At one of them the torque is already what follows.
+    /// Times at which torque or its slope may jump, ascending, s: steps of an integrator should end
+    /// there. The torque at such a time is its right limit.
     pub fn breakpoints_s(&self) -> Vec<f64> {
         match self {
             Self::Constant { .. } | Self::Multisine { .. } => Vec::new(),
@@ -120,7 +120,7 @@ impl Sine {
 }
 
 impl ExternalTorque {
-    /// Whether any axis swings between samples of it.
+    /// True if the torque about any axis is smooth between its samples.
     pub fn is_smooth(&self) -> bool {
         self.axes.iter().any(TorqueProfile::is_smooth)
     }
@@ -135,10 +135,10 @@ impl ExternalTorque {
         Vector3::new(x.at(t_s), y.at(t_s), z.at(t_s))
     }
 
-    /// Times at which torque or its slope may jump, ascending, s; an integrator should step onto
-    /// these.
+    /// Times at which torque or its slope may jump, ascending, s: steps of an integrator should end
+    /// there.
     pub fn breakpoints_s(&self) -> Vec<f64> {
-        // The axes share the times of a table, and when they act.
+        // The axes share the times of a table and the intervals.
         let [x, _, _] = &self.axes;
         x.breakpoints_s()
     }
@@ -146,7 +146,7 @@ impl ExternalTorque {
 
 /// Linear interpolation between points, constant beyond them.
 fn interpolate(time_s: &[f64], value: &[f64], t_s: f64) -> f64 {
-    // The first point after t_s, hence the end of the line t_s is on.
+    // The first point after t_s.
     let end = time_s.partition_point(|time| *time <= t_s);
     let start = end.saturating_sub(1);
     let point = |index: usize| Some((*time_s.get(index)?, *value.get(index)?));
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chirp_turns_ever_faster() {
+    fn frequency_of_a_chirp_increases() {
         // (1/4 + t/2) t turns: 3/4 after 1 s, 3/2 after 1.5 s.
         let term = Sine { amplitude_n_m: 2.0, frequency_hz: 0.25, sweep_hz_s: 0.5, phase_rad: 0.0 };
         let profile = TorqueProfile::Multisine { terms: vec![term] };
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_of_the_profile_and_lines_in_between() {
+    fn points_lie_on_the_profile_with_lines_between() {
         let term = Sine { amplitude_n_m: 1.0, frequency_hz: 0.1, sweep_hz_s: 0.0, phase_rad: 0.5 };
         let sine = TorqueProfile::Multisine { terms: vec![term] };
         let points = sine.in_points(2.0, 1.8);
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_begins_anew_with_each_interval_and_is_zero_between() {
+    fn profile_restarts_in_each_interval_and_is_zero_between() {
         let table = TorqueProfile::Table { time_s: vec![0.0, 2.0], value_n_m: vec![4.0, 8.0] };
         let profile = TorqueProfile::During {
             intervals_s: vec![[10.0, 13.0], [20.0, 21.0]],

@@ -1,12 +1,12 @@
 //! Time stamps, from decimal text to integers, exactly.
 //!
-//! `f64` seconds since 1970 resolve 0.2 µs and microseconds of a long log are lost in sums, so time
-//! never passes through floating point: text → picoseconds → difference → microseconds.
+//! `f64` seconds since 1970 resolve only 0.2 µs, and sums over a long log lose microseconds. Time is
+//! therefore integer throughout: text → picoseconds → difference → microseconds.
 
-/// Decimal places of a second that are kept.
+/// Resolution: decimal places of a second.
 const DECIMALS: i32 = 12;
 const PICOSECONDS_PER_MICROSECOND: i128 = 1_000_000;
-/// Largest time stamp in seconds, as a power of ten; far beyond any clock, safely within `i128`.
+/// Limit of a time stamp in seconds, as a power of ten: within `i128` at this resolution.
 const MAX_POWER: i32 = 18;
 
 /// A time stamp in picoseconds from the log's own origin.
@@ -15,7 +15,7 @@ pub(super) struct TimeStamp {
     picoseconds: i128,
 }
 
-/// Why a text is not a time stamp.
+/// Fault of a text that is not a time stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TimeError {
     /// Not a decimal number.
@@ -25,11 +25,9 @@ pub(super) enum TimeError {
 }
 
 impl TimeStamp {
-    /// Reads a decimal number of seconds, with or without an exponent.
-    ///
-    /// What lies beyond twelve decimals is cut off.
+    /// A decimal number of seconds, with or without an exponent, truncated to twelve decimals.
     pub(super) fn parse(text: &str) -> Result<Self, TimeError> {
-        // The standard library decides what a number is, so that all columns have one grammar.
+        // The grammar of numbers is that of the standard library, in this column as in the others.
         let approximate: f64 = text.parse().map_err(|_| TimeError::NotANumber)?;
         if !approximate.is_finite() || approximate.abs() >= 10f64.powi(MAX_POWER) {
             return Err(TimeError::NotFinite);
@@ -39,12 +37,12 @@ impl TimeStamp {
             Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>()),
             None => (text, Ok(0)),
         };
-        // An exponent beyond i32 with a finite value in reach: the mantissa or the value is zero.
+        // An exponent beyond i32 with a finite value: the value is zero to this resolution.
         let Ok(exponent) = exponent else { return Ok(Self { picoseconds: 0 }) };
         let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
 
-        // value = digits · 10^(exponent − length of fraction) s; take it digit by digit, stopping
-        // at the last decimal that is kept.
+        // value = digits · 10^(exponent − length of fraction) s, digit by digit down to the last
+        // decimal of the resolution.
         let digits = whole.bytes().chain(fraction.bytes()).filter(u8::is_ascii_digit);
         let digits_before_point = whole.bytes().filter(u8::is_ascii_digit).count();
         let mut power = i64::from(exponent) + digits_before_point as i64 + i64::from(DECIMALS);
@@ -66,8 +64,7 @@ impl TimeStamp {
         Ok(Self { picoseconds: sign * picoseconds })
     }
 
-    /// The time from `start` to here, rounded to a microsecond; none if it is negative or beyond
-    /// what 64 bits hold.
+    /// The time since `start`, rounded to 1 µs; none if negative or beyond 64 bits.
     pub(super) fn microseconds_since(self, start: Self) -> Option<u64> {
         let picoseconds = self.picoseconds - start.picoseconds;
         let half = PICOSECONDS_PER_MICROSECOND / 2;
@@ -75,7 +72,7 @@ impl TimeStamp {
     }
 }
 
-/// Seconds as a decimal number, exactly and without trailing zeros.
+/// Seconds as an exact decimal number without trailing zeros.
 pub(super) fn seconds_text(time_us: u64) -> String {
     let (whole, fraction) = (time_us / 1_000_000, time_us % 1_000_000);
     let text = format!("{whole}.{fraction:06}");
@@ -113,15 +110,15 @@ mod tests {
     }
 
     #[test]
-    fn microseconds_survive_a_distant_origin() {
+    fn microseconds_are_exact_from_a_distant_origin() {
         assert_eq!(microseconds("1750000000.000001", "1750000000.000248"), Some(247));
         assert_eq!(microseconds("-0.5", "0.25"), Some(750_000));
-        // f64 can't tell these two apart.
+        // Equal as f64.
         assert_eq!(microseconds("100000000000000000.1", "100000000000000000.2"), Some(100_000));
     }
 
     #[test]
-    fn what_is_no_time_is_refused() {
+    fn text_that_is_not_a_time_is_rejected() {
         for (text, expected) in [
             ("", TimeError::NotANumber),
             ("-", TimeError::NotANumber),
@@ -138,13 +135,13 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_not_wrapped() {
+    fn overflow_and_negative_differences_give_none() {
         assert_eq!(microseconds("0", "9e17"), None);
         assert_eq!(microseconds("1", "0"), None);
     }
 
     #[test]
-    fn written_time_reads_back() {
+    fn written_time_reads_back_exactly() {
         for time_us in [0, 1, 247, 100_000, 1_000_000, 123_456_789_123_456] {
             assert_eq!(microseconds("0", &seconds_text(time_us)), Some(time_us));
         }
