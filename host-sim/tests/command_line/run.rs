@@ -28,7 +28,7 @@ fn equal_seeds_give_equal_results_and_other_seeds_do_not() {
 
 #[test]
 fn bound_of_the_spin_up_is_the_known_one() {
-    /// Share. The known bound is that of a continuous measurement.
+    /// Difference from the known bound, share.
     const TOLERANCE: f64 = 0.02;
     const KNOWN_PERCENT: [f64; 6] = [0.0194, 0.0144, 0.0157, 1.294, 1.196, 0.142];
     let report = json(&["crlb", "stsat3-spin-up", "--json"]);
@@ -41,7 +41,7 @@ fn bound_of_the_spin_up_is_the_known_one() {
 
 #[test]
 fn crlb_has_the_effect_of_a_torque_unless_the_torque_is_unknown() {
-    /// First-order error and bound of the spin-up, kg m².
+    /// Numerical error of the first-order sensitivity, kg m².
     const TOLERANCE_KG_M2: f64 = 1e-3;
     /// One sigma of a constant torque over ten minutes, N m.
     const LARGEST_TORQUE_BOUND_N_M: f64 = 1e-6;
