@@ -56,7 +56,7 @@ pub enum PilFailed {
 pub struct Progress {
     /// Samples compared.
     pub compared: usize,
-    /// Whether the firmware has requested its craft data since its last start.
+    /// True once the firmware has requested its craft data after its last start.
     pub has_started: bool,
 }
 
