@@ -1,1 +1,4 @@
-//! Tests of the whole project, one test target per file or folder. This library is empty.
+//! Parts shared by the tests and by the program `accuracy`.
+
+pub mod accuracy;
+pub mod program;

@@ -62,7 +62,7 @@ fn fly_plan(plan: &Plan) -> Result<Result<PilFlight, PilFailed>> {
 fn spin_up_has_the_same_bits_on_firmware_and_host() -> Result<()> {
     let flown = fly_plan(&SPIN_UP)??;
     assert_eq!((flown.compared, flown.outcomes.accepted), (6001, 6001));
-    assert_eq!(flown.onboard.estimate().status, Status::Converged);
+    assert_eq!(flown.estimator.estimate().status, Status::Converged);
     Ok(())
 }
 
@@ -72,7 +72,7 @@ fn wheel_slew_has_the_same_bits_on_firmware_and_host() -> Result<()> {
     let flown = fly_plan(&Plan { scenario: "microsat-slew", ..SPIN_UP })??;
     // The tachometers need three readings before the first speed.
     assert_eq!((flown.compared, flown.outcomes.accepted, flown.wheel_failures), (1501, 1498, 3));
-    assert_eq!(flown.onboard.estimate().status, Status::Converged);
+    assert_eq!(flown.estimator.estimate().status, Status::Converged);
     Ok(())
 }
 
@@ -81,7 +81,7 @@ fn wheel_slew_has_the_same_bits_on_firmware_and_host() -> Result<()> {
 fn other_estimators_have_the_same_bits_on_firmware_and_host() -> Result<()> {
     for estimator in [EstimatorId::JointEkf, EstimatorId::EkfSgfRls] {
         let flown = fly_plan(&Plan { duration_s: Some(60.0), estimator, ..SPIN_UP })??;
-        assert_eq!((flown.compared, flown.onboard.selected()), (601, estimator));
+        assert_eq!((flown.compared, flown.estimator.selected()), (601, estimator));
     }
     Ok(())
 }
@@ -92,7 +92,7 @@ fn flight_with_a_power_cut_has_the_bits_of_a_flight_without() -> Result<()> {
     let whole = Plan { duration_s: Some(60.0), ..SPIN_UP };
     let cut = Plan { restart_at: Some(251), ..whole };
     let [whole, cut] = [fly_plan(&whole)??, fly_plan(&cut)??];
-    let (resumed, expected) = (cut.onboard.estimate(), whole.onboard.estimate());
+    let (resumed, expected) = (cut.estimator.estimate(), whole.estimator.estimate());
     assert_eq!(resumed.inertia, expected.inertia);
     assert_eq!(resumed.covariance_kg2_m4, expected.covariance_kg2_m4);
     assert_eq!(cut.outcomes, whole.outcomes);
@@ -124,7 +124,7 @@ fn telecommands_have_the_same_effect_on_firmware_and_host() -> Result<()> {
     ];
     let plan = Plan { scenario: "microsat-slew", commands: &COMMANDS, ..SPIN_UP };
     let flown = fly_plan(&plan)??;
-    assert_eq!((flown.compared, flown.onboard.selected()), (1501, EstimatorId::Window));
+    assert_eq!((flown.compared, flown.estimator.selected()), (1501, EstimatorId::Window));
     Ok(())
 }
 

@@ -241,6 +241,8 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod docs;
+
 pub mod sample;
 
 pub mod gate;

@@ -51,6 +51,8 @@
 
 #![no_std]
 
+pub mod docs;
+
 pub mod drivers;
 pub mod flight;
 pub mod link;

@@ -23,6 +23,8 @@
 //!
 //! All quantities are `f64` in SI units, body axes, until a sample enters the flight core.
 
+pub mod docs;
+
 pub mod campaign;
 pub mod cli;
 pub mod estimation;

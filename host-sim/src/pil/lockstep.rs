@@ -77,7 +77,7 @@ impl fmt::Display for Progress {
 #[derive(Debug)]
 pub struct PilFlight {
     /// Estimators.
-    pub onboard: SelectedEstimator,
+    pub estimator: SelectedEstimator,
     /// Counts of the outcomes of all steps.
     pub outcomes: OutcomeCounts,
     /// Samples skipped because the gyro could not be read.
@@ -105,16 +105,16 @@ pub fn fly(
 ) -> Result<PilFlight, PilFailed> {
     let setup = setup::of(mission)?;
     let host = Rc::new(RefCell::new(Hardware::new(mission, &setup)));
-    let mut onboard = setup.estimator().map_err(NotFlown::Unfit)?;
+    let mut estimator = setup.estimator().map_err(NotFlown::Unfit)?;
     let mut lockstep = Lockstep::new(mission, setup, start()?, broken);
     let legs = [mission.restart_at, Some(mission.flight.instants.len())];
     for (leg, until) in legs.into_iter().flatten().enumerate() {
         if leg > 0 {
-            onboard = lockstep.setup.estimator().map_err(NotFlown::Unfit)?;
+            estimator = lockstep.setup.estimator().map_err(NotFlown::Unfit)?;
             lockstep.restart(start()?);
         }
         let mut software =
-            Software::start(&host, &lockstep.setup, &mut onboard).map_err(NotFlown::Unfit)?;
+            Software::start(&host, &lockstep.setup, &mut estimator).map_err(NotFlown::Unfit)?;
         lockstep.settle()?;
         if leg == 0 {
             lockstep.command(&mut software, Command::Select(mission.estimator))?;
@@ -126,7 +126,7 @@ pub fn fly(
     }
     // The flight is complete: a failure to announce the end does not matter.
     let _ = lockstep.firmware.end();
-    Ok(lockstep.counts.into_flight(onboard, lockstep.progress.compared))
+    Ok(lockstep.counts.into_flight(estimator, lockstep.progress.compared))
 }
 
 /// The firmware's side of a flight, and the telemetry expected from it.
@@ -154,10 +154,10 @@ struct Counts {
 }
 
 impl Counts {
-    fn into_flight(self, onboard: SelectedEstimator, compared: usize) -> PilFlight {
+    fn into_flight(self, estimator: SelectedEstimator, compared: usize) -> PilFlight {
         let Self { outcomes, gyro_failures, wheel_failures, stack_high_water_bytes } = self;
         PilFlight {
-            onboard,
+            estimator,
             outcomes,
             gyro_failures,
             wheel_failures,

@@ -93,10 +93,10 @@ impl OnThread {
     fn fly(self) -> Option<TunnelError> {
         let tunnel = Tunnel::new(Socket::new(self.sensors));
         let setup = tunnel.hello().ok()?;
-        let mut onboard = Box::new(setup.estimator().unwrap());
+        let mut estimator = Box::new(setup.estimator().unwrap());
         let link = Socket::new(self.link);
         let mut computer =
-            parts::computer(&tunnel, &setup, &mut onboard, link, NOT_MEASURED).ok()?;
+            parts::computer(&tunnel, &setup, &mut estimator, link, NOT_MEASURED).ok()?;
         computer.start();
         while tunnel.end().is_none() {
             computer.poll();
@@ -141,7 +141,7 @@ fn tunnel_and_direct_connection_give_the_same_flight() {
     assert_eq!(flown.compared, 121);
     // The tachometers need three readings before the first speed.
     assert_eq!((flown.outcomes.accepted, flown.wheel_failures, flown.gyro_failures), (118, 3, 0));
-    assert_eq!(flown.onboard.selected(), EstimatorId::JointEkf);
+    assert_eq!(flown.estimator.selected(), EstimatorId::JointEkf);
 }
 
 #[test]
@@ -168,7 +168,7 @@ fn power_cut_loses_only_the_start_of_the_tachometers() {
         let flown = fly_on_threads(&mission, None).unwrap();
         assert_eq!((flown.compared, flown.wheel_failures), (121, 6));
         assert_eq!((flown.outcomes.accepted, flown.outcomes.gap_resets), (115, 0));
-        assert_eq!(flown.onboard.selected(), estimator);
+        assert_eq!(flown.estimator.selected(), estimator);
     }
 }
 
@@ -182,8 +182,8 @@ fn power_cut_without_wheels_changes_no_bit() {
     let [whole, cut] = [whole, cut].map(|mission| fly_on_threads(&mission, None).unwrap());
     let bits = |flown: &PilFlight| {
         use fsw_core::Estimator;
-        let estimate = flown.onboard.estimate();
-        (estimate.inertia, estimate.covariance_kg2_m4, flown.onboard.rate_rad_s())
+        let estimate = flown.estimator.estimate();
+        (estimate.inertia, estimate.covariance_kg2_m4, flown.estimator.rate_rad_s())
     };
     assert_eq!(bits(&whole), bits(&cut));
     assert_eq!(whole.outcomes, cut.outcomes);
@@ -221,9 +221,9 @@ fn error_of_a_firmware_that_stops_has_the_number_of_samples() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut onboard = Box::new(setup.estimator().unwrap());
+        let mut estimator = Box::new(setup.estimator().unwrap());
         let mut computer =
-            parts::computer(&tunnel, &setup, &mut onboard, Socket::new(lines.link), NOT_MEASURED)
+            parts::computer(&tunnel, &setup, &mut estimator, Socket::new(lines.link), NOT_MEASURED)
                 .unwrap();
         computer.start();
         while computer.estimator().selected() != EstimatorId::JointEkf
@@ -300,7 +300,7 @@ fn telecommands_have_the_same_effect_on_firmware_and_host() {
     let mission =
         Mission { commands: &commands, ..mission(&scenario, &flight, EstimatorId::Window) };
     let flown = fly_on_threads(&mission, None).unwrap();
-    assert_eq!((flown.compared, flown.onboard.selected()), (121, EstimatorId::JointEkf));
+    assert_eq!((flown.compared, flown.estimator.selected()), (121, EstimatorId::JointEkf));
 }
 
 #[test]
@@ -309,10 +309,10 @@ fn missing_telemetry_is_an_error_after_the_time_limit() {
         // Requests samples and sends no telemetry.
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut onboard = Box::new(setup.estimator().unwrap());
+        let mut estimator = Box::new(setup.estimator().unwrap());
         let (mute, _other_end) = UnixStream::pair().unwrap();
         let mut computer =
-            parts::computer(&tunnel, &setup, &mut onboard, Socket::new(mute), NOT_MEASURED)
+            parts::computer(&tunnel, &setup, &mut estimator, Socket::new(mute), NOT_MEASURED)
                 .unwrap();
         computer.start();
         while tunnel.end().is_none() {

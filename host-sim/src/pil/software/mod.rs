@@ -39,7 +39,7 @@ impl<'o, 'a> Software<'o, 'a> {
     pub fn start(
         hardware: &Rc<RefCell<Hardware<'a>>>,
         setup: &Setup,
-        onboard: &'o mut SelectedEstimator,
+        estimator: &'o mut SelectedEstimator,
     ) -> Result<Self, Unfit> {
         let ports = Ports::new(Rc::clone(hardware), setup.ticks_per_s);
         let gyro = Bmi088::new(Spi::new(ports.wire.clone()), setup.gyro()?);
@@ -52,7 +52,7 @@ impl<'o, 'a> Software<'o, 'a> {
         };
         let (link, flash, board) = (ports.clone(), ports.clone(), ports.clone());
         let reporting = Reporting::EachSample;
-        let mut computer = Computer::new(onboard, sensors, link, flash, board, reporting);
+        let mut computer = Computer::new(estimator, sensors, link, flash, board, reporting);
         computer.start();
         Ok(Self { computer, ports, receiver: Receiver::default() })
     }
@@ -91,7 +91,7 @@ impl<'o, 'a> Software<'o, 'a> {
     }
 
     /// Estimators of the computer.
-    pub fn onboard(&self) -> &SelectedEstimator {
+    pub fn estimator(&self) -> &SelectedEstimator {
         self.computer.estimator()
     }
 }

@@ -1,0 +1,32 @@
+//! [scenarios]: self::scenarios
+//! [replay]: self::replay
+//! [keys]: crate::input::keys
+//! [campaigns]: self::campaigns
+//! [papers]: self::papers
+//! [pil]: self::pil
+//!
+#![doc = include_str!("../docs/index.md")]
+
+/// [keys]: crate::input::keys
+/// [campaigns]: super::campaigns
+///
+#[doc = include_str!("../docs/scenarios.md")]
+pub mod scenarios {}
+
+/// [keys]: crate::input::keys
+///
+#[doc = include_str!("../docs/replay.md")]
+pub mod replay {}
+
+/// [accuracy]: fsw_core::docs::accuracy
+///
+#[doc = include_str!("../docs/campaigns.md")]
+pub mod campaigns {}
+
+#[doc = include_str!("../docs/papers.md")]
+pub mod papers {}
+
+/// [board]: fsw_target::docs::board
+///
+#[doc = include_str!("../docs/pil.md")]
+pub mod pil {}
