@@ -1,147 +1,27 @@
-//! The ground's verbs as a user at a bench runs them: `command` to the flight computer's serial port,
-//! `telemetry` from it.
-
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+//! `telemetry`: packets of the flight computer's serial line.
 
 use std::convert::Infallible;
 use std::fs;
 use std::process::Output;
 
-use assert_cmd::Command as Program;
+use assert_cmd::Command;
 use embedded_hal_nb::{nb, serial};
-use fsw_core::Prior;
 use fsw_core::Status;
 use fsw_core::outcome::OutcomeCounts;
 use fsw_target::flight::selected::EstimatorId;
+use fsw_target::link::Downlink;
 use fsw_target::link::telemetry::{
     CheckpointPart, CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause,
     StatusReport,
 };
 use fsw_target::link::uplink::UplinkCounters;
-use fsw_target::link::{Command, Downlink, Uplink};
 use fsw_target::runtime::failure::Kind as FailureKind;
 use serde_json::Value;
 use tempfile::TempDir;
 
-fn host_sim(arguments: &[&str]) -> Output {
-    Program::new(env!("CARGO_BIN_EXE_host-sim")).args(arguments).output().unwrap()
-}
+use crate::program::{host_sim, rejected};
 
-/// Exit code 2, nothing on stdout, one or two lines on stderr that name each of `named`.
-fn refused(output: &Output, named: &[&str]) {
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(output.stdout.is_empty());
-    assert!((1..=2).contains(&message.lines().count()), "{message}");
-    for name in named {
-        assert!(message.contains(name), "{name:?} isn't in {message:?}");
-    }
-}
-
-/// What a flight computer makes of the bytes, and of each of them.
-fn obeyed(uplink: &mut Uplink, arguments: &[&str]) -> Vec<Command> {
-    let output = host_sim(&[&["command"], arguments].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    output.stdout.iter().filter_map(|byte| uplink.push(*byte)).collect()
-}
-
-#[test]
-fn each_command_is_one_that_the_flight_computer_obeys() {
-    let prior = Prior {
-        inertia_kg_m2: [14.2, 17.3, 20.3, 0.0867, -0.1357, 0.6016],
-        sigma_kg_m2: [3.0, 3.0, 3.0, 1.0, 1.0, 1e-3],
-    };
-    let numbers = "set-prior --inertia 14.2 17.3 20.3 0.0867 -0.1357 0.6016 --sigma 3 3 3 1 1 1e-3";
-    let mut uplink = Uplink::new();
-    for (line, command) in [
-        ("ping", Command::Ping),
-        ("reset", Command::Reset),
-        (numbers, Command::SetPrior(prior)),
-        ("open-window", Command::OpenWindow),
-        ("close-window", Command::CloseWindow),
-        ("select window", Command::Select(EstimatorId::Window)),
-        ("select joint-ekf", Command::Select(EstimatorId::JointEkf)),
-        ("select ekf-sgf-rls", Command::Select(EstimatorId::EkfSgfRls)),
-        ("save-checkpoint", Command::SaveCheckpoint),
-        ("dump-checkpoint", Command::DumpCheckpoint),
-        ("set-telemetry-period 250", Command::SetTelemetryPeriod { ms: 250 }),
-        ("set-torque 1e-3 -2e-3 .5", Command::SetTorque([1e-3, -2e-3, 0.5])),
-    ] {
-        let words: Vec<&str> = line.split(' ').collect();
-        assert_eq!(obeyed(&mut uplink, &words), [Command::StartSequence, command], "{line}");
-    }
-    assert_eq!(uplink.counters(), UplinkCounters { accepted: 24, ..UplinkCounters::NONE });
-}
-
-#[test]
-fn a_start_of_the_sequence_goes_alone() {
-    let mut uplink = Uplink::new();
-    assert_eq!(obeyed(&mut uplink, &["start-sequence"]), [Command::StartSequence]);
-    assert_eq!(obeyed(&mut uplink, &["ping", "--sequence", "1"]), [Command::Ping]);
-}
-
-#[test]
-fn a_command_with_a_count_of_its_own_is_obeyed_once() {
-    let mut uplink = Uplink::new();
-    let reset = ["reset", "--sequence", "41"];
-    assert_eq!(obeyed(&mut uplink, &reset), [Command::Reset]);
-    assert_eq!(obeyed(&mut uplink, &reset), []);
-    assert_eq!(uplink.counters().replayed, 1);
-}
-
-#[test]
-fn the_bytes_are_those_of_the_documentation() {
-    let link = fs::read_to_string("../fsw-target/src/link/link.md").unwrap();
-    let output = host_sim(&["command", "set-torque", "1e-3", "-2e-3", "5e-4", "--sequence", "5"]);
-    let bytes: Vec<String> = output.stdout.iter().map(|byte| format!("{byte:02x}")).collect();
-    assert!(link.contains(&format!("```text\n{}\n```", bytes.join(" "))), "{bytes:?}");
-}
-
-#[test]
-fn a_prior_comes_from_a_craft_file_too() {
-    let folder = TempDir::new().unwrap();
-    let craft = |name: &str, text: &str| {
-        let file = folder.path().join(name);
-        fs::write(&file, text).unwrap();
-        file.to_str().unwrap().to_owned()
-    };
-    let known = craft(
-        "known.toml",
-        "[prior]\ninertia_kg_m2 = [2, 2, 3, 0, 0, 0]\nsigma_kg_m2 = [1, 1, 1, 1, 1, 1]\n",
-    );
-    let inertia_kg_m2 = [2.0, 2.0, 3.0, 0.0, 0.0, 0.0];
-    let prior = Command::SetPrior(Prior { inertia_kg_m2, sigma_kg_m2: [1.0; 6] });
-    let commands = obeyed(&mut Uplink::new(), &["set-prior", "--craft", &known, "--sequence", "1"]);
-    assert_eq!(commands, [prior]);
-    let unknown = craft("unknown.toml", "");
-    refused(
-        &host_sim(&["command", "set-prior", "--craft", &unknown]),
-        &["unknown.toml", "[prior]"],
-    );
-}
-
-#[test]
-fn what_the_computer_would_refuse_is_refused_here() {
-    for (line, named) in [
-        ("set-torque 0 0 101", "100 N m"),
-        ("set-torque 0 0 NaN", "100 N m"),
-        ("set-torque 0 0", "<Z_N_M>"),
-        ("set-telemetry-period 10", "50 ms"),
-        ("set-telemetry-period -10", "-10"),
-        ("set-prior --inertia 1 1 3 0 0 0 --sigma 1 1 1 1 1 1", "no rigid body"),
-        ("set-prior --inertia 1 1 1 0 0 0 --sigma 1 1 0 1 1 1", "sigma"),
-        ("set-prior --inertia 1 1 1 0 0 0", "--sigma"),
-        ("set-prior", "--craft"),
-        ("select joint-ekf-published", "ekf-sgf-rls"),
-        ("reset --sequence 16384", "16384"),
-        ("", "reset"),
-    ] {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        refused(&host_sim(&[&["command"], &words[..]].concat()), &[named]);
-    }
-}
-
-/// A serial port that keeps what is written to it.
+/// A serial port that stores the bytes written.
 struct Line(Vec<u8>);
 
 impl serial::ErrorType for Line {
@@ -224,7 +104,7 @@ const STATUS: StatusReport = StatusReport {
     checkpoints_failed: 0,
 };
 
-/// What a flight computer says: an estimate, a status, a piece of a checkpoint, another estimate.
+/// Bytes of an estimate, a status, a part of a checkpoint, another estimate.
 fn line() -> Vec<u8> {
     let (mut downlink, mut line) = (Downlink::<2000>::new(), Line(Vec::new()));
     downlink.send(12_345_678, &estimate(14.2));
@@ -236,7 +116,7 @@ fn line() -> Vec<u8> {
 }
 
 fn telemetry(bytes: &[u8], arguments: &[&str]) -> Output {
-    Program::new(env!("CARGO_BIN_EXE_host-sim"))
+    Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(["telemetry", "-"])
         .args(arguments)
         .write_stdin(bytes)
@@ -245,7 +125,7 @@ fn telemetry(bytes: &[u8], arguments: &[&str]) -> Output {
 }
 
 #[test]
-fn telemetry_is_one_line_a_packet() {
+fn text_has_one_line_per_packet() {
     let output = telemetry(&line(), &[]);
     assert!(output.status.success() && output.stderr.is_empty());
     let text = String::from_utf8(output.stdout).unwrap();
@@ -259,11 +139,11 @@ fn telemetry_is_one_line_a_packet() {
     ] {
         assert!(lines[line].starts_with(start) && lines[line].contains(within), "{text}");
     }
-    assert!(!text.contains("gyro_bias"), "what is missing is left out: {text}");
+    assert!(!text.contains("gyro_bias"), "a missing value is left out: {text}");
 }
 
 #[test]
-fn telemetry_as_json_has_every_field_to_the_last_bit() {
+fn json_has_every_field_to_the_last_bit() {
     let folder = TempDir::new().unwrap();
     let file = folder.path().join("line.bin");
     fs::write(&file, line()).unwrap();
@@ -294,9 +174,9 @@ fn telemetry_as_json_has_every_field_to_the_last_bit() {
 }
 
 #[test]
-fn damage_is_noted_and_the_rest_is_shown() {
+fn damaged_packets_are_noted_and_the_others_printed() {
     let mut damaged = line();
-    damaged[40] ^= 1; // the first byte of jxx
+    damaged[40] ^= 1; // first byte of jxx
     let output = telemetry(&damaged[..damaged.len() - 20], &[]);
     assert!(output.status.success());
     assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 2);
@@ -307,7 +187,7 @@ fn damage_is_noted_and_the_rest_is_shown() {
 }
 
 #[test]
-fn a_gap_in_the_count_is_noted() {
+fn gap_in_the_sequence_count_is_noted() {
     let (mut downlink, mut line) = (Downlink::<200>::new(), Line(Vec::new()));
     for _ in 0..3 {
         downlink.send(0, &estimate(1.0));
@@ -320,9 +200,9 @@ fn a_gap_in_the_count_is_noted() {
 }
 
 #[test]
-fn what_is_no_telemetry_is_refused() {
-    refused(&telemetry(b"", &[]), &["-", "no telemetry packet in 0 bytes"]);
-    refused(&telemetry(b"Hello, world\n", &["--json"]), &["no telemetry packet in 13 bytes"]);
-    refused(&host_sim(&["telemetry", "no/such/port"]), &["no/such/port", "cannot be read"]);
-    refused(&host_sim(&["telemetry"]), &["FILE"]);
+fn bytes_without_telemetry_are_rejected() {
+    rejected(&telemetry(b"", &[]), &["-", "no telemetry packet in 0 bytes"]);
+    rejected(&telemetry(b"Hello, world\n", &["--json"]), &["no telemetry packet in 13 bytes"]);
+    rejected(&host_sim(&["telemetry", "no/such/port"]), &["no/such/port", "cannot be read"]);
+    rejected(&host_sim(&["telemetry"]), &["FILE"]);
 }
