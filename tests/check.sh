@@ -1,16 +1,18 @@
 #!/usr/bin/env bash
-# Every check of this project, in one run: format, lints, all tests (the firmware in QEMU too),
-# bare-metal builds, documentation. Sets up what they need: a Rust toolchain, the Cortex-M target,
-# QEMU. Runs from any folder.
+# All checks of the project: format, lints, tests (firmware in QEMU included), instruction budgets,
+# bare-metal builds, documentation. Runs from any folder.
 #
-# Set RUSTUP_AUTO_INSTALL=0 to keep rustup from downloading anything.
-set -eu
+# Installs missing tools: Rust, the Cortex-M target, QEMU. With RUSTUP_AUTO_INSTALL=0, rustup
+# downloads nothing.
+set -euo pipefail
 
 TARGET=thumbv7em-none-eabihf
 MINIMUM_RUST=89 # 1.89: rust-version in Cargo.toml
 
 cd "$(dirname "$0")/.."
 skipped=""
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
 
 heading() { printf '\n=== %s\n' "$1"; }
 give_up() { printf 'check.sh: %s\n' "$1" >&2; exit 1; }
@@ -23,7 +25,7 @@ apt_install() {
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" </dev/null
 }
 
-# $1: a rustc. True if it is there and new enough.
+# Whether the rustc $1 exists and has the minimum version.
 recent() {
     have "$1" || return 1
     minor=$("$1" --version 2>/dev/null | sed -n 's/^rustc 1\.\([0-9]*\)\..*/\1/p')
@@ -35,20 +37,21 @@ if ! have cargo && [ -x "${CARGO_HOME:-$HOME/.cargo}/bin/cargo" ]; then
     PATH="${CARGO_HOME:-$HOME/.cargo}/bin:$PATH"
 fi
 if ! { have cargo && recent rustc; }; then
-    can_apt || give_up "needs Rust 1.$MINIMUM_RUST or newer: see rustup.rs"
+    can_apt || give_up "Rust 1.$MINIMUM_RUST or newer is required: see rustup.rs"
     apt_install rustc-web cargo-web ca-certificates
     hash -r
-    recent rustc || give_up "needs Rust 1.$MINIMUM_RUST or newer: see rustup.rs"
+    recent rustc || give_up "Rust 1.$MINIMUM_RUST or newer is required: see rustup.rs"
 fi
 if ! have cc; then
-    can_apt || give_up "needs a C linker: install gcc"
+    can_apt || give_up "a C linker is required: install gcc"
     apt_install gcc libc6-dev
 fi
 rustc --version
 
 heading "Set-up: $TARGET"
 target_installed() { [ -d "$(rustc --print sysroot)/lib/rustlib/$TARGET/lib" ]; }
-# Debian's compiler builds the target's library from source (fsw-target/tools/src/toolchain.rs).
+# Debian's compiler builds the core library of the target from source
+# (fsw-target/tools/src/toolchain.rs).
 debian_ready() {
     recent /usr/bin/rustc && [ -x /usr/bin/cargo ] && [ -x /usr/bin/ld.lld ] &&
         [ -d /usr/lib/rustlib/src/rust/library/core ]
@@ -72,7 +75,7 @@ if ! have qemu-system-arm; then
     can_apt || give_up "no qemu-system-arm: install QEMU (Debian: apt-get install qemu-system-arm)"
     apt_install qemu-system-arm
 fi
-qemu-system-arm --version | head -n 1
+qemu-system-arm --version | sed -n 1p
 
 heading "Format"
 if cargo fmt --version >/dev/null 2>&1; then
@@ -93,10 +96,10 @@ else
     echo "skipped: clippy is not installed"
 fi
 
-heading "Tests, the firmware in QEMU included"
-cargo test --workspace -- --include-ignored
+heading "Tests, firmware in QEMU included"
+cargo test --workspace -- --include-ignored 2>&1 | tee "$log"
 
-heading "Budgets: instructions on the target, counted in QEMU"
+heading "Instruction budgets, counted in QEMU"
 cargo bench-target
 
 heading "Bare metal: fsw-core for $TARGET"
@@ -105,5 +108,11 @@ cargo target build --package fsw-core --profile firmware --features defmt
 
 heading "Documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+
+heading "Test count"
+awk '
+    /^test result:/ { passed += $4; failed += $6; ignored += $8 }
+    END { printf "%d passed, %d failed, %d ignored\n", passed, failed, ignored }
+' "$log"
 
 heading "All checks passed${skipped:+ (skipped:$skipped)}"

@@ -8,7 +8,7 @@ use fsw_target::link::command::Command;
 use host_sim::input::Scenario;
 use host_sim::pil::compare::After;
 use host_sim::pil::firmware::Image;
-use host_sim::pil::{BrokenBit, Flown, Mission, PilFailed, fly};
+use host_sim::pil::{BrokenBit, Mission, PilFailed, PilFlight, fly};
 use host_sim::truth::Flight;
 use target_tools::budgets;
 
@@ -33,7 +33,7 @@ const SPIN_UP: Plan = Plan {
 };
 
 /// Flies the firmware and the host, and sees that the firmware's stack is enough.
-fn fly_plan(plan: &Plan) -> Result<Result<Flown, PilFailed>> {
+fn fly_plan(plan: &Plan) -> Result<Result<PilFlight, PilFailed>> {
     let mut scenario = Scenario::load(plan.scenario)?;
     scenario.duration_s = plan.duration_s.unwrap_or(scenario.duration_s);
     let flight = Flight::simulate(&scenario)?;
@@ -61,7 +61,7 @@ fn fly_plan(plan: &Plan) -> Result<Result<Flown, PilFailed>> {
 fn the_stsat3_spin_up_is_the_same_bit_by_bit() -> Result<()> {
     let flown = fly_plan(&SPIN_UP)??;
     assert_eq!((flown.compared, flown.outcomes.accepted), (6001, 6001));
-    assert_eq!(flown.onboard.estimate().status, Status::Converged);
+    assert_eq!(flown.estimator.estimate().status, Status::Converged);
     Ok(())
 }
 
@@ -71,7 +71,7 @@ fn a_wheel_slew_is_the_same_bit_by_bit() -> Result<()> {
     let flown = fly_plan(&Plan { scenario: "microsat-slew", ..SPIN_UP })??;
     // The tachometers have no speeds until they have seen three readings.
     assert_eq!((flown.compared, flown.outcomes.accepted, flown.wheel_failures), (1501, 1498, 3));
-    assert_eq!(flown.onboard.estimate().status, Status::Converged);
+    assert_eq!(flown.estimator.estimate().status, Status::Converged);
     Ok(())
 }
 
@@ -80,7 +80,7 @@ fn a_wheel_slew_is_the_same_bit_by_bit() -> Result<()> {
 fn the_other_estimators_are_the_same_bit_by_bit() -> Result<()> {
     for estimator in [EstimatorId::JointEkf, EstimatorId::EkfSgfRls] {
         let flown = fly_plan(&Plan { duration_s: Some(60.0), estimator, ..SPIN_UP })??;
-        assert_eq!((flown.compared, flown.onboard.selected()), (601, estimator));
+        assert_eq!((flown.compared, flown.estimator.selected()), (601, estimator));
     }
     Ok(())
 }
@@ -91,7 +91,7 @@ fn after_a_power_cut_the_flight_goes_on_bit_by_bit() -> Result<()> {
     let whole = Plan { duration_s: Some(60.0), ..SPIN_UP };
     let cut = Plan { restart_at: Some(251), ..whole };
     let [whole, cut] = [fly_plan(&whole)??, fly_plan(&cut)??];
-    let (kept, expected) = (cut.onboard.estimate(), whole.onboard.estimate());
+    let (kept, expected) = (cut.estimator.estimate(), whole.estimator.estimate());
     assert_eq!(kept.inertia, expected.inertia);
     assert_eq!(kept.covariance_kg2_m4, expected.covariance_kg2_m4);
     assert_eq!(cut.outcomes, whole.outcomes);
@@ -124,7 +124,7 @@ fn commands_in_flight_do_the_same_bit_by_bit() -> Result<()> {
     ];
     let plan = Plan { scenario: "microsat-slew", commands: &COMMANDS, ..SPIN_UP };
     let flown = fly_plan(&plan)??;
-    assert_eq!((flown.compared, flown.onboard.selected()), (1501, EstimatorId::Window));
+    assert_eq!((flown.compared, flown.estimator.selected()), (1501, EstimatorId::Window));
     Ok(())
 }
 

@@ -686,5 +686,5 @@ fn pil_refuses_what_the_image_cannot_fly_before_it_starts_one() {
     let output = host_sim(&["pil", "--image", "no/such.elf"]);
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{error}");
-    assert_eq!(error.trim_end(), "error: no/such.elf: there is no such image");
+    assert_eq!(error.trim_end(), "error: no/such.elf: no such image");
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use super::progress::{note_if_stopped, progress_bar, stop_on_ctrl_c};
 use super::{Failure, print};
 use crate::papers::Papers;
-use crate::report::papers_dir::write_papers;
+use crate::report::published::folder::write_papers;
 use crate::report::tables_text;
 
 #[derive(Debug, Args)]
@@ -29,7 +29,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { runs, seed, out, json } = arguments;
     let stop = stop_on_ctrl_c();
-    let papers = Papers::new()?;
+    let papers = Papers::load()?;
     let bar = progress_bar(*runs, "runs");
     let results = papers.fly(*seed, *runs, &stop, || bar.inc(1));
     bar.finish_and_clear();
@@ -39,9 +39,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Interrupted);
     }
     note_if_stopped(complete, *runs);
-    let report = papers.tables(&results);
+    let report = results.tables();
     if let Some(folder) = out {
-        write_papers(folder, &report, &papers.figures(&results)?)?;
+        write_papers(folder, &report, &results.figures()?)?;
     }
     print(*json, &report, &tables_text(&report))
 }

@@ -1,38 +1,43 @@
-//! What many runs say of one number, and where another number falls among theirs.
+//! Sample statistics of one quantity over the trials, and the percentile of a published value.
 
-/// The finite values of a quantity over the runs, ascending.
+/// Finite values of a quantity, ascending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution {
     sorted: Vec<f64>,
 }
 
 impl Distribution {
-    /// Values that aren't finite are left out.
+    /// Sorts the values. Values that are not finite are dropped.
     pub fn new(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = values.into_iter().filter(|x| x.is_finite()).collect();
         sorted.sort_unstable_by(f64::total_cmp);
         Self { sorted }
     }
 
-    /// How many values there are.
+    /// One value per trial.
+    pub fn over<T>(trials: &[T], value: impl Fn(&T) -> f64) -> Self {
+        Self::new(trials.iter().map(value))
+    }
+
+    /// Number of values.
     pub fn count(&self) -> usize {
         self.sorted.len()
     }
 
-    /// Mean; none of nothing.
+    /// Mean, `Σ x / n`. None without values.
     pub fn mean(&self) -> Option<f64> {
         let count = self.count();
         (count > 0).then(|| self.sorted.iter().sum::<f64>() / count as f64)
     }
 
-    /// The middle value, or the mean of the two in the middle; none of nothing.
+    /// Median: the middle value, or the mean of the two middle values. None without values.
     pub fn median(&self) -> Option<f64> {
         let upper = self.sorted.get(self.count() / 2)?;
         let lower = self.sorted.get(self.count().checked_sub(1)? / 2)?;
         Some((lower + upper) / 2.0)
     }
 
-    /// Standard deviation, `√(Σ (x − mean)² / (n − 1))`; none of fewer than two.
+    /// Sample standard deviation, `√(Σ (x − mean)² / (n − 1))`. None with fewer than two values.
     pub fn standard_deviation(&self) -> Option<f64> {
         let mean = self.mean()?;
         let square: f64 = self.sorted.iter().map(|x| (x - mean).powi(2)).sum();
@@ -40,7 +45,7 @@ impl Distribution {
         (count > 1).then(|| (square / (count - 1) as f64).sqrt())
     }
 
-    /// Per cent of the values that are below this one; those equal to it count half.
+    /// Share of the values below `of`, per cent. A value equal to `of` counts half.
     pub fn percentile(&self, of: f64) -> Option<f64> {
         let below = self.sorted.partition_point(|x| *x < of);
         let up_to = self.sorted.partition_point(|x| *x <= of);
@@ -54,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn mean_and_standard_deviation_are_those_by_hand() {
+    fn mean_and_standard_deviation_match_a_hand_calculation() {
         // Mean 5, squares 9 + 1 + 1 + 1 + 0 + 0 + 4 + 16 = 32 over 7.
         let values = [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0];
         let distribution = Distribution::new(values);
@@ -64,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn the_median_is_in_the_middle() {
+    fn median_is_the_middle_value_or_the_mean_of_two() {
         assert_eq!(Distribution::new([3.0, 1.0, 9.0]).median(), Some(3.0));
         assert_eq!(Distribution::new([4.0, 1.0, 9.0, 2.0]).median(), Some(3.0));
         assert_eq!(Distribution::new([]).median(), None);
@@ -81,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn few_or_no_values_say_no_more_than_they_can() {
+    fn statistics_are_none_without_enough_finite_values() {
         let nothing = Distribution::new([f64::NAN, f64::INFINITY]);
         assert_eq!((nothing.mean(), nothing.percentile(1.0)), (None, None));
         let one = Distribution::new([3.0]);
@@ -89,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_the_runs_changes_no_bit() {
+    fn statistics_do_not_depend_on_the_order_of_the_values() {
         let values = [0.1, 0.7, 1e-9, 0.3, 1e5];
         let mut reversed = values;
         reversed.reverse();

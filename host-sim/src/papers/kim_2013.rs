@@ -1,17 +1,15 @@
 //! \[Kim2013\]: rate filter, causal Savitzky-Golay derivative, recursive least squares.
 //!
-//! The slides have one error table of a single flight, and one over time of 10,000.
+//! The slides print the errors of a single flight, and the errors over time averaged over 10,000
+//! flights.
 
-use super::course::{Course, OWN};
+use super::case::{Case, OWN};
 use super::distribution::Distribution;
-use super::{PapersFailed, figure};
+use super::paper::{Paper, PapersFailed};
 use crate::estimation::{EstimatorName, Method, Precision, SetUpError};
 use crate::input::ELEMENT_NAMES;
-use crate::report::papers_dir::PaperFigure;
 use crate::report::plots::flight;
-use crate::report::published::{PublishedTable, Row};
-
-const PAPER: &str = "Kim2013";
+use crate::report::published::{PaperFigure, PublishedTable, Row};
 
 /// Error of one flight averaged over its time, per cent: jxx, jyy, jzz.
 const AVERAGE_ERROR_PERCENT: [f64; 3] = [10.71, 10.66, 8.47];
@@ -31,64 +29,108 @@ const ERROR_OVER_TIME_PERCENT: [(f64, [f64; 3]); 7] = [
 
 const PUBLISHED: Method = Method { estimator: EstimatorName::EkfSgfRls, precision: Precision::F64 };
 
-/// An error is taken at every so many samples for its average over time: reading an estimate out
-/// costs more than the step that makes it.
+/// Interval of the errors in the average over time, samples. Reading an estimate costs more than a
+/// step.
 const AVERAGED_EVERY: usize = 10;
 
-/// The scenario, and the bound at each time of the table.
-pub struct Study {
-    course: Course,
+/// The scenario, and its bound at each time of the table.
+pub struct Kim2013 {
+    case: Case,
     bound_percent: Vec<[Option<f64>; 3]>,
 }
 
-/// One seed.
-pub struct Run {
+/// Errors of one seed.
+pub struct Kim2013Trial {
     published: Errors,
     own: Errors,
 }
 
-/// Sizes of errors of jxx, jyy, jzz in per cent.
+/// Absolute errors of jxx, jyy, jzz, per cent.
 struct Errors {
+    /// Mean over the flight.
     average: [f64; 3],
+    /// At the times of [`ERROR_OVER_TIME_PERCENT`].
     over_time: Vec<[f64; 3]>,
 }
 
-impl Study {
-    /// The truth of the scenario.
-    pub fn new() -> Result<Self, PapersFailed> {
-        let course = Course::load("kim-2013")?;
+impl Paper for Kim2013 {
+    type Trial = Kim2013Trial;
+
+    const KEY: &'static str = "Kim2013";
+
+    fn load() -> Result<Self, PapersFailed> {
+        let case = Case::load("kim-2013")?;
         let mut bound_percent = Vec::new();
         for (time_s, _) in ERROR_OVER_TIME_PERCENT {
-            let mut until = course.scenario.clone();
+            let mut until = case.scenario.clone();
             until.duration_s = time_s;
             bound_percent.push(match time_s > 0.0 {
                 true => {
-                    let until = Course::new(until)?;
+                    let until = Case::new(until)?;
                     std::array::from_fn(|i| until.bound_percent(i))
                 }
                 false => [None; 3],
             });
         }
-        Ok(Self { course, bound_percent })
+        Ok(Self { case, bound_percent })
     }
 
-    /// Flies one seed.
-    pub fn fly(&self, seed: u64) -> Result<Run, SetUpError> {
-        Ok(Run { published: self.errors(PUBLISHED, seed)?, own: self.errors(OWN, seed)? })
+    fn fly(&self, seed: u64) -> Result<Kim2013Trial, PapersFailed> {
+        Ok(Kim2013Trial { published: self.errors(PUBLISHED, seed)?, own: self.errors(OWN, seed)? })
     }
 
+    fn tables(&self, trials: &[Kim2013Trial]) -> Vec<PublishedTable> {
+        vec![self.one_flight(trials), self.over_time(trials)]
+    }
+
+    /// The figures of the slides, of the first seed.
+    fn figures(
+        &self,
+        first_seed: u64,
+        _trials: &[Kim2013Trial],
+    ) -> Result<Vec<PaperFigure>, PapersFailed> {
+        let (_, history) = self.case.history(PUBLISHED, first_seed)?;
+        let truth = &self.case.flight.instants;
+        let inertia = self.case.truth_kg_m2();
+        let title = |quantity: &str, slide: u32| {
+            format!("{quantity}, ekf-sgf-rls, seed {first_seed} ([Kim2013] slide {slide})")
+        };
+        let rates = flight::rates(&title("Angular rate filtered by the EKF", 13), &history)?;
+        let errors = title("Error of the filtered rate", 13);
+        let errors = flight::rate_errors(&errors, &history, truth)?;
+        let accelerations = title("Angular acceleration by the SGF", 14);
+        let accelerations = flight::accelerations(&accelerations, &history, Some(truth))?;
+        let acceleration_errors = title("Error of the angular acceleration by the SGF", 15);
+        let acceleration_errors =
+            flight::acceleration_errors(&acceleration_errors, &history, truth)?;
+        let moments = title("Moments of inertia by RLS", 16);
+        let moments = flight::inertia(&moments, &history, Some(truth), &[0, 1, 2])?;
+        let percent = title("Error over time", 16);
+        let percent = flight::inertia_errors(&percent, &history, inertia, &[0, 1, 2])?;
+        Ok(vec![
+            Self::figure("slide-13-rates.svg", rates),
+            Self::figure("slide-13-rate-errors.svg", errors),
+            Self::figure("slide-14-accelerations.svg", accelerations),
+            Self::figure("slide-15-acceleration-errors.svg", acceleration_errors),
+            Self::figure("slide-16-inertia.svg", moments),
+            Self::figure("slide-16-inertia-errors.svg", percent),
+        ])
+    }
+}
+
+impl Kim2013 {
     fn errors(&self, method: Method, seed: u64) -> Result<Errors, SetUpError> {
-        let samples_per_s = self.course.scenario.gyro.rate_hz;
+        let samples_per_s = self.case.scenario.gyro.rate_hz;
         let sample = |time_s: f64| (time_s * samples_per_s).round() as usize;
         let (mut sum, mut count) = ([0.0; 3], 0.0);
         let mut over_time = Vec::new();
-        self.course.fly(method, seed, |number, estimator| {
-            let is_tabled = ERROR_OVER_TIME_PERCENT.iter().any(|(t, _)| sample(*t) == number);
-            if !is_tabled && number % AVERAGED_EVERY != 0 {
+        self.case.fly(method, seed, |index, estimator| {
+            let is_tabled = ERROR_OVER_TIME_PERCENT.iter().any(|(t, _)| sample(*t) == index);
+            if !is_tabled && index % AVERAGED_EVERY != 0 {
                 return;
             }
             let elements = estimator.estimate().inertia.elements_kg_m2();
-            let error = std::array::from_fn(|i| self.course.error_percent(i, elements[i]));
+            let error = std::array::from_fn(|i| self.case.error_percent(i, elements[i]));
             for i in 0..3 {
                 sum[i] += error[i];
             }
@@ -100,117 +142,53 @@ impl Study {
         Ok(Errors { average: sum.map(|sum| sum / count), over_time })
     }
 
-    /// The tables of the slides.
-    pub fn tables(&self, runs: &[Run]) -> Vec<PublishedTable> {
-        vec![self.one_flight(runs), self.over_time(runs)]
-    }
-
     fn table(&self, place: &'static str, title: &str, rows: Vec<Row>) -> PublishedTable {
-        PublishedTable {
-            paper: PAPER,
-            table: place,
-            title: title.to_owned(),
-            scenario: self.course.scenario.name.clone(),
-            estimator: PUBLISHED.estimator.to_string(),
-            precision: PUBLISHED.precision.to_string(),
-            own_estimator: Some(OWN.estimator.to_string()),
-            observed_directions: self.course.flight.bound.observed_directions,
-            rows,
-            remark: None,
-        }
+        PublishedTable::new(Self::KEY, place, title, &self.case, PUBLISHED, rows)
     }
 
-    fn one_flight(&self, runs: &[Run]) -> PublishedTable {
-        let of = |value: &dyn Fn(&Run) -> f64| Distribution::new(runs.iter().map(value));
+    fn one_flight(&self, trials: &[Kim2013Trial]) -> PublishedTable {
         let last = |errors: &Errors, i: usize| errors.over_time.last().map_or(f64::NAN, |e| e[i]);
-        let mut rows = Vec::new();
-        for i in 0..3 {
-            let ours = of(&|run| run.published.average[i]);
-            rows.push(
-                Row::new(format!("{} average", ELEMENT_NAMES[i]), "%")
-                    .ours(Some(AVERAGE_ERROR_PERCENT[i]), &ours)
-                    .own(&of(&|run| run.own.average[i])),
-            );
-        }
-        for i in 0..3 {
-            let ours = of(&|run| last(&run.published, i));
-            rows.push(
-                Row::new(format!("{} final", ELEMENT_NAMES[i]), "%")
-                    .ours(Some(FINAL_ERROR_PERCENT[i]), &ours)
-                    .bound(self.course.bound_percent(i))
-                    .own(&of(&|run| last(&run.own, i))),
-            );
-        }
+        let average = |i: usize| {
+            let ours = Distribution::over(trials, |trial| trial.published.average[i]);
+            Row::new(format!("{} average", ELEMENT_NAMES[i]), "%")
+                .ours(Some(AVERAGE_ERROR_PERCENT[i]), &ours)
+                .own(&Distribution::over(trials, |trial| trial.own.average[i]))
+        };
+        let at_end = |i: usize| {
+            let ours = Distribution::over(trials, |trial| last(&trial.published, i));
+            Row::new(format!("{} final", ELEMENT_NAMES[i]), "%")
+                .ours(Some(FINAL_ERROR_PERCENT[i]), &ours)
+                .bound(self.case.bound_percent(i))
+                .own(&Distribution::over(trials, |trial| last(&trial.own, i)))
+        };
+        let rows = (0..3).map(average).chain((0..3).map(at_end)).collect();
         let title = "error of one flight, averaged over its time and at its end";
-        let mut table = self.table("slide 16", title, rows);
-        table.remark = Some(format!(
-            "Gyro rate, process noise and initial covariance, which set these errors, aren't given. \
-             {} is told that the products are zero, one sigma 0.01 kg m², the bound isn't.",
+        self.table("slide 16", title, rows).remark(format!(
+            "The slides do not give the gyro rate, the process noise and the initial covariance, \
+             which determine these errors. {} has a prior on the products, zero with one sigma \
+             0.01 kg m²; the bound has none.",
             OWN.estimator
-        ));
-        table
+        ))
     }
 
-    fn over_time(&self, runs: &[Run]) -> PublishedTable {
+    fn over_time(&self, trials: &[Kim2013Trial]) -> PublishedTable {
         let mut rows = Vec::new();
         for (k, (time_s, published)) in ERROR_OVER_TIME_PERCENT.iter().enumerate() {
             for i in 0..3 {
-                let of = |value: &dyn Fn(&Run) -> Option<f64>| {
-                    Distribution::new(runs.iter().filter_map(value))
-                };
                 let at = |errors: &Errors| errors.over_time.get(k).map(|error| error[i]);
+                let ours = trials.iter().filter_map(|trial| at(&trial.published));
+                let own = trials.iter().filter_map(|trial| at(&trial.own));
                 rows.push(
                     Row::new(format!("{} at {time_s} s", ELEMENT_NAMES[i]), "%")
-                        .ours(Some(published[i]), &of(&|run| at(&run.published)))
+                        .ours(Some(published[i]), &Distribution::new(ours))
                         .bound(self.bound_percent[k][i])
-                        .own(&of(&|run| at(&run.own))),
+                        .own(&Distribution::new(own)),
                 );
             }
         }
-        let mut table = self.table("slide 17", "error over time, mean of 10,000 trials", rows);
-        table.remark = Some(
-            "The published values are means, to be set beside our means; the percentile is among \
-             single runs."
-                .to_owned(),
-        );
-        table
-    }
-
-    /// The figures of the slides, of the first seed.
-    pub fn figures(&self, seed: u64) -> Result<Vec<PaperFigure>, PapersFailed> {
-        let (_, history) = self.course.history(PUBLISHED, seed)?;
-        let truth = &self.course.flight.instants;
-        let inertia = self.course.truth_kg_m2();
-        let by = |what: &str, slide: u32| {
-            format!("{what}, ekf-sgf-rls, seed {seed} ([Kim2013] slide {slide})")
-        };
-        let rates = flight::rates(&by("Angular rate filtered by the EKF", 13), &history)?;
-        let errors = flight::rate_errors(&by("Error of the filtered rate", 13), &history, truth)?;
-        let accelerations = flight::accelerations(
-            &by("Angular acceleration by the SGF", 14),
-            &history,
-            Some(truth),
-        )?;
-        let acceleration_errors = flight::acceleration_errors(
-            &by("Error of the angular acceleration by the SGF", 15),
-            &history,
-            truth,
-        )?;
-        let moments = flight::inertia(
-            &by("Moments of inertia by RLS", 16),
-            &history,
-            Some(truth),
-            &[0, 1, 2],
-        )?;
-        let percent =
-            flight::inertia_errors(&by("Error over time", 16), &history, inertia, &[0, 1, 2])?;
-        Ok(vec![
-            figure(PAPER, "slide-13-rates.svg", rates),
-            figure(PAPER, "slide-13-rate-errors.svg", errors),
-            figure(PAPER, "slide-14-accelerations.svg", accelerations),
-            figure(PAPER, "slide-15-acceleration-errors.svg", acceleration_errors),
-            figure(PAPER, "slide-16-inertia.svg", moments),
-            figure(PAPER, "slide-16-inertia-errors.svg", percent),
-        ])
+        self.table("slide 17", "error over time, mean of 10,000 trials", rows).remark(
+            "The published values are means over the trials and compare with the means here. The \
+             percentile refers to single runs.",
+        )
     }
 }

@@ -1,177 +1,179 @@
-//! The published systems on their own scenarios: what was printed, and what comes out here.
+//! Reproduction of the published systems on their own scenarios.
+//!
+//! Input: a first seed and a number of runs. Output: a [`TablesReport`] with the published values
+//! beside the reproduced ones, and a counterpart of each published figure.
 //!
 //! ```text
-//!  kim_2010 ─┐ published values, the study that flies a seed,
-//!  kim_2013 ─┤ the rows, the figures
-//!  kim_2016 ─┼──► Papers::fly, all of them seed by seed ──► TablesReport, figures ──► report
-//!  bellar_2019
-//!  elhariry_2026 (another's benchmark)
+//!  kim_2010 ──────┐
+//!  kim_2013 ──────┤ Paper: scenarios, published values,
+//!  kim_2016 ──────┼─► one trial per seed, tables, figures
+//!  bellar_2019 ───┤        │
+//!  elhariry_2026 ─┘        └─► Papers::fly, seed by seed ─► Reproduction ─► report
 //! ```
 //!
-//! A seed flies every study, so that an early end leaves all tables with the same runs. Seeds are
-//! spread over rayon's threads and put back in order: the numbers are the same however many there
-//! are.
+//! A new paper is a file with an implementation of [`Paper`] and a line in [`roster`].
+//!
+//! A seed flies every paper, so that all tables of an interrupted run have the same number of
+//! trials. The seeds are spread over rayon's threads and the trials are sorted by seed: the result
+//! does not depend on the number of threads.
 
 mod bellar_2019;
-mod course;
+mod case;
 pub mod distribution;
 mod elhariry_2026;
 mod kim_2010;
 mod kim_2013;
 mod kim_2016;
-mod observability;
-mod row;
+mod paper;
+mod rank_test;
+mod table;
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::iter::{ParallelBridge, ParallelIterator};
-use thiserror::Error;
 
-use crate::campaign::RunFailed;
-use crate::estimation::SetUpError;
-use crate::input::InputError;
 use crate::report::TablesReport;
-use crate::report::papers_dir::PaperFigure;
-use crate::report::plots::PlotError;
-use crate::truth::IntegrationFailed;
+use crate::report::published::{PaperFigure, PublishedTable};
+pub use paper::{Paper, PapersFailed};
 
-/// A study could not be set up, flown or drawn.
-#[derive(Debug, Error)]
-pub enum PapersFailed {
-    /// A built-in scenario.
-    #[error(transparent)]
-    Scenario(#[from] InputError),
-    /// Its truth.
-    #[error(transparent)]
-    Integration(#[from] IntegrationFailed),
-    /// An estimator.
-    #[error(transparent)]
-    SetUp(#[from] SetUpError),
-    /// A run of a campaign.
-    #[error(transparent)]
-    Run(#[from] RunFailed),
-    /// A figure.
-    #[error(transparent)]
-    Plot(#[from] PlotError),
+/// Every paper, in the order of the report.
+fn roster() -> Result<Vec<Box<dyn AnyPaper>>, PapersFailed> {
+    Ok(vec![
+        Entry::<kim_2010::Kim2010>::load()?,
+        Entry::<kim_2013::Kim2013>::load()?,
+        Entry::<kim_2016::Kim2016>::load()?,
+        Entry::<bellar_2019::Bellar2019>::load()?,
+        Entry::<elhariry_2026::ElHariry2026>::load()?,
+    ])
 }
 
-/// Every study, its truths simulated.
+/// Every paper of the [`roster`], with the true motion of its scenarios.
 pub struct Papers {
-    kim_2010: kim_2010::Study,
-    kim_2013: kim_2013::Study,
-    kim_2016: kim_2016::Study,
-    bellar_2019: bellar_2019::Study,
-    elhariry_2026: elhariry_2026::Study,
+    entries: Vec<Box<dyn AnyPaper>>,
 }
 
-/// What the seeds gave, in their order.
-pub struct Flown {
+/// Every paper with its trials, in the order of the seeds.
+pub struct Reproduction {
+    entries: Vec<Box<dyn AnyPaper>>,
     first_seed: u64,
-    kim_2010: Vec<kim_2010::Run>,
-    kim_2013: Vec<kim_2013::Run>,
-    kim_2016: Vec<kim_2016::Run>,
-    bellar_2019: Vec<bellar_2019::Run>,
-    elhariry_2026: Vec<elhariry_2026::Run>,
-}
-
-struct OneSeed {
-    kim_2010: kim_2010::Run,
-    kim_2013: kim_2013::Run,
-    kim_2016: kim_2016::Run,
-    bellar_2019: bellar_2019::Run,
-    elhariry_2026: elhariry_2026::Run,
+    runs: u64,
 }
 
 impl Papers {
-    /// Simulates all truths.
-    pub fn new() -> Result<Self, PapersFailed> {
-        Ok(Self {
-            kim_2010: kim_2010::Study::new()?,
-            kim_2013: kim_2013::Study::new()?,
-            kim_2016: kim_2016::Study::new()?,
-            bellar_2019: bellar_2019::Study::new()?,
-            elhariry_2026: elhariry_2026::Study::new()?,
-        })
+    /// Simulates the true motion of all scenarios.
+    ///
+    /// # Errors
+    /// A scenario that cannot be read or integrated.
+    pub fn load() -> Result<Self, PapersFailed> {
+        Ok(Self { entries: roster()? })
     }
 
-    /// Flies so many seeds from the first on, on all of rayon's threads, and calls `done` after each.
+    /// Flies `runs` seeds from `first_seed` on all of rayon's threads. `done` is called after each.
     ///
-    /// Once `stop` is set no further seed is begun. Seeds are begun in order and those begun are
-    /// completed, so what comes back is what fewer of them would have given.
+    /// Once `stop` is set, no further seed is begun. Seeds are begun in ascending order and each
+    /// one that was begun is completed: an interrupted run equals a shorter one.
+    ///
+    /// # Errors
+    /// The first trial that failed.
     pub fn fly(
-        &self,
+        self,
         first_seed: u64,
         runs: u64,
         stop: &AtomicBool,
         done: impl Fn() + Sync,
-    ) -> Result<Flown, PapersFailed> {
-        let fly_one = |index: u64| {
-            let one = self.one(first_seed.wrapping_add(index)).map(|one| (index, one));
+    ) -> Result<Reproduction, PapersFailed> {
+        let mut entries = self.entries;
+        let fly_seed = |index: u64| {
+            let seed = first_seed.wrapping_add(index);
+            let flown = entries.iter().try_for_each(|entry| entry.fly(index, seed));
             done();
-            one
+            flown.map(|()| 1)
         };
-        let mut all: Vec<(u64, OneSeed)> = (0..runs)
+        let runs = (0..runs)
             .take_while(|_| !stop.load(Ordering::Relaxed))
             .par_bridge()
-            .map(fly_one)
-            .collect::<Result<_, _>>()?;
-        all.sort_unstable_by_key(|(index, _)| *index);
-        let mut flown = Flown {
-            first_seed,
-            kim_2010: Vec::new(),
-            kim_2013: Vec::new(),
-            kim_2016: Vec::new(),
-            bellar_2019: Vec::new(),
-            elhariry_2026: Vec::new(),
-        };
-        for (_, one) in all {
-            flown.kim_2010.push(one.kim_2010);
-            flown.kim_2013.push(one.kim_2013);
-            flown.kim_2016.push(one.kim_2016);
-            flown.bellar_2019.push(one.bellar_2019);
-            flown.elhariry_2026.push(one.elhariry_2026);
-        }
-        Ok(flown)
+            .map(fly_seed)
+            .try_reduce(|| 0, |sum, one| Ok(sum + one))?;
+        entries.iter_mut().for_each(|entry| entry.complete());
+        Ok(Reproduction { entries, first_seed, runs })
     }
+}
 
-    fn one(&self, seed: u64) -> Result<OneSeed, PapersFailed> {
-        Ok(OneSeed {
-            kim_2010: self.kim_2010.fly(seed)?,
-            kim_2013: self.kim_2013.fly(seed)?,
-            kim_2016: self.kim_2016.fly(seed)?,
-            bellar_2019: self.bellar_2019.fly(seed)?,
-            elhariry_2026: self.elhariry_2026.fly(seed)?,
-        })
+impl Reproduction {
+    /// Number of seeds flown.
+    pub fn runs(&self) -> u64 {
+        self.runs
     }
 
     /// All tables.
-    pub fn tables(&self, flown: &Flown) -> TablesReport {
-        let mut tables = self.kim_2010.tables(&flown.kim_2010);
-        tables.extend(self.kim_2013.tables(&flown.kim_2013));
-        tables.extend(self.kim_2016.tables(&flown.kim_2016));
-        tables.extend(self.bellar_2019.tables(&flown.bellar_2019));
-        tables.extend(self.elhariry_2026.tables(&flown.elhariry_2026));
-        TablesReport { runs: flown.runs(), seed: flown.first_seed, tables }
+    pub fn tables(&self) -> TablesReport {
+        let tables = self.entries.iter().flat_map(|entry| entry.tables()).collect();
+        TablesReport { runs: self.runs, seed: self.first_seed, tables }
     }
 
     /// All figures.
-    pub fn figures(&self, flown: &Flown) -> Result<Vec<PaperFigure>, PapersFailed> {
-        let seed = flown.first_seed;
-        let mut figures = self.kim_2010.figures(&flown.kim_2010)?;
-        figures.extend(self.kim_2013.figures(seed)?);
-        figures.extend(self.kim_2016.figures(seed, &flown.kim_2016)?);
-        figures.extend(self.bellar_2019.figures(seed, &flown.bellar_2019)?);
+    ///
+    /// # Errors
+    /// A figure that cannot be drawn.
+    pub fn figures(&self) -> Result<Vec<PaperFigure>, PapersFailed> {
+        let mut figures = Vec::new();
+        for entry in &self.entries {
+            figures.extend(entry.figures(self.first_seed)?);
+        }
         Ok(figures)
     }
 }
 
-impl Flown {
-    /// How many seeds were flown.
-    pub fn runs(&self) -> u64 {
-        self.kim_2013.len() as u64
+/// A [`Paper`] behind an object-safe interface.
+trait AnyPaper: Send + Sync {
+    /// Flies a seed. The trial is stored under `index`.
+    fn fly(&self, index: u64, seed: u64) -> Result<(), PapersFailed>;
+
+    /// Sorts the trials by index.
+    fn complete(&mut self);
+
+    /// Tables over the sorted trials.
+    fn tables(&self) -> Vec<PublishedTable>;
+
+    /// Figures over the sorted trials.
+    fn figures(&self, first_seed: u64) -> Result<Vec<PaperFigure>, PapersFailed>;
+}
+
+/// A paper and its trials.
+struct Entry<P: Paper> {
+    paper: P,
+    /// Index and trial, in the order in which the threads completed them.
+    unsorted: Mutex<Vec<(u64, P::Trial)>>,
+    /// In the order of the seeds.
+    trials: Vec<P::Trial>,
+}
+
+impl<P: Paper + 'static> Entry<P> {
+    fn load() -> Result<Box<dyn AnyPaper>, PapersFailed> {
+        let paper = P::load()?;
+        Ok(Box::new(Self { paper, unsorted: Mutex::default(), trials: Vec::new() }))
     }
 }
 
-fn figure(paper: &'static str, file: &str, svg: String) -> PaperFigure {
-    PaperFigure { paper, file: file.to_owned(), svg }
+impl<P: Paper> AnyPaper for Entry<P> {
+    fn fly(&self, index: u64, seed: u64) -> Result<(), PapersFailed> {
+        let trial = self.paper.fly(seed)?;
+        self.unsorted.lock().unwrap_or_else(PoisonError::into_inner).push((index, trial));
+        Ok(())
+    }
+
+    fn complete(&mut self) {
+        let unsorted = self.unsorted.get_mut().unwrap_or_else(PoisonError::into_inner);
+        unsorted.sort_unstable_by_key(|(index, _)| *index);
+        self.trials = unsorted.drain(..).map(|(_, trial)| trial).collect();
+    }
+
+    fn tables(&self) -> Vec<PublishedTable> {
+        self.paper.tables(&self.trials)
+    }
+
+    fn figures(&self, first_seed: u64) -> Result<Vec<PaperFigure>, PapersFailed> {
+        self.paper.figures(first_seed, &self.trials)
+    }
 }

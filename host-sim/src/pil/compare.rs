@@ -1,40 +1,40 @@
-//! What firmware and host tell the ground, element by element, bit by bit.
+//! Comparison of the telemetry of firmware and host, element by element, bit by bit.
 
 use fsw_target::link::telemetry::Received;
 use fsw_target::link::wire::{About, Shape, Value, Visitor};
 use thiserror::Error;
 
-/// The first difference.
+/// The first difference between firmware and host.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error(
-    "{when}: {element} is {firmware} on the target and {host} on the host; all before is the same, \
-     bit by bit"
+    "{when}: {element} is {firmware} on the target and {host} on the host; all earlier telemetry is \
+     identical"
 )]
 pub struct Difference {
-    /// After which sample, from zero.
+    /// Sample before the difference.
     pub when: After,
-    /// Which element: `estimate inertia_kg_m2[3]`.
+    /// Name of the element, as `estimate inertia_kg_m2[3]`.
     pub element: String,
-    /// What the firmware says.
+    /// Value of the firmware.
     pub firmware: String,
-    /// What the host says.
+    /// Value of the host.
     pub host: String,
 }
 
 impl Difference {
-    /// The firmware tells what the host doesn't.
+    /// A packet that only the firmware has sent.
     pub fn unexpected(when: After, received: &Received) -> Self {
-        let firmware = format!("one more, of {}", received.telemetry.kind());
+        let firmware = format!("an additional packet of {}", received.telemetry.kind());
         Self { when, element: "the packet".to_owned(), firmware, host: "missing".to_owned() }
     }
 }
 
-/// What the flight computers had done last.
+/// Last event before a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum After {
-    /// They had started.
+    /// Start of the flight computers.
     Start,
-    /// They had handled this sample, from zero.
+    /// The sample of this index.
     Sample(usize),
 }
 
@@ -47,14 +47,14 @@ impl std::fmt::Display for After {
     }
 }
 
-/// Elements that only the target has: how much of its stack was used.
-const OF_THE_TARGET: [&str; 1] = ["stack_high_water_bytes"];
+/// Elements that only the target has, and are not compared.
+const TARGET_ONLY: [&str; 1] = ["stack_high_water_bytes"];
 
-/// That both tell the same to the last bit.
+/// Compares two packets bit by bit.
 ///
 /// # Errors
 /// The first element that differs.
-pub fn same(when: After, host: &Received, firmware: &Received) -> Result<(), Box<Difference>> {
+pub fn packets(when: After, host: &Received, firmware: &Received) -> Result<(), Box<Difference>> {
     let differs = |element, firmware, host| Box::new(Difference { when, element, firmware, host });
     let (kind, other) = (firmware.telemetry.kind(), host.telemetry.kind());
     if kind != other {
@@ -64,9 +64,9 @@ pub fn same(when: After, host: &Received, firmware: &Received) -> Result<(), Box
     let host = elements(host);
     for (index, (element, firmware)) in elements(firmware).into_iter().enumerate() {
         let host = host.get(index).and_then(|(_, value)| *value);
-        let is_compared = !OF_THE_TARGET.contains(&element.as_str());
+        let is_compared = !TARGET_ONLY.contains(&element.as_str());
         if is_compared && firmware.map(bits) != host.map(bits) {
-            return Err(differs(format!("{kind} {element}"), shown(firmware), shown(host)));
+            return Err(differs(format!("{kind} {element}"), text(firmware), text(host)));
         }
     }
     Ok(())
@@ -74,7 +74,7 @@ pub fn same(when: After, host: &Received, firmware: &Received) -> Result<(), Box
 
 type Element = (String, Option<Value>);
 
-/// Every element of a packet, with its name. Those of a field that has no value have none.
+/// Every element of a packet with its name. An element of a field without a value has none.
 fn elements(received: &Received) -> Vec<Element> {
     struct Collect(Vec<Element>);
     impl Visitor for Collect {
@@ -99,7 +99,7 @@ fn elements(received: &Received) -> Vec<Element> {
     all.0
 }
 
-/// What distinguishes two values: of a number its bits, so that a NaN equals itself and −0 isn't 0.
+/// Bits of a value. With them a NaN equals itself, and −0 differs from 0.
 fn bits(value: Value) -> (u64, &'static str) {
     match value {
         Value::Whole(number) => (number, ""),
@@ -109,7 +109,8 @@ fn bits(value: Value) -> (u64, &'static str) {
     }
 }
 
-fn shown(value: Option<Value>) -> String {
+/// Text of a value.
+fn text(value: Option<Value>) -> String {
     match value {
         None => "missing".to_owned(),
         Some(Value::Whole(number)) => number.to_string(),
@@ -142,44 +143,44 @@ mod tests {
     }
 
     #[test]
-    fn the_same_packet_is_the_same() {
-        assert_eq!(same(WHEN, &packet(estimate()), &packet(estimate())), Ok(()));
+    fn equal_packets_have_no_difference() {
+        assert_eq!(packets(WHEN, &packet(estimate()), &packet(estimate())), Ok(()));
     }
 
     #[test]
-    fn a_single_bit_is_found_and_named() {
+    fn single_bit_is_detected_and_named() {
         let mut other = estimate();
         let sigma = &mut other.sigma_kg_m2[4];
         *sigma = f32::from_bits(sigma.to_bits() ^ 1);
-        let difference = same(WHEN, &packet(estimate()), &packet(other)).unwrap_err();
+        let difference = packets(WHEN, &packet(estimate()), &packet(other)).unwrap_err();
         assert_eq!(difference.element, "estimate sigma_kg_m2[4]");
         assert!(difference.to_string().starts_with("sample 3: estimate sigma_kg_m2[4] is "));
     }
 
     #[test]
-    fn a_value_that_only_one_has_is_a_difference() {
+    fn missing_value_is_a_difference() {
         let mut other = estimate();
         other.gyro_bias_rad_s = Some([0.0; 3]);
-        let difference = same(WHEN, &packet(estimate()), &packet(other)).unwrap_err();
+        let difference = packets(WHEN, &packet(estimate()), &packet(other)).unwrap_err();
         assert_eq!(difference.element, "estimate gyro_bias_rad_s[0]");
         assert_eq!(difference.host, "missing");
     }
 
     #[test]
-    fn a_packet_that_was_lost_is_a_difference() {
+    fn missing_packet_is_a_difference() {
         let later = Received { sequence_count: SequenceCount::new(8), ..packet(estimate()) };
-        let difference = same(WHEN, &packet(estimate()), &later).unwrap_err();
+        let difference = packets(WHEN, &packet(estimate()), &later).unwrap_err();
         assert_eq!(difference.element, "estimate sequence_count");
     }
 
     #[test]
-    fn zero_and_minus_zero_differ_and_a_nan_equals_itself() {
+    fn zero_and_minus_zero_differ_and_nan_equals_itself() {
         let mut host = estimate();
         host.rate_rad_s = [f32::NAN, 0.0, 0.0];
-        assert_eq!(same(WHEN, &packet(host), &packet(host)), Ok(()));
+        assert_eq!(packets(WHEN, &packet(host), &packet(host)), Ok(()));
         let mut other = host;
         other.rate_rad_s[2] = -0.0;
-        let difference = same(WHEN, &packet(host), &packet(other)).unwrap_err();
+        let difference = packets(WHEN, &packet(host), &packet(other)).unwrap_err();
         assert_eq!(difference.element, "estimate rate_rad_s[2]");
     }
 }

@@ -1,33 +1,34 @@
-//! A NOR flash memory: writing clears bits, erasing sets those of whole pages.
+//! Model of a NOR flash: writing clears bits, erasing sets the bits of whole pages.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use fsw_target::stand_in::tunnel::{FLASH_BYTES, PAGE_BYTES};
 
-/// What is in the flash.
+/// Content of the flash.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FlashModel {
     bytes: Vec<u8>,
 }
 
-/// A place that it hasn't, or no whole page.
+/// An address outside the flash, or an erasure of part of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfBounds;
 
 impl Default for FlashModel {
-    /// As it comes from the factory.
+    /// Erased.
     fn default() -> Self {
         Self { bytes: vec![0xFF; FLASH_BYTES as usize] }
     }
 }
 
 impl FlashModel {
-    /// All of it.
+    /// All bytes.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
+    /// Bytes from an address on.
     fn range(&mut self, from: u32, length: usize) -> Result<&mut [u8], OutOfBounds> {
         let from = from as usize;
         let to = from.checked_add(length).ok_or(OutOfBounds)?;
@@ -83,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn writing_only_clears_and_erasing_sets() {
+    fn writing_clears_bits_and_erasing_sets_them() {
         let mut flash = FlashModel::default();
         flash.write(4096, &[0xF0, 0x0F, 0, 0xFF]).unwrap();
         flash.write(4096, &[0x3C; 4]).unwrap();
@@ -95,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_it_has_not_is_refused() {
+    fn access_out_of_bounds_is_rejected() {
         let mut flash = FlashModel::default();
         assert_eq!(flash.read(FLASH_BYTES - 1, &mut [0; 2]), Err(OutOfBounds));
         assert_eq!(flash.write(u32::MAX, &[0; 2]), Err(OutOfBounds));

@@ -1,4 +1,4 @@
-//! What the flight computer is told of a scenario's spacecraft, and how its gyro is mounted.
+//! Craft data of the flight computer for a scenario, and the mounting of its gyro.
 
 use fsw_target::drivers::gyro::bmi088::Range;
 use fsw_target::flight::craft::WHEELS;
@@ -8,25 +8,25 @@ use fsw_target::stand_in::tunnel::setup::Unfit;
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use thiserror::Error;
 
-use super::Mission;
+use super::mission::Mission;
 use crate::input::scenario::SimulatedGyro;
 use crate::sensor::encoder::EncoderData;
 use crate::sensor::gyro::variance_rad2_s2;
 
-/// A wheel without an edge for so long stands still, s: with 24 edges a turn it is slower than
-/// 0.52 rad/s then.
+/// Time without an edge after which a wheel counts as stopped, s: below 0.52 rad/s with 24 edges a
+/// turn.
 const ZERO_AFTER_S: f32 = 0.5;
 
-/// The range leaves room for so many sigma of the gyro's noise beyond the fastest rate.
+/// Margin of the gyro's range above the fastest rate, sigmas of its noise.
 const NOISE_SIGMAS: f64 = 8.0;
 
-/// A scenario that the flight computer can't fly.
+/// A scenario that the flight computer cannot fly.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NotFlown {
-    /// More wheels than the flight image has room for.
-    #[error("{found} wheels: the flight image has room for {WHEELS}")]
+    /// More wheels than the flight image supports.
+    #[error("{found} wheels: the flight image supports {WHEELS}")]
     TooManyWheels {
-        /// How many the scenario has.
+        /// Number of wheels of the scenario.
         found: usize,
     },
     /// `ekf-sgf-rls` without a nominal inertia.
@@ -35,27 +35,27 @@ pub enum NotFlown {
          the scenario"
     )]
     NoNominalInertia,
-    /// What the flight software itself says.
-    #[error("the flight software refuses this spacecraft: {0:?}")]
+    /// Craft data that the flight software rejects.
+    #[error("the flight software rejects this spacecraft: {0:?}")]
     Unfit(Unfit),
-    /// No sample there.
+    /// Power cut outside the flight.
     #[error("--restart-at {at}: the flight has {samples} samples; give one from 1 to {}", samples - 1)]
     NoSuchSample {
-        /// What was asked for.
+        /// Requested number of samples before the power cut.
         at: usize,
-        /// How many there are.
+        /// Number of samples of the flight.
         samples: usize,
     },
 }
 
-/// How the gyro is mounted: neither along the body's axes nor in any plane of them, so that every axis
-/// of the one is part of every axis of the other.
+/// Rotation from gyro axes to body axes: 40° about an axis in no coordinate plane, so that each body
+/// axis has a component on each gyro axis.
 pub fn body_from_sensor() -> Matrix3<f64> {
     let axis = Unit::new_normalize(Vector3::new(1.0, -2.0, 3.0));
     *Rotation3::from_axis_angle(&axis, 40f64.to_radians()).matrix()
 }
 
-/// What the flight computer is told.
+/// Craft data of a mission.
 ///
 /// # Errors
 /// See [`NotFlown`].
@@ -95,17 +95,18 @@ pub fn of(mission: &Mission<'_>) -> Result<Setup, NotFlown> {
     })
 }
 
+/// A vector in single precision.
 fn narrow(vector: &Vector3<f64>) -> [f32; 3] {
     [vector.x, vector.y, vector.z].map(|element| element as f32)
 }
 
-/// The scenario's noise, and the rounding to the chip's counts.
+/// One sigma of the scenario's noise and the quantisation of the chip, rad/s.
 fn noise_rad_s(gyro: &SimulatedGyro, range: Range) -> f64 {
     let quantum_rad_s = Some(f64::from(range.quantum_rad_s()));
     variance_rad2_s2(&SimulatedGyro { quantum_rad_s, ..gyro.clone() }).sqrt()
 }
 
-/// The finest range in which no reading saturates, if there is one.
+/// Finest range without saturation; the widest range if there is none.
 fn range(mission: &Mission<'_>) -> Range {
     let gyro = &mission.scenario.gyro;
     let fastest = mission.flight.instants.iter().map(|instant| instant.rate_rad_s.norm());

@@ -1,4 +1,4 @@
-//! The whole way but the processor: the firmware's end of the tunnel runs on a thread of this process.
+//! Firmware and host in lockstep without QEMU: the firmware runs on a thread of this process.
 
 use std::io::{Read as _, Write as _};
 use std::os::unix::net::UnixStream;
@@ -9,9 +9,16 @@ use std::time::Duration;
 use embedded_hal_nb::{nb, serial};
 use fsw_target::stand_in::tunnel::{self, Message, Port, Tunnel, TunnelError, parts};
 
+use super::compare::After;
+use super::firmware::{Firmware, Image};
+use super::setup::{self, NotFlown};
 use super::*;
+use crate::input::Scenario;
+use crate::truth::Flight;
+use fsw_target::flight::selected::EstimatorId;
+use fsw_target::link::command::Command;
 
-/// A minute of a CubeSat with four wheels, as far as a test needs it.
+/// The first 12 s of a CubeSat with four wheels.
 fn scenario() -> Scenario {
     let mut scenario = Scenario::load("cubesat-pyramid").unwrap();
     scenario.duration_s = 12.0;
@@ -69,7 +76,7 @@ impl Port for Socket {
     }
 }
 
-/// A firmware on a thread: what `bin/pil` does. It may give up after some samples.
+/// Lines of a firmware on a thread.
 struct OnThread {
     sensors: UnixStream,
     link: UnixStream,
@@ -82,14 +89,14 @@ impl OnThread {
         (Self { sensors: far_sensors, link: far_link }, sensors, link)
     }
 
-    /// As `bin/pil` flies.
+    /// The loop of `bin/pil`.
     fn fly(self) -> Option<TunnelError> {
         let tunnel = Tunnel::new(Socket::new(self.sensors));
         let setup = tunnel.hello().ok()?;
-        let mut onboard = Box::new(setup.estimator().unwrap());
+        let mut estimator = Box::new(setup.estimator().unwrap());
         let link = Socket::new(self.link);
         let mut computer =
-            parts::computer(&tunnel, &setup, &mut onboard, link, NOT_MEASURED).ok()?;
+            parts::computer(&tunnel, &setup, &mut estimator, link, NOT_MEASURED).ok()?;
         computer.start();
         while tunnel.end().is_none() {
             computer.poll();
@@ -99,12 +106,13 @@ impl OnThread {
     }
 }
 
+/// Time limit of a request. A loaded machine needs several seconds.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A thread's stack isn't painted.
+/// Stack use on a thread, which is not measured.
 const NOT_MEASURED: fn() -> u32 = || 0;
 
-/// Starts a firmware that does `what`.
+/// Starts a firmware that runs `what`.
 fn firmware<R: Send + 'static>(
     patience: Duration,
     what: impl FnOnce(OnThread) -> R + Send + 'static,
@@ -118,23 +126,26 @@ fn mission<'a>(scenario: &'a Scenario, flight: &'a Flight, estimator: EstimatorI
     Mission { scenario, flight, seed: 3, estimator, restart_at: None, commands: &[] }
 }
 
-fn fly_on_threads(mission: &Mission<'_>, broken: Option<BrokenBit>) -> Result<Flown, PilFailed> {
+fn fly_on_threads(
+    mission: &Mission<'_>,
+    broken: Option<BrokenBit>,
+) -> Result<PilFlight, PilFailed> {
     fly(mission, || Ok(firmware(PATIENCE, OnThread::fly).0), broken, |_, _| ())
 }
 
 #[test]
-fn through_the_tunnel_and_beside_it_the_same_flight_comes_out() {
+fn tunnel_and_direct_connection_give_the_same_flight() {
     let scenario = scenario();
     let flight = Flight::simulate(&scenario).unwrap();
     let flown = fly_on_threads(&mission(&scenario, &flight, EstimatorId::JointEkf), None).unwrap();
     assert_eq!(flown.compared, 121);
-    // Until the tachometers have seen three readings there are no wheel speeds.
+    // The tachometers need three readings before the first speed.
     assert_eq!((flown.outcomes.accepted, flown.wheel_failures, flown.gyro_failures), (118, 3, 0));
-    assert_eq!(flown.onboard.selected(), EstimatorId::JointEkf);
+    assert_eq!(flown.estimator.selected(), EstimatorId::JointEkf);
 }
 
 #[test]
-fn a_broken_bit_is_found_at_its_sample() {
+fn bit_error_is_detected_at_its_sample() {
     let scenario = scenario();
     let flight = Flight::simulate(&scenario).unwrap();
     let mission = mission(&scenario, &flight, EstimatorId::JointEkf);
@@ -149,7 +160,7 @@ fn a_broken_bit_is_found_at_its_sample() {
 }
 
 #[test]
-fn a_power_cut_costs_only_what_the_tachometers_need_to_start() {
+fn power_cut_loses_only_the_start_of_the_tachometers() {
     let scenario = scenario();
     let flight = Flight::simulate(&scenario).unwrap();
     for estimator in [EstimatorId::Window, EstimatorId::JointEkf] {
@@ -157,28 +168,28 @@ fn a_power_cut_costs_only_what_the_tachometers_need_to_start() {
         let flown = fly_on_threads(&mission, None).unwrap();
         assert_eq!((flown.compared, flown.wheel_failures), (121, 6));
         assert_eq!((flown.outcomes.accepted, flown.outcomes.gap_resets), (115, 0));
-        assert_eq!(flown.onboard.selected(), estimator);
+        assert_eq!(flown.estimator.selected(), estimator);
     }
 }
 
 #[test]
-fn without_wheels_a_power_cut_changes_no_bit() {
+fn power_cut_without_wheels_changes_no_bit() {
     let mut scenario = Scenario::load("stsat3-spin-up").unwrap();
     scenario.duration_s = 30.0;
     let flight = Flight::simulate(&scenario).unwrap();
     let whole = mission(&scenario, &flight, EstimatorId::JointEkf);
     let cut = Mission { restart_at: Some(123), ..whole };
     let [whole, cut] = [whole, cut].map(|mission| fly_on_threads(&mission, None).unwrap());
-    let bits = |flown: &Flown| {
+    let bits = |flown: &PilFlight| {
         use fsw_core::Estimator;
-        let estimate = flown.onboard.estimate();
-        (estimate.inertia, estimate.covariance_kg2_m4, flown.onboard.rate_rad_s())
+        let estimate = flown.estimator.estimate();
+        (estimate.inertia, estimate.covariance_kg2_m4, flown.estimator.rate_rad_s())
     };
     assert_eq!(bits(&whole), bits(&cut));
     assert_eq!(whole.outcomes, cut.outcomes);
 }
 
-/// What comes of a firmware that does this.
+/// Error of a flight with a firmware that runs `what`.
 fn fly_with<R: Send + 'static>(
     patience: Duration,
     what: impl FnOnce(OnThread) -> R + Send + 'static,
@@ -192,27 +203,27 @@ fn fly_with<R: Send + 'static>(
 }
 
 #[test]
-fn a_firmware_that_is_silent_is_given_up() {
+fn silent_firmware_is_an_error_after_the_time_limit() {
     let short = Duration::from_millis(200);
     let error = fly_with(short, |lines| {
         thread::sleep(Duration::from_secs(2));
         drop(lines);
     });
-    assert!(error.starts_with("the firmware has been silent for "), "{error}");
+    assert!(error.starts_with("no request from the firmware for "), "{error}");
     assert!(
-        error.ends_with("before it said hello: is the image a pil of this version?"),
+        error.ends_with("before its first request: is the image a pil of this version?"),
         "{error}"
     );
 }
 
 #[test]
-fn a_firmware_that_stops_in_flight_says_where() {
+fn error_of_a_firmware_that_stops_has_the_number_of_samples() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut onboard = Box::new(setup.estimator().unwrap());
+        let mut estimator = Box::new(setup.estimator().unwrap());
         let mut computer =
-            parts::computer(&tunnel, &setup, &mut onboard, Socket::new(lines.link), NOT_MEASURED)
+            parts::computer(&tunnel, &setup, &mut estimator, Socket::new(lines.link), NOT_MEASURED)
                 .unwrap();
         computer.start();
         while computer.estimator().selected() != EstimatorId::JointEkf
@@ -221,46 +232,45 @@ fn a_firmware_that_stops_in_flight_says_where() {
             computer.poll();
         }
     });
-    assert_eq!(error, "the firmware's line has ended (QEMU stopped), after 20 samples");
+    assert_eq!(error, "the connection to the firmware is closed (QEMU stopped), after 20 samples");
 }
 
 #[test]
-fn a_firmware_that_restarts_by_itself_is_noticed() {
+fn restart_of_the_firmware_in_flight_is_an_error() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         tunnel.hello().unwrap();
         let _ = tunnel.hello();
         lines.link
     });
-    let expected =
-        "the firmware has restarted by itself: something failed in it, before the first sample";
+    let expected = "the firmware restarted during the flight: it failed, before the first sample";
     assert_eq!(error, expected);
 }
 
 #[test]
-fn a_firmware_that_gives_up_says_why() {
+fn abort_of_the_firmware_is_an_error_with_its_reason() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         tunnel.hello().unwrap();
         tunnel.report_failure("the estimator rejects the craft").unwrap();
         lines.link
     });
-    assert!(error.starts_with("the firmware gave up: the estimator rejects the craft"), "{error}");
+    assert!(error.starts_with("the firmware aborted: the estimators refuse the craft"), "{error}");
 }
 
 #[test]
-fn a_firmware_of_another_version_is_told_apart() {
+fn firmware_of_another_version_is_rejected() {
     let error = fly_with(PATIENCE, |mut lines| {
         let hello = Message::new(tunnel::HELLO, |fields| fields.put(&[tunnel::VERSION + 1]));
         lines.sensors.write_all(hello.frame().unwrap().bytes()).unwrap();
         lines
     });
-    let expected = "the firmware speaks version 3 of the sensor tunnel, this program 2";
+    let expected = "the firmware has version 3 of the sensor tunnel, this program version 2";
     assert_eq!(error, expected);
 }
 
 #[test]
-fn a_firmware_of_other_sources_is_refused_before_it_flies() {
+fn firmware_of_another_build_is_rejected() {
     let error = fly_with(PATIENCE, |mut lines| {
         let hello = Message::new(tunnel::HELLO, |fields| {
             fields.put(&[tunnel::VERSION]);
@@ -269,13 +279,13 @@ fn a_firmware_of_other_sources_is_refused_before_it_flies() {
         lines.sensors.write_all(hello.frame().unwrap().bytes()).unwrap();
         lines
     });
-    let expected = "the image was built from other sources than this program: build both anew";
+    let expected = "the image was built from other sources than this program: rebuild both";
     assert_eq!(error, expected);
 }
 
-/// What the ground may ask for in the midst of a flight, a checkpoint sent to it among it.
+/// Telecommands during a flight, the dump of a checkpoint included.
 #[test]
-fn commands_in_flight_do_the_same_at_both_ends() {
+fn telecommands_have_the_same_effect_on_firmware_and_host() {
     let scenario = scenario();
     let flight = Flight::simulate(&scenario).unwrap();
     let commands = [
@@ -290,19 +300,19 @@ fn commands_in_flight_do_the_same_at_both_ends() {
     let mission =
         Mission { commands: &commands, ..mission(&scenario, &flight, EstimatorId::Window) };
     let flown = fly_on_threads(&mission, None).unwrap();
-    assert_eq!((flown.compared, flown.onboard.selected()), (121, EstimatorId::JointEkf));
+    assert_eq!((flown.compared, flown.estimator.selected()), (121, EstimatorId::JointEkf));
 }
 
 #[test]
-fn telemetry_that_never_comes_is_not_waited_for_without_end() {
+fn missing_telemetry_is_an_error_after_the_time_limit() {
     let error = fly_with(Duration::from_millis(300), |lines| {
-        // Asks for samples again and again, and tells the ground nothing.
+        // Requests samples and sends no telemetry.
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut onboard = Box::new(setup.estimator().unwrap());
+        let mut estimator = Box::new(setup.estimator().unwrap());
         let (mute, _other_end) = UnixStream::pair().unwrap();
         let mut computer =
-            parts::computer(&tunnel, &setup, &mut onboard, Socket::new(mute), NOT_MEASURED)
+            parts::computer(&tunnel, &setup, &mut estimator, Socket::new(mute), NOT_MEASURED)
                 .unwrap();
         computer.start();
         while tunnel.end().is_none() {
@@ -310,30 +320,30 @@ fn telemetry_that_never_comes_is_not_waited_for_without_end() {
         }
         lines.link
     });
-    assert!(error.starts_with("the firmware owes telemetry"), "{error}");
+    assert!(error.starts_with("expected telemetry did not arrive"), "{error}");
 }
 
 #[test]
-fn what_the_image_has_no_room_for_is_refused_before_anything_starts() {
+fn mission_that_the_image_cannot_fly_is_rejected_before_the_start() {
     let mut five = scenario();
     five.wheels.push(five.wheels[0].clone());
     let flight = Flight::simulate(&five).unwrap();
-    let refused = |mission: &Mission<'_>| setup::of(mission).unwrap_err();
+    let error = |mission: &Mission<'_>| setup::of(mission).unwrap_err();
     let too_many = mission(&five, &flight, EstimatorId::Window);
-    assert_eq!(refused(&too_many), NotFlown::TooManyWheels { found: 5 });
+    assert_eq!(error(&too_many), NotFlown::TooManyWheels { found: 5 });
     let four = scenario();
     let without_prior = mission(&four, &flight, EstimatorId::EkfSgfRls);
-    assert_eq!(refused(&without_prior), NotFlown::NoNominalInertia);
+    assert_eq!(error(&without_prior), NotFlown::NoNominalInertia);
     for at in [0, 121, 1000] {
         let cut = mission(&four, &flight, EstimatorId::Window);
         let cut = Mission { restart_at: Some(at), ..cut };
-        assert_eq!(refused(&cut), NotFlown::NoSuchSample { at, samples: 121 });
+        assert_eq!(error(&cut), NotFlown::NoSuchSample { at, samples: 121 });
     }
 }
 
 #[test]
-fn a_file_that_is_no_image_is_said_so() {
-    let image = firmware::Image::find(Some(Path::new("no/such/image").into())).unwrap();
+fn missing_image_file_is_an_error() {
+    let image = Image::find(Some(Path::new("no/such/image").into())).unwrap();
     let error = image.start().err().map(|error| error.to_string());
-    assert_eq!(error.as_deref(), Some("no/such/image: there is no such image"));
+    assert_eq!(error.as_deref(), Some("no/such/image: no such image"));
 }

@@ -1,11 +1,13 @@
-//! Text in columns.
+//! Alignment of text in columns.
 
-/// Text in columns: the first flush left, the others flush right, a line of units under the names.
-pub(super) struct Table {
+/// Rows of cells: the first column flush left, the others flush right, and a line of units under the
+/// names if any column has a unit.
+pub(super) struct Columns {
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl Columns {
+    /// Names and units of the columns.
     pub(super) fn new(columns: &[(&str, &str)]) -> Self {
         let names = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
         let units: Vec<String> = columns.iter().map(|(_, unit)| (*unit).to_owned()).collect();
@@ -13,10 +15,12 @@ impl Table {
         Self { rows: if has_units { vec![names, units] } else { vec![names] } }
     }
 
+    /// Adds a row.
     pub(super) fn row(&mut self, cells: impl Into<Vec<String>>) {
         self.rows.push(cells.into());
     }
 
+    /// The aligned text.
     pub(super) fn finish(&self) -> String {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let width = |column: usize| {

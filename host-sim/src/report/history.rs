@@ -1,4 +1,4 @@
-//! The estimate over time, as CSV.
+//! The estimate over time, and its CSV file.
 
 use std::io;
 
@@ -13,35 +13,39 @@ pub struct HistoryRow {
     pub measured_rate_rad_s: [f64; 3],
     /// Estimated body rate, rad/s.
     pub estimated_rate_rad_s: [f64; 3],
-    /// One sigma of that by the estimator's covariance, rad/s; none if the sample was not predicted.
+    /// One sigma of the estimated rate by the estimator's covariance, rad/s. None if the sample was not
+    /// predicted.
     pub rate_sigma_rad_s: Option<[f64; 3]>,
-    /// Angular acceleration that this sample completed, if the estimator makes one.
+    /// Angular acceleration, if the estimator computes one and this sample completed it.
     pub acceleration: Option<AccelerationRow>,
-    /// Measured minus predicted rate, rad/s; none if the sample was not predicted.
+    /// Innovation: measured minus predicted rate, rad/s. None if the sample was not predicted.
     pub innovation_rad_s: Option<[f64; 3]>,
-    /// One sigma that the estimator expects of it, rad/s.
+    /// One sigma of the innovation by its predicted variance, rad/s.
     pub innovation_sigma_rad_s: Option<[f64; 3]>,
-    /// Normalised innovation squared; three degrees of freedom.
+    /// Normalised innovation squared, three degrees of freedom.
     pub nis: Option<f64>,
     /// Elements of the inertia tensor, kg m².
     pub inertia_kg_m2: [f64; 6],
     /// One sigma of each, kg m².
     pub sigma_kg_m2: [f64; 6],
-    /// What became of the sample, as `updated`.
+    /// Outcome of the step, as `updated`.
     pub outcome: &'static str,
 }
 
-/// Angular acceleration at an instant a little before the row's.
+/// Angular acceleration at an instant before the row's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelerationRow {
     /// Body axes, rad/s².
     pub rad_s2: [f64; 3],
-    /// How long before the row's time that instant was, s.
+    /// Delay of the instant behind the row's time, s.
     pub delay_s: f64,
 }
 
-/// Writes the history as CSV. What there is none of is an empty cell; numbers are as short as they
-/// can be while reading back as the same `f64`.
+/// Writes the history as CSV. A missing value is an empty cell. Numbers have the fewest digits that
+/// read back as the same `f64`.
+///
+/// # Errors
+/// Those of `out`.
 pub fn write_history<W: io::Write>(out: W, rows: &[HistoryRow]) -> io::Result<()> {
     let mut out = csv::Writer::from_writer(out);
     out.write_record(header())?;
@@ -81,6 +85,7 @@ fn header() -> Vec<String> {
     names
 }
 
+/// The components, or three missing values.
 fn three(vector: Option<[f64; 3]>) -> [Option<f64>; 3] {
     vector.map_or([None; 3], |vector| vector.map(Some))
 }
@@ -90,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_row_has_the_cells_of_the_header() {
+    fn every_row_has_as_many_cells_as_the_header() {
         let predicted = HistoryRow {
             time_s: 0.1,
             measured_rate_rad_s: [1.0, 2.0, 3.0],

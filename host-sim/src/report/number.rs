@@ -1,12 +1,11 @@
-//! Numbers as an engineer writes them: so many significant digits, an exponent where zeros would
-//! otherwise have to be counted.
+//! Numbers with a given number of significant digits, with an exponent outside 1e-4 to 1e6.
 
-/// Numbers below this are written with an exponent.
+/// Smaller numbers are written with an exponent.
 const SMALLEST_PLAIN: f64 = 1e-4;
-/// And numbers from this on.
+/// Numbers from this value on are written with an exponent.
 const LARGEST_PLAIN: f64 = 1e6;
 
-/// A number with so many significant digits, as `0.00275` or `8.54e-9`.
+/// A number with `digits` significant digits, as `0.00275` or `8.54e-9`.
 pub(super) fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return value.to_string();
@@ -22,12 +21,12 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     fixed(value, digits as i32 - 1 - power(size))
 }
 
-/// A number with so many decimals; none if that is negative.
+/// A number with `decimals` decimals. Negative counts as zero.
 pub(super) fn fixed(value: f64, decimals: i32) -> String {
     format!("{value:.*}", decimals.max(0) as usize)
 }
 
-/// The power of ten of the first significant digit; 0 for zero.
+/// Power of ten of the first significant digit. Zero for zero and for non-finite values.
 pub(super) fn power(value: f64) -> i32 {
     if value == 0.0 || !value.is_finite() { 0 } else { value.abs().log10().floor() as i32 }
 }
@@ -37,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digits_are_significant() {
+    fn numbers_have_the_given_significant_digits() {
         for (value, expected) in [
             (14.201_02, "14.2"),
             (0.002_751, "0.00275"),

@@ -1,146 +1,145 @@
-//! The folder of a report: everything about one run, for reading and for other programs.
+//! Output folder of a flight.
 //!
-//! | file | what |
+//! | file | content |
 //! |---|---|
-//! | `report.md` | the table, the plots, how it was run |
-//! | `result.json` | the same document as `--json` prints |
-//! | `history.csv` | the estimate over time |
-//! | `log.csv`, `craft.toml` | the simulated log and its craft, ready for `replay`; not for a recorded one |
+//! | `report.md` | table, plots, command line |
+//! | `result.json` | the document of `--json` |
+//! | `history.csv` | estimate over time |
+//! | `log.csv`, `craft.toml` | simulated log and its craft, ready for `replay`; simulated flights only |
 //! | `rates.svg`, `innovations.svg`, `inertia.svg` | plots |
-//! | `accelerations.svg` | where the estimator differentiates the rate |
-//! | `rate-errors.svg`, `wheel-speeds.svg`, `control-torque.svg`, `attitude.svg` | not for a recorded log, whose truth nobody knows |
+//! | `accelerations.svg` | if the estimator differentiates the rate |
+//! | `rate-errors.svg`, `wheel-speeds.svg`, `control-torque.svg`, `attitude.svg` | simulated flights only: these need the truth |
 
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
-use thiserror::Error;
 
+use super::files::{OutputError, create_folder, stream, write_json, write_text};
 use super::history::{HistoryRow, write_history};
 use super::plots::{PlotError, flight};
 use crate::input::Craft;
 use crate::input::log::{LogRow, write_log};
 use crate::truth::Flight;
 
-/// A report could not be written.
-#[derive(Debug, Error)]
-pub enum OutputError {
-    /// A file or the folder itself.
-    #[error(
-        "{path}: cannot be written: {reason}; give another path, or check permissions and space"
-    )]
-    Unwritable {
-        /// Which one.
-        path: String,
-        /// What the operating system says.
-        reason: io::Error,
-    },
-    /// The result as JSON.
-    #[error("the result cannot be written as JSON: {0}")]
-    Json(serde_json::Error),
-    /// A plot.
-    #[error(transparent)]
-    Plot(#[from] PlotError),
-}
-
-/// What goes into the folder.
+/// Content of the folder.
 pub struct ReportFolder<'a, R> {
     /// Heading of `report.md`.
     pub title: &'a str,
-    /// The command line that makes this report again.
+    /// Command line that reproduces the report.
     pub command: &'a str,
-    /// The table as on the terminal.
+    /// Table, as on the terminal.
     pub table: &'a str,
-    /// The result: a [`ReplayReport`](super::ReplayReport) or a [`RunReport`](super::RunReport).
+    /// Result, as a [`ReplayReport`](super::ReplayReport) or a [`RunReport`](super::RunReport).
     pub result: &'a R,
-    /// The estimate over time.
+    /// Estimate over time.
     pub history: &'a [HistoryRow],
-    /// Where the log comes from, if it was simulated.
+    /// Source of the log, if it was simulated.
     pub simulated: Option<Simulated<'a>>,
 }
 
-/// A simulated log: `replay` reads it, with its craft.
+/// A simulated log with its craft, as `replay` reads them, and its truth.
 #[derive(Clone, Copy)]
 pub struct Simulated<'a> {
-    /// The log.
+    /// Log.
     pub log: &'a [LogRow],
-    /// Its craft.
+    /// Craft.
     pub craft: &'a Craft,
-    /// What really happened, sample by sample.
+    /// True motion at each sample.
     pub flight: &'a Flight,
 }
 
-/// A plot in the folder.
+/// A plot of the folder.
 struct Plot {
     file: &'static str,
-    what: &'static str,
+    caption: &'static str,
     svg: String,
 }
 
 impl<R: Serialize> ReportFolder<'_, R> {
-    /// Writes all files into `folder`, which is made if need be. Files of an earlier report are
+    /// Writes all files into `folder`, which is created if it does not exist. Existing files are
     /// overwritten.
+    ///
+    /// # Errors
+    /// A path that cannot be written, or a plot that cannot be drawn.
     pub fn write(&self, folder: &Path) -> Result<(), OutputError> {
-        fs::create_dir_all(folder).map_err(|reason| unwritable(folder, reason))?;
-        let write = |name: &str, text: &str| {
-            let path = folder.join(name);
-            fs::write(&path, text).map_err(|reason| unwritable(&path, reason))
-        };
-
-        let json = serde_json::to_string_pretty(self.result).map_err(OutputError::Json)?;
-        write("result.json", &(json + "\n"))?;
+        create_folder(folder)?;
+        write_json(&folder.join("result.json"), self.result)?;
         let plots = self.plots()?;
         for plot in &plots {
-            write(plot.file, &plot.svg)?;
+            write_text(&folder.join(plot.file), &plot.svg)?;
         }
-        stream(folder.join("history.csv"), |out| write_history(out, self.history))?;
+        stream(&folder.join("history.csv"), |out| write_history(out, self.history))?;
         if let Some(Simulated { log, craft, .. }) = self.simulated {
-            stream(folder.join("log.csv"), |out| write_log(out, log))?;
-            write("craft.toml", &craft.to_toml())?;
+            stream(&folder.join("log.csv"), |out| write_log(out, log))?;
+            write_text(&folder.join("craft.toml"), &craft.to_toml())?;
         }
-        write("report.md", &self.markdown(&plots))
+        write_text(&folder.join("report.md"), &self.markdown(&plots))
     }
 
-    /// All that can be drawn of this flight.
+    /// All plots for which there are data.
     fn plots(&self) -> Result<Vec<Plot>, PlotError> {
         let history = self.history;
-        let titled = |what: &str| format!("{what}: {}", self.title);
-        let settled = titled("Inertia (the scale fits the last three quarters of the time)");
-        let mut plots = Vec::new();
-        let mut add = |file, what, svg: String| plots.push(Plot { file, what, svg });
-
+        let title = |quantity: &str| format!("{quantity}: {}", self.title);
         let truth = self.simulated.map(|simulated| simulated.flight.instants.as_slice());
-        let inertia = flight::inertia(&settled, history, truth, &flight::ALL_ELEMENTS)?;
-        add("inertia.svg", "Inertia over time", inertia);
-        add("rates.svg", "Body rate over time", flight::rates(&titled("Body rate"), history)?);
-        let innovations = flight::innovations(&titled("Rate innovation"), history)?;
-        add("innovations.svg", "Rate innovation over time", innovations);
+        let inertia = title("Inertia (vertical scale of the last three quarters)");
+        let mut plots = vec![
+            Plot {
+                file: "inertia.svg",
+                caption: "Inertia over time",
+                svg: flight::inertia(&inertia, history, truth, &flight::ALL_ELEMENTS)?,
+            },
+            Plot {
+                file: "rates.svg",
+                caption: "Body rate over time",
+                svg: flight::rates(&title("Body rate"), history)?,
+            },
+            Plot {
+                file: "innovations.svg",
+                caption: "Rate innovation over time",
+                svg: flight::innovations(&title("Rate innovation"), history)?,
+            },
+        ];
         if history.iter().any(|row| row.acceleration.is_some()) {
-            let svg = flight::accelerations(&titled("Angular acceleration"), history, truth)?;
-            add("accelerations.svg", "Angular acceleration over time", svg);
+            let svg = flight::accelerations(&title("Angular acceleration"), history, truth)?;
+            let caption = "Angular acceleration over time";
+            plots.push(Plot { file: "accelerations.svg", caption, svg });
         }
-        if let Some(Simulated { craft, .. }) = self.simulated
-            && let Some(truth) = truth
-        {
-            let errors = flight::rate_errors(&titled("Rate error"), history, truth)?;
-            add("rate-errors.svg", "Rate error over time", errors);
-            if let Some(speeds) = flight::wheel_speeds(&titled("Wheel speeds"), truth) {
-                add("wheel-speeds.svg", "Wheel speeds over time", speeds?);
-            }
-            let title = titled("Torque of the wheels on the body");
-            if let Some(torque) = flight::control_torque(&title, truth, &craft.wheels) {
-                add("control-torque.svg", "Torque of the wheels over time", torque?);
-            }
-            let attitude = flight::euler_angles(&titled("Attitude"), truth)?;
-            add("attitude.svg", "Attitude over time", attitude);
+        if let Some(simulated) = self.simulated {
+            plots.extend(self.plots_of_truth(simulated)?);
         }
         Ok(plots)
     }
 
+    /// Plots that need the truth.
+    fn plots_of_truth(&self, simulated: Simulated<'_>) -> Result<Vec<Plot>, PlotError> {
+        let truth = simulated.flight.instants.as_slice();
+        let title = |quantity: &str| format!("{quantity}: {}", self.title);
+        let mut plots = vec![Plot {
+            file: "rate-errors.svg",
+            caption: "Rate error over time",
+            svg: flight::rate_errors(&title("Rate error"), self.history, truth)?,
+        }];
+        if let Some(svg) = flight::wheel_speeds(&title("Wheel speeds"), truth) {
+            let caption = "Wheel speeds over time";
+            plots.push(Plot { file: "wheel-speeds.svg", caption, svg: svg? });
+        }
+        let torque = title("Torque of the wheels on the body");
+        if let Some(svg) = flight::control_torque(&torque, truth, &simulated.craft.wheels) {
+            let caption = "Torque of the wheels over time";
+            plots.push(Plot { file: "control-torque.svg", caption, svg: svg? });
+        }
+        plots.push(Plot {
+            file: "attitude.svg",
+            caption: "Attitude over time",
+            svg: flight::euler_angles(&title("Attitude"), truth)?,
+        });
+        Ok(plots)
+    }
+
+    /// Text of `report.md`.
     fn markdown(&self, plots: &[Plot]) -> String {
         let pictures: String =
-            plots.iter().map(|plot| format!("![{}]({})\n\n", plot.what, plot.file)).collect();
+            plots.iter().map(|plot| format!("![{}]({})\n\n", plot.caption, plot.file)).collect();
         let Self { title, command, table, .. } = self;
         let log = if self.simulated.is_some() {
             ", the simulated log in [log.csv](log.csv) with its [craft.toml](craft.toml)"
@@ -150,10 +149,10 @@ impl<R: Serialize> ReportFolder<'_, R> {
         format!(
             "# {title}\n\n\
              ```text\n{}\n```\n\n\
-             The same as numbers is in [result.json](result.json), the estimate over time in \
+             The result as numbers is in [result.json](result.json), the estimate over time in \
              [history.csv](history.csv){log}.\n\n\
              {pictures}\
-             Made by host-sim {}:\n\n\
+             Created by host-sim {}:\n\n\
              ```sh\n{command}\n```\n",
             table.trim_end(),
             env!("CARGO_PKG_VERSION"),
@@ -161,22 +160,10 @@ impl<R: Serialize> ReportFolder<'_, R> {
     }
 }
 
-/// Writes a file that may be too long to build in memory first.
-fn stream(
-    path: PathBuf,
-    write: impl FnOnce(io::BufWriter<fs::File>) -> io::Result<()>,
-) -> Result<(), OutputError> {
-    fs::File::create(&path)
-        .and_then(|file| write(io::BufWriter::new(file)))
-        .map_err(|reason| unwritable(&path, reason))
-}
-
-pub(super) fn unwritable(path: &Path, reason: io::Error) -> OutputError {
-    OutputError::Unwritable { path: path.display().to_string(), reason }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::super::json::examples;
     use super::super::table;
     use super::*;
@@ -206,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn folder_holds_every_file_and_may_exist() {
+    fn folder_has_every_file_and_may_exist() {
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("some/where");
         write(&folder).unwrap();
@@ -235,12 +222,12 @@ mod tests {
     }
 
     #[test]
-    fn file_in_the_way_is_named() {
+    fn error_names_a_file_with_the_name_of_the_folder() {
         let parent = tempfile::tempdir().unwrap();
-        let in_the_way = parent.path().join("report");
-        fs::write(&in_the_way, "").unwrap();
-        let message = write(&in_the_way).unwrap_err().to_string();
-        assert!(message.starts_with(&in_the_way.display().to_string()), "{message}");
+        let obstacle = parent.path().join("report");
+        fs::write(&obstacle, "").unwrap();
+        let message = write(&obstacle).unwrap_err().to_string();
+        assert!(message.starts_with(&obstacle.display().to_string()), "{message}");
         assert!(message.contains("cannot be written"), "{message}");
     }
 }

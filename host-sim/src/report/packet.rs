@@ -1,7 +1,7 @@
-//! A telemetry packet as one line: of text for people, of JSON for scripts.
+//! A telemetry packet as one line of text or of JSON.
 //!
-//! Both come from a walk over the packet's fields, so that they have all of them, under the names and
-//! in the units of the link's own documentation (`fsw-target/src/link/link.md`).
+//! Both visit the fields of the packet: they contain every field, with the name and the unit of the
+//! link's documentation (`fsw-target/src/link/link.md`).
 
 use std::fmt::Write as _;
 
@@ -12,11 +12,11 @@ use serde::{Serialize, Serializer};
 
 use super::number::significant;
 
-/// Digits of a number in a line of text.
+/// Significant digits of a number in a line of text.
 const DIGITS: usize = 6;
 
-/// One line of text: when, what, which, and its fields. Left out are counts of zero in a group, and
-/// fields that have no value at the moment.
+/// One line of text: time, s, kind, sequence count, fields. Zero counts in a group and fields without
+/// a value are left out.
 pub fn text(packet: &Received) -> String {
     let (time_s, telemetry) = (packet.time_us as f64 * 1e-6, &packet.telemetry);
     let mut line = format!("{time_s:13.6} s  {} {}", telemetry.kind(), packet.sequence_count);
@@ -27,11 +27,11 @@ pub fn text(packet: &Received) -> String {
     line
 }
 
-/// One line of JSON with all fields; `null` where one has no value, or one that is no number. An
-/// `f32` is written with the fewest digits that read back as the same bits.
+/// One line of JSON with all fields. A missing value and a NaN are `null`. An `f32` has the fewest
+/// digits that read back as the same bits.
 ///
 /// # Errors
-/// None that a packet can cause.
+/// Those of `serde_json`; no packet causes one.
 pub fn json(packet: &Received) -> Result<String, serde_json::Error> {
     let Received { time_us, sequence_count, telemetry } = packet;
     let mut all = vec![
@@ -51,9 +51,10 @@ pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The fields of a packet, with their names.
+/// Names and values of the fields of a packet.
 type Fields = Vec<(&'static str, Node)>;
 
+/// Value of a field.
 enum Node {
     Missing,
     One(Value),
@@ -68,7 +69,7 @@ fn fields(telemetry: &Telemetry) -> Fields {
     walk.done
 }
 
-/// Collects what it is shown.
+/// Visitor that collects the fields in nested groups.
 struct Walk {
     open: Vec<(&'static str, Fields)>,
     done: Fields,
@@ -101,7 +102,7 @@ impl Visitor for Walk {
 
 fn write_text(line: &mut String, group: &str, fields: &Fields) {
     for (name, node) in fields {
-        let shown = match node {
+        let text = match node {
             Node::Missing => continue,
             Node::One(Value::Whole(0)) if !group.is_empty() => continue,
             Node::Group(fields) => {
@@ -112,7 +113,7 @@ fn write_text(line: &mut String, group: &str, fields: &Fields) {
             Node::Several(values) => values.iter().map(word).collect::<Vec<_>>().join(" "),
             Node::Hex(digits) => digits.clone(),
         };
-        let _ = write!(line, "  {group}{name} {shown}");
+        let _ = write!(line, "  {group}{name} {text}");
     }
 }
 
@@ -129,8 +130,8 @@ impl Serialize for Node {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Missing => to.serialize_none(),
-            Self::One(value) => Shown(*value).serialize(to),
-            Self::Several(values) => to.collect_seq(values.iter().map(|value| Shown(*value))),
+            Self::One(value) => Json(*value).serialize(to),
+            Self::Several(values) => to.collect_seq(values.iter().map(|value| Json(*value))),
             Self::Hex(digits) => to.serialize_str(digits),
             Self::Group(fields) => {
                 let mut map = to.serialize_map(Some(fields.len()))?;
@@ -143,9 +144,10 @@ impl Serialize for Node {
     }
 }
 
-struct Shown(Value);
+/// A value as JSON.
+struct Json(Value);
 
-impl Serialize for Shown {
+impl Serialize for Json {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         match self.0 {
             Value::Whole(count) => to.serialize_u64(count),

@@ -10,7 +10,7 @@ use super::json::{PilReport, ReplayReport, RunReport, TargetReport};
 use crate::estimation::{EstimationResult, Method, any_estimator};
 use crate::input::log::LogRow;
 use crate::pil::software::{Readings, Software};
-use crate::pil::{Flown, Mission};
+use crate::pil::{Mission, PilFlight};
 
 /// Time history of a flight, and the log of its sensors.
 #[derive(Debug, Default)]
@@ -37,7 +37,7 @@ impl PilHistory {
         });
         let Some(outcome) = outcome else { return };
         let row = log_row(&software.readings(), self.log.len() as u64 + 2);
-        let estimator = any_estimator(software.onboard().clone(), Some(self.gyro_noise_rad_s));
+        let estimator = any_estimator(software.estimator().clone(), Some(self.gyro_noise_rad_s));
         self.rows.push(HistoryRow::new(&row, &outcome, estimator.as_ref()));
         self.log.push(row);
     }
@@ -58,8 +58,8 @@ fn log_row(readings: &Readings, line: u64) -> LogRow {
 
 impl PilReport {
     /// Report of a completed flight; `wall` is the time that it took.
-    pub fn new(mission: &Mission<'_>, method: Method, flown: &Flown, wall: Duration) -> Self {
-        let estimate = any_estimator(flown.onboard.clone(), None).estimate();
+    pub fn new(mission: &Mission<'_>, method: Method, flown: &PilFlight, wall: Duration) -> Self {
+        let estimate = any_estimator(flown.estimator.clone(), None).estimate();
         let result = EstimationResult { counts: flown.outcomes, estimate };
         let mut estimate = ReplayReport::new(method, flown.compared, &result);
         for (reason, count) in

@@ -1,21 +1,21 @@
-//! The runs of a campaign, as CSV: one row each.
+//! The runs of a campaign as CSV, one row per run.
 
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::files::{OutputError, unwritable};
 use super::json::Status;
-use super::out_dir::{OutputError, unwritable};
 use crate::input::ELEMENT_NAMES;
 
-/// What one run came to.
+/// Result of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunRow {
-    /// Its number, from zero.
+    /// Index of the run, from zero.
     pub run: u64,
-    /// Seed of its gyro noise.
+    /// Seed of the gyro noise.
     pub seed: u64,
-    /// What the estimator says of its estimate.
+    /// Status of the estimate.
     pub status: Status,
     /// Estimated elements, kg m².
     pub inertia_kg_m2: [f64; 6],
@@ -23,43 +23,51 @@ pub struct RunRow {
     pub sigma_kg_m2: [f64; 6],
     /// Estimated minus true, kg m².
     pub error_kg_m2: [f64; 6],
-    /// Normalised estimation error squared, six degrees of freedom, if there is one.
+    /// Normalised estimation error squared, six degrees of freedom. None if the covariance is not
+    /// positive definite.
     pub nees: Option<f64>,
-    /// Whether it counts as converged.
+    /// Whether the run counts as converged.
     pub converged: bool,
-    /// Whether it counts as diverged, whatever its status.
+    /// Whether the run counts as diverged, by its status or by its error.
     pub diverged: bool,
-    /// How often the estimator gave up and started anew.
+    /// Number of resets of the estimator.
     pub restarts: u32,
-    /// How often it dropped what it knew before, since new data contradicted it.
+    /// Number of times that the earlier estimate was discarded because new data contradicted it.
     pub changes: u32,
-    /// Whether its last residuals look like white noise, if that is tested.
+    /// Whether the last residuals pass the test for white noise. None if not tested.
     pub residuals_white: Option<bool>,
-    /// Whether the motion shows all six elements; asked only where each run has its own spacecraft.
+    /// Whether the motion observes all six elements. Always true unless each run has its own
+    /// spacecraft.
     pub shown: bool,
 }
 
-/// A file of runs, opened before the first is flown: a campaign is too long to lose to a wrong path.
+/// File of the runs. It is created before the first run, so that a wrong path fails at once.
 pub struct RunsFile {
     path: PathBuf,
     file: File,
 }
 
 impl RunsFile {
-    /// Makes the file, or empties it.
+    /// Creates the file, or empties an existing one.
+    ///
+    /// # Errors
+    /// A path that cannot be written.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
         let file = File::create(path).map_err(|reason| unwritable(path, reason))?;
         Ok(Self { path: path.to_owned(), file })
     }
 
     /// Writes the runs.
+    ///
+    /// # Errors
+    /// A failure of the file system.
     pub fn write(self, rows: impl IntoIterator<Item = RunRow>) -> Result<(), OutputError> {
         write_runs(self.file, rows).map_err(|reason| unwritable(&self.path, reason))
     }
 }
 
-/// Writes runs as CSV. What there is none of is an empty cell; numbers are as short as they can be
-/// while reading back as the same `f64`.
+/// Writes runs as CSV. A missing value is an empty cell. Numbers have the fewest digits that read
+/// back as the same `f64`.
 fn write_runs<W: io::Write>(out: W, rows: impl IntoIterator<Item = RunRow>) -> io::Result<()> {
     let mut out = csv::Writer::from_writer(out);
     out.write_record(header())?;
@@ -92,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_row_has_the_cells_of_the_header() {
+    fn every_row_has_as_many_cells_as_the_header() {
         let good = RunRow {
             run: 0,
             seed: 7,
@@ -138,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_cannot_be_made_is_named() {
+    fn error_names_a_file_that_cannot_be_created() {
         let folder = tempfile::tempdir().unwrap();
         let message = RunsFile::create(folder.path()).err().unwrap().to_string();
         assert!(message.starts_with(&folder.path().display().to_string()), "{message}");

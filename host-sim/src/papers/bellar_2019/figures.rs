@@ -1,50 +1,57 @@
-//! The figures of \[Bellar2019\].
+//! Figures 1 to 8 of \[Bellar2019\].
 
-use super::{CAMPAIGN, LOOKED_AT_EVERY, OWN, PAPER, PUBLISHED, Run, Study};
+use super::trial::{Bellar2019, Bellar2019Trial, CAMPAIGN, CHECKED_EVERY, PUBLISHED};
 use crate::campaign::Verdict;
 use crate::input::ELEMENT_NAMES;
-use crate::papers::observability::{TIME_CONSTANT_S, rank_of_observability_matrix};
-use crate::papers::{PapersFailed, figure};
-use crate::report::papers_dir::PaperFigure;
+use crate::papers::case::OWN;
+use crate::papers::paper::{Paper, PapersFailed};
+use crate::papers::rank_test::{TIME_CONSTANT_S, rank_of_observability_matrix};
 use crate::report::plots::{Colour, Figure, Mark, Panel, PlotError, Series, flight};
+use crate::report::published::PaperFigure;
 
-/// Reach of a histogram to either side, in bounds.
+/// Half the width of a histogram, in bounds.
 const HISTOGRAM_BOUNDS: f64 = 8.0;
 const HISTOGRAM_BARS: usize = 48;
 
-impl Study {
-    /// The figures of the paper: 1 to 6 of the first seed, 7 and 8 of all runs.
-    pub fn figures(&self, seed: u64, runs: &[Run]) -> Result<Vec<PaperFigure>, PapersFailed> {
-        let (_, history) = self.course.history(PUBLISHED, seed)?;
-        let truth = &self.course.flight.instants;
-        let by = |what: &str, number: &str| {
-            format!("{what}, joint-ekf-published, seed {seed} ([Bellar2019] {number})")
+impl Bellar2019 {
+    /// Figures 1 to 6 of the first seed, 7 and 8 of all trials.
+    pub(super) fn all_figures(
+        &self,
+        first_seed: u64,
+        trials: &[Bellar2019Trial],
+    ) -> Result<Vec<PaperFigure>, PapersFailed> {
+        let (_, history) = self.case.history(PUBLISHED, first_seed)?;
+        let truth = &self.case.flight.instants;
+        let title = |quantity: &str, number: &str| {
+            format!("{quantity}, joint-ekf-published, seed {first_seed} ([Bellar2019] {number})")
         };
-        let rates = flight::rates(&by("Estimated rate", "Fig. 2"), &history)?;
-        let errors = flight::rate_errors(&by("Error of the rate", "Fig. 3"), &history, truth)?;
-        let variances = flight::rate_variances(&by("Variance of the rate", "Fig. 4"), &history)?;
-        let estimates = |what: &str, number: &str, elements: &[usize]| {
-            flight::inertia(&by(what, number), &history, Some(truth), elements)
+        let rates = flight::rates(&title("Estimated rate", "Fig. 2"), &history)?;
+        let errors = flight::rate_errors(&title("Error of the rate", "Fig. 3"), &history, truth)?;
+        let variances = title("Variance of the rate", "Fig. 4");
+        let variances = flight::rate_variances(&variances, &history)?;
+        let estimates = |quantity: &str, number: &str, elements: &[usize]| {
+            flight::inertia(&title(quantity, number), &history, Some(truth), elements)
         };
         Ok(vec![
-            figure(PAPER, "figure-1.svg", self.ranks()?),
-            figure(PAPER, "figure-2.svg", rates),
-            figure(PAPER, "figure-3.svg", errors),
-            figure(PAPER, "figure-4.svg", variances),
-            figure(PAPER, "figure-5.svg", estimates("Moments of inertia", "Fig. 5", &[0, 1, 2])?),
-            figure(PAPER, "figure-6.svg", estimates("Products of inertia", "Fig. 6", &[3, 4, 5])?),
-            figure(PAPER, "figure-7.svg", self.histograms("Fig. 7", 0..3, runs)?),
-            figure(PAPER, "figure-8.svg", self.histograms("Fig. 8", 3..6, runs)?),
+            Self::figure("figure-1.svg", self.ranks()?),
+            Self::figure("figure-2.svg", rates),
+            Self::figure("figure-3.svg", errors),
+            Self::figure("figure-4.svg", variances),
+            Self::figure("figure-5.svg", estimates("Moments of inertia", "Fig. 5", &[0, 1, 2])?),
+            Self::figure("figure-6.svg", estimates("Products of inertia", "Fig. 6", &[3, 4, 5])?),
+            Self::figure("figure-7.svg", self.histograms("Fig. 7", 0..3, trials)?),
+            Self::figure("figure-8.svg", self.histograms("Fig. 8", 3..6, trials)?),
         ])
     }
 
+    /// Rank of the observability matrix over the true motion.
     fn ranks(&self) -> Result<String, PlotError> {
-        let scenario = &self.course.scenario;
+        let scenario = &self.case.scenario;
         let ranks = |time_constant_s: [f64; 6]| {
-            let instants = self.course.flight.instants.iter().step_by(LOOKED_AT_EVERY);
+            let instants = self.case.flight.instants.iter().step_by(CHECKED_EVERY);
             instants.map(move |instant| {
                 let rank = rank_of_observability_matrix(
-                    self.course.truth_kg_m2(),
+                    self.case.truth_kg_m2(),
                     &time_constant_s,
                     &instant.rate_rad_s,
                     &instant.torque_n_m,
@@ -64,48 +71,51 @@ impl Study {
         Figure::stacked(title, "time, s", vec![panel]).draw()
     }
 
+    /// Distribution of the errors over the runs of the campaign, beside the normal distribution at
+    /// the bound.
     fn histograms(
         &self,
         number: &str,
         elements: std::ops::Range<usize>,
-        runs: &[Run],
+        trials: &[Bellar2019Trial],
     ) -> Result<String, PlotError> {
-        let typical = self.truths.typical(runs.iter().map(|run| run.campaign[0].reference));
+        let typical = self.truths.typical(trials.iter().map(|trial| trial.campaign[0].reference));
         let panel = |i: usize| {
             let bound_percent =
                 typical.bound_kg_m2[i].map_or(1.0, |b| 100.0 * b / typical.truth_kg_m2[i].abs());
             let reach = HISTOGRAM_BOUNDS * bound_percent;
-            let errors = |which: usize| -> Vec<f64> {
-                let scores = runs.iter().map(|run| &run.campaign[which].score);
+            let errors = |method: usize| -> Vec<f64> {
+                let scores = trials.iter().map(|trial| &trial.campaign[method].score);
                 let percent = |error: f64, found: f64| 100.0 * error / (found - error);
                 scores.map(|s| percent(s.error_kg_m2[i], s.inertia_kg_m2[i])).collect()
             };
-            let bars = |which| histogram(&errors(which), reach);
+            let bars = |method| histogram(&errors(method), reach);
             let width = 2.0 * reach / HISTOGRAM_BARS as f64;
-            let normal = normal_curve(bound_percent, runs.len() as f64 * width, reach);
+            let normal = normal_curve(bound_percent, trials.len() as f64 * width, reach);
             let own = format!("{}, {}", OWN.estimator, OWN.precision);
             Panel::new(format!("runs by {} error", ELEMENT_NAMES[i]))
                 .with(Series::bars("joint-ekf-published, f64", Colour::Main, bars(0)))
                 .with(Series::bars(&own, Colour::Light, bars(CAMPAIGN.len() - 1)))
                 .with(Series::curve("at the bound", Mark::Line, Colour::Truth, normal))
         };
-        let beyond = |which: usize| {
-            let is_diverged = |run: &&Run| run.campaign[which].score.verdict == Verdict::Diverged;
-            runs.iter().filter(is_diverged).count()
+        let diverged = |method: usize| {
+            let verdicts = trials.iter().map(|trial| trial.campaign[method].score.verdict);
+            verdicts.filter(|verdict| *verdict == Verdict::Diverged).count()
         };
         let title = format!(
             "Errors of {} runs ([Bellar2019] {number}); diverged, mostly beyond the scale: {} as \
              printed, {} {}",
-            runs.len(),
-            beyond(0),
-            beyond(CAMPAIGN.len() - 1),
+            trials.len(),
+            diverged(0),
+            diverged(CAMPAIGN.len() - 1),
             OWN.estimator
         );
         Figure::grid(title, "error, % of the true element", 3, elements.map(panel).collect()).draw()
     }
 }
 
-/// How many of the values fall into each of the bars from `−reach` to `reach`.
+/// Histogram from `−reach` to `reach`: lower edge, upper edge and count of each bar. Values outside
+/// are not counted.
 fn histogram(values: &[f64], reach: f64) -> Vec<(f64, f64, f64)> {
     let width = 2.0 * reach / HISTOGRAM_BARS as f64;
     let edge = |bar: usize| -reach + bar as f64 * width;
@@ -114,7 +124,7 @@ fn histogram(values: &[f64], reach: f64) -> Vec<(f64, f64, f64)> {
     (0..HISTOGRAM_BARS).map(|bar| (edge(bar), edge(bar + 1), height(bar))).collect()
 }
 
-/// The normal distribution of this sigma and area, from `−reach` to `reach`.
+/// Normal distribution of zero mean, `area / (σ √(2π)) exp(−x² / 2σ²)`, from `−reach` to `reach`.
 fn normal_curve(sigma: f64, area: f64, reach: f64) -> Vec<(f64, f64)> {
     const POINTS: i32 = 100;
     let peak = area / (sigma * (2.0 * std::f64::consts::PI).sqrt());
@@ -127,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn histogram_counts_what_is_within_reach() {
+    fn histogram_counts_the_values_within_reach() {
         let bars = histogram(&[0.0, 0.01, -7.99, 8.0, f64::NAN, 100.0], 8.0);
         assert_eq!(bars.iter().map(|bar| bar.2).sum::<f64>(), 3.0);
         assert_eq!((bars[0].0, bars[0].2), (-8.0, 1.0));
@@ -135,9 +145,11 @@ mod tests {
     }
 
     #[test]
-    fn normal_curve_has_its_area() {
+    fn normal_curve_has_the_given_area() {
+        /// Trapezoidal rule with 200 intervals, runs.
+        const TOLERANCE: f64 = 0.5;
         let curve = normal_curve(0.5, 200.0, 8.0);
         let area: f64 = curve.windows(2).map(|p| (p[1].0 - p[0].0) * (p[0].1 + p[1].1) / 2.0).sum();
-        assert!((area - 200.0).abs() < 0.5, "{area}");
+        assert!((area - 200.0).abs() < TOLERANCE, "{area}");
     }
 }

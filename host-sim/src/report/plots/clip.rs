@@ -1,10 +1,10 @@
-//! A curve, cut to its panel: the SVG backend draws what lies outside across the neighbours.
+//! Clipping of a curve to its panel. The SVG backend draws points outside over the other panels.
 
 use std::ops::Range;
 
 use super::decimate::Point;
 
-/// The pieces of a curve within a range of values, cut where it crosses the ends.
+/// Pieces of a curve within a range of values, cut at the crossings of the ends.
 pub(super) fn clip(points: &[Point], range: &Range<f64>) -> Vec<Vec<Point>> {
     let is_inside = |point: &Point| (range.start..=range.end).contains(&point.1);
     let mut pieces: Vec<Vec<Point>> = Vec::new();
@@ -28,7 +28,7 @@ pub(super) fn clip(points: &[Point], range: &Range<f64>) -> Vec<Vec<Point>> {
     pieces
 }
 
-/// Where the line from a point outside of a range to one inside crosses its end.
+/// Crossing of the line from a point outside the range to one inside with the end of the range.
 fn crossing(outside: &Point, inside: &Point, range: &Range<f64>) -> Point {
     let end = if outside.1 > range.end { range.end } else { range.start };
     let part = (end - inside.1) / (outside.1 - inside.1);
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curve_is_cut_where_it_leaves_and_enters() {
+    fn curve_is_cut_at_the_crossings_of_the_range() {
         let points = [(0.0, 0.0), (1.0, 2.0), (2.0, 2.0), (3.0, -2.0), (4.0, 0.0)];
         let pieces = clip(&points, &(-1.0..1.0));
         assert_eq!(pieces, [vec![(0.0, 0.0), (0.5, 1.0)], vec![(3.5, -1.0), (4.0, 0.0)]]);

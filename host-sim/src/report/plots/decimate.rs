@@ -1,23 +1,23 @@
-//! Fewer points for the same picture.
+//! Decimation of curves and bands that keeps their extremes.
 
-/// Most points of a curve, and of either side of a band.
+/// Largest number of points of a curve, and of either side of a band.
 pub(super) const MOST_POINTS: usize = 2000;
 
-/// A point of a curve: time and value.
+/// A point of a curve: position and value.
 pub(super) type Point = (f64, f64);
 
-/// At most [`MOST_POINTS`] of `points`, among them the lowest and the highest of each stretch, so
-/// that a single spike is still seen.
+/// At most [`MOST_POINTS`] of the points: the lowest and the highest of each interval, so that a
+/// single spike is kept.
 pub(super) fn curve(points: &[Point]) -> Vec<Point> {
     if points.len() <= MOST_POINTS {
         return points.to_vec();
     }
-    let stretches = points.chunks(points.len().div_ceil(MOST_POINTS / 2));
+    let intervals = points.chunks(points.len().div_ceil(MOST_POINTS / 2));
     let mut kept = Vec::with_capacity(MOST_POINTS);
-    for stretch in stretches {
+    for interval in intervals {
         let by_value = |left: &&Point, right: &&Point| left.1.total_cmp(&right.1);
         if let (Some(low), Some(high)) =
-            (stretch.iter().min_by(by_value), stretch.iter().max_by(by_value))
+            (interval.iter().min_by(by_value), interval.iter().max_by(by_value))
         {
             let (first, second) = if low.0 <= high.0 { (low, high) } else { (high, low) };
             kept.push(*first);
@@ -27,15 +27,14 @@ pub(super) fn curve(points: &[Point]) -> Vec<Point> {
     kept
 }
 
-/// At most [`MOST_POINTS`] points (time, lower, upper) of a band, each as wide as the band is
-/// anywhere in its stretch.
+/// At most [`MOST_POINTS`] points (position, lower, upper) of a band: the envelope of each interval.
 pub(super) fn band(points: &[(f64, f64, f64)]) -> Vec<(f64, f64, f64)> {
     points
         .chunks(points.len().div_ceil(MOST_POINTS).max(1))
-        .filter_map(|stretch| {
-            let &(time, ..) = stretch.first()?;
-            let lower = stretch.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
-            let upper = stretch.iter().map(|point| point.2).fold(f64::NEG_INFINITY, f64::max);
+        .filter_map(|interval| {
+            let &(time, ..) = interval.first()?;
+            let lower = interval.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
+            let upper = interval.iter().map(|point| point.2).fold(f64::NEG_INFINITY, f64::max);
             Some((time, lower, upper))
         })
         .collect()
@@ -46,14 +45,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_points_stay_as_they_are() {
+    fn few_points_are_unchanged() {
         let points = [(0.0, 1.0), (1.0, 3.0)];
         assert_eq!(curve(&points), points);
         assert!(band(&[]).is_empty());
     }
 
     #[test]
-    fn spike_survives_in_order_of_time() {
+    fn spike_is_kept_and_the_points_stay_in_order() {
         let mut points: Vec<Point> = (0..100_001).map(|k| (f64::from(k), 0.0)).collect();
         points[54_321].1 = 9.0;
         let kept = curve(&points);
@@ -63,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn band_keeps_its_widest() {
+    fn band_keeps_its_envelope() {
         let mut points: Vec<_> = (0..10_000).map(|k| (f64::from(k), -1.0, 1.0)).collect();
         points[777].2 = 5.0;
         let kept = band(&points);

@@ -1,10 +1,10 @@
-//! The plots of one flight: what was measured, how well it was predicted, what it says of the
-//! inertia.
+//! Plots of one flight over time: rates, innovations, inertia, accelerations, wheels, attitude.
 
 use nalgebra::Vector3;
 
+use super::canvas::PlotError;
 use super::decimate::Point;
-use super::figure::{Figure, PlotError};
+use super::figure::Figure;
 use super::panel::Panel;
 use super::series::Series;
 use super::style::{Colour, Mark};
@@ -13,13 +13,12 @@ use crate::input::craft::Wheel;
 use crate::report::history::HistoryRow;
 use crate::truth::flight::Instant;
 
-/// The part of the time, from the start, whose errors need not fit a panel.
-///
-/// At first nothing is known: on a scale that shows that, the rest would be a straight line.
+/// Part of the time at the start that the vertical scale of an estimate need not contain. The initial
+/// errors exceed the later ones by orders of magnitude.
 const SETTLING: f64 = 0.25;
-/// The same for what settles within seconds.
+/// The same for quantities that settle within seconds.
 const BRIEF_SETTLING: f64 = 0.03;
-/// Sigmas of a band: 99.7 % of a normal distribution.
+/// Half the width of a band, sigmas: 99.7 % of a normal distribution.
 const BAND_SIGMAS: f64 = 3.0;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -31,7 +30,7 @@ fn by_axis(title: &str, panel: impl Fn(usize, &str) -> Panel) -> Result<String, 
     Figure::stacked(title, TIME, panels).draw()
 }
 
-/// A value over time, where there is one.
+/// A value over time. Rows without a value are skipped.
 fn over_time<'a>(
     history: &'a [HistoryRow],
     value: impl Fn(&HistoryRow) -> Option<f64> + 'a,
@@ -39,7 +38,7 @@ fn over_time<'a>(
     history.iter().filter_map(move |row| Some((row.time_s, value(row)?)))
 }
 
-/// ±3 sigma about a value over time, where there is one.
+/// ±3 sigma about a value over time. Rows without a value are skipped.
 fn band_over_time<'a>(
     history: &'a [HistoryRow],
     middle_and_sigma: impl Fn(&HistoryRow) -> Option<(f64, f64)> + 'a,
@@ -51,7 +50,10 @@ fn band_over_time<'a>(
     })
 }
 
-/// Body rates, measured and estimated, with ±3 sigma of the estimate; a panel per axis.
+/// Measured and estimated body rate with ±3 sigma of the estimate, rad/s; one panel per axis.
+///
+/// # Errors
+/// Here and below: a failure of the drawing backend.
 pub fn rates(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
     by_axis(title, |axis, name| {
         let band = band_over_time(history, move |row| {
@@ -66,7 +68,7 @@ pub fn rates(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
     })
 }
 
-/// Estimated minus true rate with ±3 sigma of the estimate, in deg/s as the papers have it.
+/// Estimated minus true rate with ±3 sigma of the estimate, deg/s as in the papers.
 pub fn rate_errors(
     title: &str,
     history: &[HistoryRow],
@@ -87,7 +89,7 @@ pub fn rate_errors(
     })
 }
 
-/// Variance of the estimated rate by the filter's own covariance.
+/// Variance of the estimated rate by the filter's covariance, (deg/s)².
 pub fn rate_variances(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
     by_axis(title, |axis, name| {
         let variance =
@@ -98,7 +100,7 @@ pub fn rate_variances(title: &str, history: &[HistoryRow]) -> Result<String, Plo
     })
 }
 
-/// Measured minus predicted rate with the ±3 sigma that the estimator expects.
+/// Innovation, measured minus predicted rate, with ±3 sigma of its predicted variance, rad/s.
 pub fn innovations(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
     by_axis(title, |axis, name| {
         let band =
@@ -110,7 +112,7 @@ pub fn innovations(title: &str, history: &[HistoryRow]) -> Result<String, PlotEr
     })
 }
 
-/// These elements of the inertia, each with its ±3 sigma and, if it is known, the truth.
+/// Elements of the inertia with ±3 sigma, and the truth if it is known, kg m².
 pub fn inertia(
     title: &str,
     history: &[HistoryRow],
@@ -135,7 +137,7 @@ pub fn inertia(
     Figure::grid(title, TIME, 3, elements.iter().map(panel).collect()).draw()
 }
 
-/// Error of each element over time, per cent of the true one.
+/// Error of each element with ±3 sigma, per cent of the true element.
 pub fn inertia_errors(
     title: &str,
     history: &[HistoryRow],
@@ -159,7 +161,7 @@ pub fn inertia_errors(
     Figure::grid(title, TIME, 3, elements.iter().map(panel).collect()).draw()
 }
 
-/// Angular acceleration that the estimator makes of the rates, and the truth if it is known.
+/// Angular acceleration estimated from the rates, and the truth if it is known, deg/s².
 pub fn accelerations(
     title: &str,
     history: &[HistoryRow],
@@ -179,7 +181,7 @@ pub fn accelerations(
     })
 }
 
-/// Estimated minus true angular acceleration.
+/// Estimated minus true angular acceleration, deg/s².
 pub fn acceleration_errors(
     title: &str,
     history: &[HistoryRow],
@@ -199,7 +201,7 @@ pub fn acceleration_errors(
     })
 }
 
-/// A vector over time at a time between its points; none beyond its ends.
+/// Linear interpolation of a vector over time. None outside the points.
 pub fn interpolated(points: &[(f64, [f64; 3])], time_s: f64) -> Option<[f64; 3]> {
     let after = points.partition_point(|point| point.0 < time_s);
     let (from, to) = (points.get(after.checked_sub(1)?)?, points.get(after)?);
@@ -207,8 +209,9 @@ pub fn interpolated(points: &[(f64, [f64; 3])], time_s: f64) -> Option<[f64; 3]>
     Some(std::array::from_fn(|i| from.1[i] + part * (to.1[i] - from.1[i])))
 }
 
-/// Derivative of the true rate halfway between samples, rad/s²: what a difference of two is, to
-/// the second order in their distance.
+/// Time halfway between two samples, s, and derivative of the true rate there, rad/s².
+///
+/// `ω̇(t + h/2) = (ω(t + h) − ω(t)) / h + O(h²)`.
 pub fn true_accelerations(truth: &[Instant]) -> impl Iterator<Item = (f64, [f64; 3])> {
     truth.windows(2).map(|pair| {
         let [from, to] = [pair[0].time_us, pair[1].time_us].map(|us| us as f64 * 1e-6);
@@ -217,7 +220,7 @@ pub fn true_accelerations(truth: &[Instant]) -> impl Iterator<Item = (f64, [f64;
     })
 }
 
-/// Speeds of the wheels, all in one panel; none without wheels.
+/// Wheel speeds in one panel, rad/s. None without wheels.
 pub fn wheel_speeds(title: &str, flight: &[Instant]) -> Option<Result<String, PlotError>> {
     const COLOURS: [Colour; 5] =
         [Colour::Main, Colour::Other, Colour::Third, Colour::Light, Colour::Truth];
@@ -233,7 +236,7 @@ pub fn wheel_speeds(title: &str, flight: &[Instant]) -> Option<Result<String, Pl
     (wheels > 0).then(|| Figure::stacked(title, TIME, vec![panel]).draw())
 }
 
-/// Rates and the torque of the wheels on the body, each in one panel.
+/// Body rate, rad/s, and torque of the wheels on the body, N m, in one panel each.
 pub fn rates_and_control(
     title: &str,
     flight: &[Instant],
@@ -245,7 +248,7 @@ pub fn rates_and_control(
     Figure::stacked(title, TIME, vec![rates, control(flight, wheels)]).draw()
 }
 
-/// Torque of the wheels on the body, all axes in one panel; none without wheels.
+/// Torque of the wheels on the body in one panel, N m. None without wheels.
 pub fn control_torque(
     title: &str,
     flight: &[Instant],
@@ -261,8 +264,10 @@ fn control(flight: &[Instant], wheels: &[Wheel]) -> Panel {
     })
 }
 
-/// Torque of the wheels on the body between samples, N m: what their own axial momenta
-/// `Iₛ (Ω + a · ω)` lose.
+/// Time halfway between two samples, s, and torque of the wheels on the body, N m.
+///
+/// `τ = −d/dt Σ a Iₛ (Ω + a · ω)`, with the spin axis `a`, the spin inertia `Iₛ`, kg m², and the speed
+/// `Ω` relative to the body, rad/s, of each wheel, and the body rate `ω`, rad/s.
 fn control_torque_n_m<'a>(
     flight: &'a [Instant],
     wheels: &'a [Wheel],
@@ -279,17 +284,17 @@ fn control_torque_n_m<'a>(
     })
 }
 
-/// x, y and z in one panel.
+/// One panel with the three axes in different colours.
 fn by_colour(y_label: &str, points: impl Fn(usize) -> Vec<Point>) -> Panel {
     const COLOURS: [Colour; 3] = [Colour::Main, Colour::Other, Colour::Third];
-    // What lies behind still shows where curves coincide.
+    // Different widths keep coinciding curves visible.
     const MARKS: [Mark; 3] = [Mark::Wide, Mark::Line, Mark::Dashes];
     (0..3).fold(Panel::new(y_label), |panel, axis| {
         panel.with(Series::curve(AXES[axis], MARKS[axis], COLOURS[axis], points(axis)))
     })
 }
 
-/// Attitude as roll, pitch and yaw (turned in the order yaw, pitch, roll).
+/// True attitude as roll, pitch and yaw, deg. Rotation order: yaw, pitch, roll.
 pub fn euler_angles(title: &str, flight: &[Instant]) -> Result<String, PlotError> {
     const NAMES: [&str; 3] = ["roll", "pitch", "yaw"];
     by_axis(title, |axis, _| {
@@ -306,7 +311,7 @@ pub fn euler_angles(title: &str, flight: &[Instant]) -> Result<String, PlotError
     })
 }
 
-/// All elements of the inertia: for [`inertia`].
+/// All elements of the inertia, for [`inertia`].
 pub const ALL_ELEMENTS: [usize; 6] = [0, 1, 2, 3, 4, 5];
 
 fn seconds(instant: &Instant) -> f64 {

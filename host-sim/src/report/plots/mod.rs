@@ -1,20 +1,27 @@
-//! Plots as SVG: those of one flight, and the parts that others are made of.
+//! Plots as SVG.
 //!
 //! ```text
-//! flight  rates, errors, accelerations, estimates, wheels, attitude over time
-//! figure  title, legend, panels ◄── panel  axes ◄── series  curve, band, bars, dots
+//! flight   plots of one flight: rates, errors, accelerations, inertia, wheels, attitude
+//! figure   title, legend, panels ◄── panel  axes ◄── series  curve, band, bars, dots
+//! legend   sample and name of each series
+//! scale    linear or logarithmic height     clip, decimate   points of a curve
+//! canvas   drawing area, error              style, ticks     colours, labels
 //! ```
 
+mod canvas;
 mod clip;
 mod decimate;
 mod figure;
 pub mod flight;
+mod legend;
 mod panel;
+mod scale;
 mod series;
 mod style;
 mod ticks;
 
-pub use figure::{Figure, PlotError};
+pub use canvas::PlotError;
+pub use figure::Figure;
 pub use panel::Panel;
 pub use series::{Dot, Series};
 pub use style::{Colour, Mark};
@@ -27,7 +34,7 @@ mod tests {
     use super::flight::{ALL_ELEMENTS, inertia, innovations, rates};
     use crate::truth::Instant;
 
-    /// A filter that settles, 6,000 samples long.
+    /// A filter that converges, 6,000 samples.
     fn history() -> Vec<HistoryRow> {
         (0..6000)
             .map(|k| {
@@ -54,7 +61,7 @@ mod tests {
             .collect()
     }
 
-    /// What never changes, at the first and the last sample.
+    /// A constant truth, at the first and the last sample.
     fn truth(inertia_kg_m2: [f64; 6]) -> [Instant; 2] {
         [0, 599_900_000].map(|time_us| Instant {
             time_us,
@@ -67,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn plots_name_what_they_show() {
+    fn plots_have_titles_labels_and_legends() {
         let history = history();
         let rates = rates("Body rate", &history).unwrap();
         let innovations = innovations("Rate innovation", &history).unwrap();
@@ -89,7 +96,8 @@ mod tests {
     }
 
     #[test]
-    fn long_history_makes_a_small_plot() {
+    fn plot_of_a_long_history_is_limited_in_size() {
+        /// A browser opens a megabyte of SVG at once.
         const LIMIT_BYTES: usize = 1_000_000;
         let history = history();
         assert!(rates("Body rate", &history).unwrap().len() < LIMIT_BYTES);
@@ -97,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn short_constant_or_wild_history_is_drawn_all_the_same() {
+    fn short_constant_or_non_finite_history_is_drawn() {
         let mut rows = history();
         rows.truncate(1);
         inertia("Inertia", &rows, None, &ALL_ELEMENTS).unwrap();

@@ -1,42 +1,28 @@
-//! One pair of axes.
+//! A panel: axes and the series between them.
 
 use std::ops::Range;
 
 use plotters::prelude::*;
 
+use super::canvas::{Area, PlotError, failed};
 use super::decimate::Point;
-use super::figure::{Area, PlotError, failed};
+use super::scale::Scale;
 use super::series::{Series, Shape};
 use super::style::{GRID, INK, label_style};
 use super::ticks::{X_TICKS, Y_TICKS, power_of_ten, tick_format};
 
-/// Values, their axes, and what they are called.
+/// Series on a pair of axes, and the labels of the axes.
 #[derive(Clone, Debug)]
 pub struct Panel {
     y_label: String,
     pub(super) series: Vec<Series>,
+    /// Part of the horizontal axis, 0 to 1, that the vertical scale need not contain.
     settling: f64,
+    /// Fixed vertical range.
     span: Option<(f64, f64)>,
+    /// Names of the whole numbers on the horizontal axis.
     categories: Vec<String>,
     is_logarithmic: bool,
-}
-
-/// How values become heights.
-pub(super) struct Scale {
-    /// From the lower to the upper end, powers of ten if logarithmic.
-    pub(super) range: Range<f64>,
-    is_logarithmic: bool,
-}
-
-impl Scale {
-    /// The height of a value.
-    pub(super) fn place(&self, value: f64) -> f64 {
-        match self.is_logarithmic {
-            // What has no logarithm is below any scale.
-            true => value.max(f64::MIN_POSITIVE).log10(),
-            false => value,
-        }
-    }
 }
 
 impl Panel {
@@ -52,25 +38,25 @@ impl Panel {
         }
     }
 
-    /// Adds what is drawn over the rest.
+    /// Adds a series, drawn over the others.
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
         self
     }
 
-    /// Lets the vertical scale fit only what comes after this part of the horizontal one, 0 to 1.
+    /// Fits the vertical scale to the points after this part of the horizontal axis, 0 to 1.
     pub fn fit_after(mut self, settling: f64) -> Self {
         self.settling = settling;
         self
     }
 
-    /// Sets the lower and the upper end of the vertical scale.
+    /// Sets the lower and upper end of the vertical scale.
     pub fn span(mut self, low: f64, high: f64) -> Self {
         self.span = Some((low, high));
         self
     }
 
-    /// Names the whole numbers from zero along the horizontal axis.
+    /// Names the whole numbers from zero on the horizontal axis.
     pub fn categories(mut self, names: &[&str]) -> Self {
         self.categories = names.iter().map(|name| (*name).to_owned()).collect();
         self
@@ -91,13 +77,14 @@ impl Panel {
         first..if last > first { last } else { first + 1.0 }
     }
 
-    /// The vertical scale: all that is drawn after settling, and some air.
+    /// Vertical scale: all points after settling, and a margin.
     fn scale(&self, x: &Range<f64>) -> Scale {
-        const AIR: f64 = 0.06;
-        // A constant still needs some height, else the axis has no scale.
-        const LEAST_RELATIVE: f64 = 1e-6;
-        // Beyond this the axis itself overflows.
-        const MOST: f64 = 1e100;
+        /// Margin above and below, share of the height.
+        const MARGIN: f64 = 0.06;
+        /// Least margin, share of the largest value: a constant has no height of its own.
+        const LEAST_MARGIN: f64 = 1e-6;
+        /// Larger values are left out: the axis would overflow.
+        const LARGEST: f64 = 1e100;
 
         if let Some((low, high)) = self.span {
             return Scale { range: low..high, is_logarithmic: false };
@@ -106,20 +93,23 @@ impl Panel {
         let points = self.series.iter().flat_map(Series::extremes);
         let is_logarithmic = self.is_logarithmic;
         let is_fit = |point: &Point| {
-            point.0 >= start && point.1.abs() < MOST && (!is_logarithmic || point.1 > 0.0)
+            point.0 >= start && point.1.abs() < LARGEST && (!is_logarithmic || point.1 > 0.0)
         };
         let height = |point: Point| if is_logarithmic { point.1.log10() } else { point.1 };
         let (low, high) = extent(points.filter(is_fit).map(height)).unwrap_or((-1.0, 1.0));
-        let least = (low.abs().max(high.abs()) * LEAST_RELATIVE).max(1e-30);
-        let air = ((high - low) * AIR).max(least);
-        // Bars stand on the axis.
-        let stands =
+        let least = (low.abs().max(high.abs()) * LEAST_MARGIN).max(1e-30);
+        let margin = ((high - low) * MARGIN).max(least);
+        // Bars stand on the axis: no margin below zero.
+        let has_bars =
             self.series.iter().any(|series| matches!(series.shape, Shape::Bars(_))) && low == 0.0;
-        Scale { range: if stands { 0.0 } else { low - air }..high + air, is_logarithmic }
+        Scale { range: if has_bars { 0.0 } else { low - margin }..high + margin, is_logarithmic }
     }
 
+    /// Draws axes and series.
     pub(super) fn draw(&self, area: &Area<'_>, x_label: &str) -> Result<(), PlotError> {
+        /// Width of the labels of the vertical axis, px.
         const Y_LABELS: i32 = 80;
+        /// Height of the labels of the horizontal axis, px.
         const X_LABELS: i32 = 44;
 
         let x = self.x_range();
@@ -155,7 +145,7 @@ impl Panel {
         self.series.iter().try_for_each(|series| series.draw(&mut chart, &scale))
     }
 
-    /// The name at this place, if it has one.
+    /// Name of the category at this position.
     fn category(&self, x: f64) -> String {
         let index = x.round();
         let is_whole = (x - index).abs() < 1e-6 && index >= 0.0;
@@ -164,7 +154,7 @@ impl Panel {
     }
 }
 
-/// The smallest and the largest of some finite values.
+/// Smallest and largest of the finite values.
 fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.filter(|value| value.is_finite()).fold(None, |extent, value| match extent {
         None => Some((value, value)),

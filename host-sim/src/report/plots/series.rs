@@ -1,16 +1,16 @@
-//! What is drawn in a panel: curves, bands, bars, dots.
+//! Series of a panel: curve, band, bars, dots, diamonds.
 
 use plotters::chart::ChartContext;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
+use super::canvas::{PlotError, failed};
 use super::clip::clip;
 use super::decimate::{self, Point};
-use super::figure::{PlotError, failed};
-use super::panel::Scale;
+use super::scale::Scale;
 use super::style::{AREA_OPACITY, BAR_OPACITY, Colour, DASH, DOT, Mark};
 
-/// Named data of one look.
+/// Data with a name, a colour and a shape.
 #[derive(Clone, Debug)]
 pub struct Series {
     pub(super) name: String,
@@ -21,22 +21,22 @@ pub struct Series {
 #[derive(Clone, Debug)]
 pub(super) enum Shape {
     Curve(Mark, Vec<Point>),
-    /// Horizontal value, lower and upper end.
+    /// Position, lower and upper end.
     Band(Vec<(f64, f64, f64)>),
-    /// From, to, height.
+    /// Lower edge, upper edge, height.
     Bars(Vec<(f64, f64, f64)>),
     Dots(Vec<Dot>),
     Diamonds(Vec<Point>),
 }
 
-/// A value with a reach above and below.
+/// A value with a symmetric whisker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dot {
-    /// Where along the horizontal axis.
+    /// Position on the horizontal axis.
     pub x: f64,
-    /// The value.
+    /// Value.
     pub value: f64,
-    /// How far its whisker goes to either side.
+    /// Half the length of the whisker.
     pub reach: f64,
 }
 
@@ -44,7 +44,7 @@ pub(super) type Chart<'a, 'b> =
     ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 impl Series {
-    /// A curve through the points that are finite.
+    /// A curve through the finite points.
     pub fn curve(
         name: &str,
         mark: Mark,
@@ -55,12 +55,12 @@ impl Series {
         Self::new(name, colour, Shape::Curve(mark, decimate::curve(&points)))
     }
 
-    /// A curve at one height, or several, as a step function drawn at its corners.
+    /// A horizontal line at `level`, from `x.0` to `x.1`.
     pub fn level(name: &str, mark: Mark, colour: Colour, x: (f64, f64), level: f64) -> Self {
         Self::curve(name, mark, colour, [(x.0, level), (x.1, level)])
     }
 
-    /// Shades what lies between two values: horizontal value, lower and upper end.
+    /// A shaded area between two values. Each point is position, lower and upper end.
     pub fn band(
         name: &str,
         colour: Colour,
@@ -72,7 +72,7 @@ impl Series {
         Self::new(name, colour, Shape::Band(decimate::band(&points)))
     }
 
-    /// Bars that stand on zero: from, to, height.
+    /// Bars on the zero line: lower edge, upper edge, height.
     pub fn bars(name: &str, colour: Colour, bars: Vec<(f64, f64, f64)>) -> Self {
         Self::new(name, colour, Shape::Bars(bars))
     }
@@ -83,7 +83,7 @@ impl Series {
         Self::new(name, colour, Shape::Dots(dots.collect()))
     }
 
-    /// Values, as hollow diamonds.
+    /// Values as hollow diamonds.
     pub fn diamonds(name: &str, colour: Colour, points: impl IntoIterator<Item = Point>) -> Self {
         let points = points.into_iter().filter(|point| point.1.is_finite());
         Self::new(name, colour, Shape::Diamonds(points.collect()))
@@ -93,7 +93,7 @@ impl Series {
         Self { name: name.to_owned(), colour, shape }
     }
 
-    /// All that is to fit into the panel.
+    /// Points that the axes have to contain.
     pub(super) fn extremes(&self) -> Vec<Point> {
         let both = |(x, low, high): (f64, f64, f64)| [(x, low), (x, high)];
         match &self.shape {
@@ -108,60 +108,98 @@ impl Series {
         }
     }
 
+    /// Draws the series in a panel of this vertical scale.
     pub(super) fn draw(&self, chart: &mut Chart<'_, '_>, scale: &Scale) -> Result<(), PlotError> {
-        let colour = self.colour.rgb();
-        let line = colour.stroke_width(2);
-        let inside = |y: f64| scale.place(y).clamp(scale.range.start, scale.range.end);
         match &self.shape {
-            Shape::Curve(mark, points) => {
-                let points: Vec<Point> = points.iter().map(|p| (p.0, scale.place(p.1))).collect();
-                let style = colour.stroke_width(mark.width());
-                for piece in clip(&points, &scale.range) {
-                    match mark {
-                        Mark::Dashes => {
-                            chart.draw_series(DashedLineSeries::new(piece, DASH, DASH, style))
-                        }
-                        Mark::Line | Mark::Thin | Mark::Wide => {
-                            chart.draw_series(LineSeries::new(piece, style))
-                        }
-                    }
-                    .map_err(failed)?;
-                }
-            }
-            Shape::Band(points) => {
-                let upper = points.iter().map(|&(x, _, upper)| (x, inside(upper)));
-                let lower = points.iter().rev().map(|&(x, lower, _)| (x, inside(lower)));
-                let outline: Vec<Point> = upper.chain(lower).collect();
-                let area = Polygon::new(outline, colour.mix(AREA_OPACITY).filled());
-                chart.draw_series([area]).map_err(failed)?;
-            }
-            Shape::Bars(bars) => {
-                let style = colour.mix(BAR_OPACITY).filled();
-                let bar = |&(from, to, height): &(f64, f64, f64)| {
-                    Rectangle::new([(from, inside(0.0)), (to, inside(height))], style)
-                };
-                chart.draw_series(bars.iter().map(bar)).map_err(failed)?;
-            }
-            Shape::Dots(dots) => {
-                let whisker = |dot: &Dot| {
-                    let ends = [dot.value - dot.reach, dot.value + dot.reach];
-                    PathElement::new(ends.map(|y| (dot.x, inside(y))), line)
-                };
-                chart.draw_series(dots.iter().map(whisker)).map_err(failed)?;
-                let dot = |dot: &Dot| Circle::new((dot.x, inside(dot.value)), DOT, colour.filled());
-                chart.draw_series(dots.iter().map(dot)).map_err(failed)?;
-            }
-            Shape::Diamonds(points) => {
-                let diamond = |point: &Point| {
-                    EmptyElement::at((point.0, inside(point.1)))
-                        + PathElement::new(DIAMOND.to_vec(), line)
-                };
-                chart.draw_series(points.iter().map(diamond)).map_err(failed)?;
-            }
+            Shape::Curve(mark, points) => draw_curve(chart, scale, self.colour, *mark, points),
+            Shape::Band(points) => draw_band(chart, scale, self.colour, points),
+            Shape::Bars(bars) => draw_bars(chart, scale, self.colour, bars),
+            Shape::Dots(dots) => draw_dots(chart, scale, self.colour, dots),
+            Shape::Diamonds(points) => draw_diamonds(chart, scale, self.colour, points),
         }
-        Ok(())
     }
 }
 
-/// Outline of a diamond about its middle, px.
+fn draw_curve(
+    chart: &mut Chart<'_, '_>,
+    scale: &Scale,
+    colour: Colour,
+    mark: Mark,
+    points: &[Point],
+) -> Result<(), PlotError> {
+    let points: Vec<Point> = points.iter().map(|p| (p.0, scale.height(p.1))).collect();
+    let style = colour.rgb().stroke_width(mark.width());
+    for piece in clip(&points, &scale.range) {
+        match mark {
+            Mark::Dashes => chart.draw_series(DashedLineSeries::new(piece, DASH, DASH, style)),
+            Mark::Line | Mark::Thin | Mark::Wide => {
+                chart.draw_series(LineSeries::new(piece, style))
+            }
+        }
+        .map_err(failed)?;
+    }
+    Ok(())
+}
+
+fn draw_band(
+    chart: &mut Chart<'_, '_>,
+    scale: &Scale,
+    colour: Colour,
+    points: &[(f64, f64, f64)],
+) -> Result<(), PlotError> {
+    let upper = points.iter().map(|&(x, _, upper)| (x, scale.height_inside(upper)));
+    let lower = points.iter().rev().map(|&(x, lower, _)| (x, scale.height_inside(lower)));
+    let outline: Vec<Point> = upper.chain(lower).collect();
+    let area = Polygon::new(outline, colour.rgb().mix(AREA_OPACITY).filled());
+    chart.draw_series([area]).map(|_| ()).map_err(failed)
+}
+
+fn draw_bars(
+    chart: &mut Chart<'_, '_>,
+    scale: &Scale,
+    colour: Colour,
+    bars: &[(f64, f64, f64)],
+) -> Result<(), PlotError> {
+    let style = colour.rgb().mix(BAR_OPACITY).filled();
+    let zero = scale.height_inside(0.0);
+    let bar = |&(from, to, height): &(f64, f64, f64)| {
+        Rectangle::new([(from, zero), (to, scale.height_inside(height))], style)
+    };
+    chart.draw_series(bars.iter().map(bar)).map(|_| ()).map_err(failed)
+}
+
+fn draw_dots(
+    chart: &mut Chart<'_, '_>,
+    scale: &Scale,
+    colour: Colour,
+    dots: &[Dot],
+) -> Result<(), PlotError> {
+    let line = colour.rgb().stroke_width(LINE);
+    let whisker = |dot: &Dot| {
+        let ends = [dot.value - dot.reach, dot.value + dot.reach];
+        PathElement::new(ends.map(|y| (dot.x, scale.height_inside(y))), line)
+    };
+    chart.draw_series(dots.iter().map(whisker)).map_err(failed)?;
+    let filled = colour.rgb().filled();
+    let dot = |dot: &Dot| Circle::new((dot.x, scale.height_inside(dot.value)), DOT, filled);
+    chart.draw_series(dots.iter().map(dot)).map(|_| ()).map_err(failed)
+}
+
+fn draw_diamonds(
+    chart: &mut Chart<'_, '_>,
+    scale: &Scale,
+    colour: Colour,
+    points: &[Point],
+) -> Result<(), PlotError> {
+    let line = colour.rgb().stroke_width(LINE);
+    let diamond = |point: &Point| {
+        EmptyElement::at((point.0, scale.height_inside(point.1)))
+            + PathElement::new(DIAMOND.to_vec(), line)
+    };
+    chart.draw_series(points.iter().map(diamond)).map(|_| ()).map_err(failed)
+}
+
+/// Width of whiskers and outlines, px.
+const LINE: u32 = 2;
+/// Outline of a diamond about its centre, px.
 pub(super) const DIAMOND: [(i32, i32); 5] = [(0, -7), (7, 0), (0, 7), (-7, 0), (0, -7)];

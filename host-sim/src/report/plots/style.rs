@@ -1,20 +1,20 @@
-//! What lines and marks look like, and what they mean.
+//! Colours, line marks, fonts.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// A role rather than a hue. The hues are told apart by all kinds of colour vision.
+/// Role of a series. The hues are distinct for all kinds of colour vision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
-    /// What the plot is about.
+    /// Subject of the plot.
     Main,
-    /// What it is compared with, when that is many points.
+    /// Comparison with many points.
     Light,
-    /// What is really so, and what a paper printed.
+    /// Truth, or published value.
     Truth,
-    /// A second thing of the kind that the plot is about.
+    /// Second subject.
     Other,
-    /// A third.
+    /// Third subject.
     Third,
 }
 
@@ -30,20 +30,21 @@ impl Colour {
     }
 }
 
-/// What a curve looks like.
+/// Line of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    /// A plain line.
+    /// Plain line.
     Line,
-    /// For many noisy points, whose line covers an area.
+    /// Thin line, for dense noisy points.
     Thin,
-    /// For what lies behind another line.
+    /// Wide line, for a curve behind another.
     Wide,
-    /// For what stays the same, or bounds the rest.
+    /// Dashed line, for constants and bounds.
     Dashes,
 }
 
 impl Mark {
+    /// Line width, px.
     pub(super) fn width(self) -> u32 {
         match self {
             Self::Line | Self::Dashes => 2,
@@ -53,13 +54,14 @@ impl Mark {
     }
 }
 
-/// How much of its colour an area has: what lies behind still shows.
+/// Opacity of a band. Series behind it stay visible.
 pub(super) const AREA_OPACITY: f64 = 0.22;
+/// Opacity of a bar.
 pub(super) const BAR_OPACITY: f64 = 0.55;
 pub(super) const GRID: RGBColor = RGBColor(226, 226, 226);
 pub(super) const INK: RGBColor = RGBColor(40, 40, 40);
 
-/// Length of a dash and of the gap after it, px.
+/// Length of a dash and of a gap, px.
 pub(super) const DASH: i32 = 5;
 /// Radius of a dot, px.
 pub(super) const DOT: i32 = 4;
@@ -67,7 +69,7 @@ pub(super) const DOT: i32 = 4;
 const FONT: &str = "sans-serif";
 const TITLE_SIZE: i32 = 19;
 const LABEL_SIZE: i32 = 13;
-/// About the width of a letter of a label, px.
+/// Approximate width of a letter of a label, px.
 pub(super) const LETTER: i32 = 7;
 
 pub(super) fn title_style() -> TextStyle<'static> {

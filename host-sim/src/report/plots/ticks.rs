@@ -1,4 +1,4 @@
-//! The numbers along an axis.
+//! Tick labels of an axis.
 
 use std::ops::Range;
 
@@ -7,12 +7,12 @@ use plotters::coord::types::RangedCoordf64;
 
 use crate::report::number::significant;
 
-/// Most ticks of a vertical axis.
+/// Largest number of ticks on a vertical axis.
 pub(super) const Y_TICKS: usize = 6;
-/// Most ticks of a horizontal axis.
+/// Largest number of ticks on a horizontal axis.
 pub(super) const X_TICKS: usize = 7;
 
-/// How to write the value at a tick of a logarithmic axis.
+/// Label of a tick at `10^power` on a logarithmic axis.
 pub(super) fn power_of_ten(power: f64) -> String {
     let value = 10f64.powf(power);
     match (power - power.round()).abs() < 1e-6 {
@@ -22,8 +22,8 @@ pub(super) fn power_of_ten(power: f64) -> String {
     }
 }
 
-/// How to write the values at the ticks of an axis: with just the digits that tell them apart, and
-/// an exponent where these would be many.
+/// Label format of an axis: the fewest digits that distinguish its ticks, with an exponent if more
+/// than four decimals would be needed.
 pub(super) fn tick_format(range: &Range<f64>, most: usize) -> impl Fn(&f64) -> String {
     const MOST_DECIMALS: usize = 4;
     const MOST_DIGITS: usize = 12;
@@ -32,7 +32,7 @@ pub(super) fn tick_format(range: &Range<f64>, most: usize) -> impl Fn(&f64) -> S
     let step = if step.is_finite() { step } else { range.end - range.start };
 
     let write = move |value: f64, digits: usize, has_exponent: bool| {
-        // Ticks near zero are zero but for rounding.
+        // A tick near zero is zero with a rounding error.
         match (value.abs() < step / 1e3, has_exponent) {
             (true, _) => "0".to_owned(),
             (false, true) => format!("{value:.digits$e}"),
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_have_the_decimals_that_tell_them_apart() {
+    fn ticks_have_the_decimals_that_distinguish_them() {
         assert_eq!(tick_format(&(14.19..14.21), Y_TICKS)(&14.2), "14.200");
         assert_eq!(tick_format(&(0.0..0.04), Y_TICKS)(&0.03), "0.03");
         assert_eq!(tick_format(&(-5e-4..5e-4), Y_TICKS)(&2e-4), "0.0002");
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn logarithmic_ticks_are_values() {
+    fn logarithmic_ticks_show_values() {
         for (power, text) in [(2.0, "100"), (-3.0, "0.001"), (-6.0, "1e-6"), (0.5, "3.2")] {
             assert_eq!(power_of_ten(power), text);
         }

@@ -2,12 +2,10 @@
 
 use anyhow::Result;
 use std::io::{Read, Write};
-use std::time::Duration;
 use target_tools::machine::Machine;
 use target_tools::{firmware, qemu};
 
-/// No image here takes more than a second in QEMU; a busy machine may take far longer.
-const LIMIT: Duration = Duration::from_secs(120);
+use crate::LIMIT;
 
 /// How the lines begin that each life ends with. The stack's first two, by recursion and by one
 /// large frame, run into memory that the protection unit has closed: a frame that couldn't be put

@@ -1,24 +1,25 @@
-//! The tables of the papers as text: a block for each, a row for each quantity.
+//! Tables of the papers as text: one block per table, one row per quantity.
 
-use super::columns::Table;
-use super::number::{fixed, power, significant};
-use super::published::{PublishedTable, Row, TablesReport};
+use super::table::{PublishedTable, Row, TablesReport};
+use crate::report::columns::Columns;
+use crate::report::number::{fixed, power, significant};
 
-/// Most characters of a line.
+/// Longest line, characters.
 const WIDTH: usize = 100;
-/// Significant digits of a lone number.
+/// Significant digits of a number without a spread.
 const DIGITS: usize = 4;
-const NOTHING: &str = "-";
+/// Cell without a value.
+const EMPTY: &str = "-";
 
-/// All tables.
+/// All tables, after a paragraph on how to read them.
 pub fn tables(report: &TablesReport) -> String {
     let last_seed = report.seed.wrapping_add(report.runs.saturating_sub(1));
     let introduction = wrapped(
         &format!(
-            "{} runs of each, seeds {} to {last_seed}: mean ± standard deviation of a run. The \
-             percentile says how many of our runs lie below the published value; near 0 or 100 it \
-             is not one of them. The bound is the Cramér-Rao bound, one sigma. Errors are without \
-             their sign.",
+            "{} runs of each table, seeds {} to {last_seed}: mean ± standard deviation of one run. \
+             Percentile: share of our runs below the published value; near 0 or 100 the published \
+             value differs from ours. Bound: Cramér-Rao bound, one sigma. Errors are absolute \
+             values.",
             report.runs, report.seed
         ),
         "",
@@ -27,37 +28,27 @@ pub fn tables(report: &TablesReport) -> String {
     std::iter::once(introduction).chain(blocks).collect::<Vec<_>>().join("\n")
 }
 
+/// One table: heading, columns, remarks.
 fn table(table: &PublishedTable) -> String {
-    let mut text =
-        wrapped(&format!("[{}] {}: {}", table.paper, place(table.table), table.title), "");
-    text += &wrapped(
-        &format!(
-            "scenario {}, which shows {} of 6 directions; ours: {}, {}",
-            table.scenario, table.observed_directions, table.estimator, table.precision
-        ),
-        "",
+    let title = format!("[{}] {}: {}", table.paper, place(table.table), table.title);
+    let flight = format!(
+        "scenario {}, {} of 6 directions observable; ours: {}, {}",
+        table.scenario, table.observed_directions, table.estimator, table.precision
     );
-    text.push('\n');
-
-    let any = |value: fn(&Row) -> Option<f64>| table.rows.iter().any(|row| value(row).is_some());
-    let has = Columns {
-        truth: any(|row| row.truth),
-        bound: any(|row| row.bound),
-        percentile: any(|row| row.percentile),
-        own: any(|row| row.own_mean),
-    };
+    let has = Present::of(&table.rows);
     let mut remarks: Vec<&str> = Vec::new();
-    let mut columns = Table::new(&header(table, has));
+    let mut columns = Columns::new(&header(table, has));
     for row in &table.rows {
         let note = row.remark.as_deref().map_or(String::new(), |remark| {
-            let known = remarks.iter().position(|other| *other == remark);
-            letter(known.unwrap_or_else(|| {
+            let index = remarks.iter().position(|other| *other == remark);
+            letter(index.unwrap_or_else(|| {
                 remarks.push(remark);
                 remarks.len() - 1
             }))
         });
         columns.row(cells(row, has, note));
     }
+    let mut text = [wrapped(&title, ""), wrapped(&flight, ""), "\n".to_owned()].concat();
     text += &columns.finish();
     for (index, remark) in remarks.iter().enumerate() {
         text += &wrapped(&format!("{} {remark}", letter(index)), "    ");
@@ -68,16 +59,28 @@ fn table(table: &PublishedTable) -> String {
     text
 }
 
-/// Which of the columns that may be empty throughout aren't.
+/// Columns of a table that have a value in any row.
 #[derive(Clone, Copy)]
-struct Columns {
+struct Present {
     truth: bool,
     bound: bool,
     percentile: bool,
     own: bool,
 }
 
-/// `2` is Table 2; other places have names.
+impl Present {
+    fn of(rows: &[Row]) -> Self {
+        let any = |value: fn(&Row) -> Option<f64>| rows.iter().any(|row| value(row).is_some());
+        Self {
+            truth: any(|row| row.truth),
+            bound: any(|row| row.bound),
+            percentile: any(|row| row.percentile),
+            own: any(|row| row.own_mean),
+        }
+    }
+}
+
+/// `Table 2` for `2`. Other places have names.
 fn place(table: &str) -> String {
     match table.starts_with(|first: char| first.is_ascii_digit()) {
         true => format!("Table {table}"),
@@ -85,7 +88,7 @@ fn place(table: &str) -> String {
     }
 }
 
-fn header(table: &PublishedTable, has: Columns) -> Vec<(&str, &'static str)> {
+fn header(table: &PublishedTable, has: Present) -> Vec<(&str, &'static str)> {
     let mut columns = vec![("", "")];
     columns.extend(has.truth.then_some(("true", "")));
     columns.extend([("published", ""), ("ours", "")]);
@@ -97,9 +100,9 @@ fn header(table: &PublishedTable, has: Columns) -> Vec<(&str, &'static str)> {
     columns
 }
 
-fn cells(row: &Row, has: Columns, note: String) -> Vec<String> {
-    // As printed.
-    let number = |x: Option<f64>| x.map_or(NOTHING.to_owned(), |x| x.to_string());
+fn cells(row: &Row, has: Present, note: String) -> Vec<String> {
+    // All digits, as printed in the paper.
+    let number = |x: Option<f64>| x.map_or(EMPTY.to_owned(), |x| x.to_string());
     let quantity = match row.unit {
         "" => row.quantity.clone(),
         unit => format!("{}, {}", row.quantity, unit.replace('2', "²")),
@@ -108,9 +111,9 @@ fn cells(row: &Row, has: Columns, note: String) -> Vec<String> {
     cells.extend(has.truth.then(|| number(row.truth)));
     cells.push(number(row.published));
     cells.push(with_spread(row.mean, row.sd));
-    let percentile = row.percentile.map_or(NOTHING.to_owned(), |percent| fixed(percent, 1));
+    let percentile = row.percentile.map_or(EMPTY.to_owned(), |percent| fixed(percent, 1));
     cells.extend(has.percentile.then_some(percentile));
-    let bound = row.bound.map_or(NOTHING.to_owned(), |bound| significant(bound, 3));
+    let bound = row.bound.map_or(EMPTY.to_owned(), |bound| significant(bound, 3));
     cells.extend(has.bound.then_some(bound));
     cells.extend(has.own.then(|| with_spread(row.own_mean, row.own_sd)));
     cells.push(note);
@@ -121,8 +124,8 @@ fn cells(row: &Row, has: Columns, note: String) -> Vec<String> {
 fn with_spread(mean: Option<f64>, sd: Option<f64>) -> String {
     const MOST_DECIMALS: i32 = 7;
     match (mean, sd) {
-        (None, _) => NOTHING.to_owned(),
-        // A spread by rounding alone is none.
+        (None, _) => EMPTY.to_owned(),
+        // A smaller spread is a rounding error.
         (Some(mean), Some(sd)) if sd > 1e-12 * mean.abs() => {
             let decimals = 1 - power(sd);
             match decimals <= MOST_DECIMALS && mean.abs() < 1e7 {
@@ -134,20 +137,20 @@ fn with_spread(mean: Option<f64>, sd: Option<f64>) -> String {
     }
 }
 
-/// `a`, `b`, … for the remarks of a table.
+/// `(a)`, `(b)`, … for the remarks of a table.
 fn letter(index: usize) -> String {
     let letter = char::from_u32('a' as u32 + index as u32).unwrap_or('?');
     format!("({letter})")
 }
 
-/// Breaks a paragraph between words.
+/// Breaks a paragraph into lines of at most [`WIDTH`] characters.
 fn wrapped(text: &str, indent: &str) -> String {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
-        let has_room = |line: &String| line.chars().count() + 1 + word.chars().count() <= WIDTH;
+        let fits = |line: &String| line.chars().count() + 1 + word.chars().count() <= WIDTH;
         match lines.last_mut() {
             Some(line) if line.trim().is_empty() => line.push_str(word),
-            Some(line) if has_room(line) => {
+            Some(line) if fits(line) => {
                 line.push(' ');
                 line.push_str(word);
             }
@@ -162,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spread_gives_the_digits() {
+    fn spread_determines_the_decimals() {
         for (mean, sd, text) in [
             (14.118_12, 0.0234, "14.118 ± 0.023"),
             (0.0081, 0.000_021, "0.008100 ± 0.000021"),
@@ -175,9 +178,8 @@ mod tests {
         assert_eq!(with_spread(None, None), "-");
     }
 
-    #[test]
-    fn a_table_is_read_without_the_paper() {
-        let row = |quantity: &str| Row {
+    fn row(quantity: &str) -> Row {
+        Row {
             quantity: quantity.to_owned(),
             unit: "kg m2",
             truth: Some(14.2),
@@ -189,8 +191,11 @@ mod tests {
             own_mean: Some(14.2001),
             own_sd: Some(0.0029),
             remark: Some("3.4 bounds off".to_owned()),
-        };
-        let report = TablesReport {
+        }
+    }
+
+    fn example() -> TablesReport {
+        TablesReport {
             runs: 20,
             seed: 0,
             tables: vec![PublishedTable {
@@ -205,7 +210,12 @@ mod tests {
                 rows: vec![row("jxx"), row("jyy")],
                 remark: None,
             }],
-        };
+        }
+    }
+
+    #[test]
+    fn table_has_every_column_unit_and_remark() {
+        let report = example();
         let text = tables(&report);
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
         let (_, block) = text.split_once("\n\n").unwrap();
@@ -213,7 +223,7 @@ mod tests {
             block,
             "\
 [Bellar2019] Table 3: estimation results
-scenario bellar-2019, which shows 6 of 6 directions; ours: joint-ekf-published, f64
+scenario bellar-2019, 6 of 6 directions observable; ours: joint-ekf-published, f64
 
             true  published              ours  percentile    bound         joint-ekf
 jxx, kg m²  14.2    14.1905  14.1980 ± 0.0031         1.2  0.00275  14.2001 ± 0.0029  (a)

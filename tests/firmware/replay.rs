@@ -10,8 +10,7 @@ use std::path::Path;
 use std::time::Duration;
 use target_tools::{firmware, image, qemu};
 
-/// The replay takes less than a second in QEMU; a busy machine may take far longer.
-const LIMIT: Duration = Duration::from_secs(120);
+use crate::LIMIT;
 
 /// The lines in which `bin/replay` reports states and covariance elements, as bits of `f32`.
 const BIT_LINES: [&str; 2] = ["state[", "covariance["];

@@ -1,6 +1,6 @@
-//! A scenario with its truth, to be flown many times.
+//! A scenario with its true motion and its bound, flown by several estimators and seeds.
 
-use super::PapersFailed;
+use super::paper::PapersFailed;
 use crate::campaign::Reference;
 use crate::estimation::{
     AnyEstimator, EstimationResult, EstimatorName, Method, Precision, SetUpError, Setup,
@@ -12,68 +12,76 @@ use crate::report::HistoryRow;
 use crate::simulation::log_of;
 use crate::truth::Flight;
 
-/// What our own estimator is, in the arithmetic that flies: it stands beside the published ones.
+/// The own estimator in the precision that flies, for comparison with the published ones.
 pub const OWN: Method = Method { estimator: EstimatorName::Window, precision: Precision::F32 };
 
-/// A scenario, flown once as physics.
+/// A scenario and its true motion.
 #[derive(Clone, Debug)]
-pub struct Course {
-    /// The scenario.
+pub struct Case {
+    /// Scenario.
     pub scenario: Scenario,
-    /// Its truth and bound.
+    /// True motion and Cramér-Rao bound.
     pub flight: Flight,
     craft: Craft,
 }
 
-impl Course {
-    /// The built-in scenario of this name.
+impl Case {
+    /// The built-in scenario `name`.
+    ///
+    /// # Errors
+    /// A scenario that cannot be read or integrated.
     pub fn load(name: &str) -> Result<Self, PapersFailed> {
         Self::new(Scenario::load(name)?)
     }
 
-    /// A scenario.
+    /// Simulates the true motion of a scenario.
+    ///
+    /// # Errors
+    /// A scenario that cannot be integrated.
     pub fn new(scenario: Scenario) -> Result<Self, PapersFailed> {
         let flight = Flight::simulate(&scenario)?;
         let craft = scenario.craft();
         Ok(Self { scenario, flight, craft })
     }
 
-    /// What the estimators are told of the craft.
+    /// Craft data of the estimators.
     pub fn craft(&self) -> &Craft {
         &self.craft
     }
 
-    /// The true elements, kg m².
+    /// True elements, kg m².
     pub fn truth_kg_m2(&self) -> &[f64; 6] {
         &self.scenario.spacecraft.inertia_kg_m2
     }
 
-    /// What an estimate is measured with.
+    /// Truth and bound, against which an estimate is scored.
     pub fn reference(&self) -> Reference {
         let bound_kg_m2 = self.flight.bound.sigma_kg_m2;
         Reference { truth_kg_m2: *self.truth_kg_m2(), bound_kg_m2 }
     }
 
-    /// The bound of an element, kg m².
+    /// Bound of an element, one sigma, kg m². None if the element is not observed.
     pub fn bound_kg_m2(&self, element: usize) -> Option<f64> {
         self.flight.bound.sigma_kg_m2[element]
     }
 
-    /// The same in per cent of the element; none of an element that is zero.
+    /// Bound of an element, per cent of the true element. None if the element is zero.
     pub fn bound_percent(&self, element: usize) -> Option<f64> {
         let truth = self.truth_kg_m2()[element].abs();
         let bound = self.bound_kg_m2(element)?;
         (truth > 0.0).then(|| 100.0 * bound / truth)
     }
 
-    /// Size of an error in per cent of the true element.
+    /// Absolute error, per cent of the true element.
     pub fn error_percent(&self, element: usize, estimate_kg_m2: f64) -> f64 {
         let truth = self.truth_kg_m2()[element];
         100.0 * ((estimate_kg_m2 - truth) / truth).abs()
     }
 
-    /// Streams the log of this seed through an estimator, and shows each sample to `watch`, with
-    /// its number.
+    /// Flies the log of this seed. `watch` is called after each sample with the sample's index.
+    ///
+    /// # Errors
+    /// An estimator that rejects its configuration.
     pub fn fly(
         &self,
         method: Method,
@@ -81,14 +89,17 @@ impl Course {
         mut watch: impl FnMut(usize, &dyn AnyEstimator),
     ) -> Result<EstimationResult, SetUpError> {
         let log = log_of(&self.scenario, &self.flight, seed);
-        let mut number = 0;
+        let mut index = 0;
         Ok(estimate_log(&log, self.set_up(method)?, |_, _, estimator| {
-            watch(number, estimator);
-            number += 1;
+            watch(index, estimator);
+            index += 1;
         }))
     }
 
-    /// The same, written down sample by sample.
+    /// Flies the log of this seed. Output: the log and the estimate after each sample.
+    ///
+    /// # Errors
+    /// An estimator that rejects its configuration.
     pub fn history(
         &self,
         method: Method,

@@ -1,4 +1,4 @@
-//! The spacecraft's hardware on a bench: what a flight computer is wired to, from sample to sample.
+//! Hardware around a flight computer, from sample to sample: gyro chip, wheel encoders, flash.
 
 use fsw_target::drivers::wheel_tach::Captured;
 use fsw_target::flight::craft::WHEELS;
@@ -6,7 +6,8 @@ use fsw_target::stand_in::tunnel::Setup;
 use nalgebra::Matrix3;
 
 use super::flash::FlashModel;
-use super::{Mission, setup};
+use super::mission::Mission;
+use super::setup;
 use crate::input::scenario::SimulatedGyro;
 use crate::sensor::bmi088::{BusFault, Chip, Wire};
 use crate::sensor::encoder::{Captures, EncoderData};
@@ -16,27 +17,27 @@ use crate::truth::Instant;
 /// A sample that is ready.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Announced {
-    /// When it was taken, µs.
+    /// Time of the sample, µs.
     pub time_us: u64,
-    /// External torque that is commanded, body axes, N m.
+    /// Commanded external torque, body axes, N m.
     pub torque_n_m: [f32; 3],
 }
 
-/// The hardware of one flight. The same mission gives the same bits.
-pub struct Bench<'a> {
+/// Hardware of one flight. The same mission gives the same bits.
+pub struct Hardware<'a> {
     instants: &'a [Instant],
-    /// Noise and bias; rounding and range are the chip's.
+    /// Noise and bias. Quantisation and range are those of the chip.
     gyro: Gyro,
     sensor_from_body: Matrix3<f64>,
     wire: Wire,
     captures: Captures<'a, WHEELS>,
     announced: usize,
-    /// Survives a restart of the computer, as all of this does.
+    /// Flash. Like the rest of the hardware, it survives a restart of the computer.
     pub flash: FlashModel,
 }
 
-impl<'a> Bench<'a> {
-    /// Before the first sample, the chip under power, the flash empty.
+impl<'a> Hardware<'a> {
+    /// Initial state: before the first sample, chip powered, flash erased.
     pub fn new(mission: &Mission<'a>, setup: &Setup) -> Self {
         let model = SimulatedGyro {
             quantum_rad_s: None,
@@ -56,8 +57,8 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Time goes on to the next sample: the chip has it, and the wheels have turned. `None` if there is
-    /// none.
+    /// Advances the time to the next sample: the chip has measured it, the wheels have turned. None
+    /// at the end of the flight.
     pub fn announce(&mut self) -> Option<Announced> {
         let instant = self.instants.get(self.announced)?;
         if self.announced > 0 {
@@ -73,38 +74,38 @@ impl<'a> Bench<'a> {
         Some(Announced { time_us: instant.time_us, torque_n_m })
     }
 
-    /// How many samples there have been.
+    /// Number of samples announced.
     pub fn announced(&self) -> usize {
         self.announced
     }
 
-    /// When the last sample was, µs; zero before the first.
+    /// Time of the last sample, µs. Zero before the first.
     pub fn now_us(&self) -> u64 {
         let last = self.announced.checked_sub(1).and_then(|last| self.instants.get(last));
         last.map_or(0, |instant| instant.time_us)
     }
 
-    /// The chip's wires.
+    /// Bus of the gyro chip.
     pub fn wire(&self) -> &Wire {
         &self.wire
     }
 
-    /// A transaction on the chip's bus: bytes written, then so many read.
+    /// A transaction on the chip's bus: writes `written`, then reads `read` bytes.
     ///
     /// # Errors
-    /// The bus's.
+    /// Those of the bus.
     pub fn transfer(&mut self, written: &[u8], read: u8) -> Result<Vec<u8>, BusFault> {
         let mut bytes = vec![0; usize::from(read)];
         self.wire.chip().spi(written, &mut bytes)?;
         Ok(bytes)
     }
 
-    /// Time passes for the chip, while its driver waits.
+    /// Advances the chip's time during a wait of its driver, µs.
     pub fn wait(&mut self, us: u32) {
         self.wire.chip().elapse_us(u64::from(us));
     }
 
-    /// What the wheels' timer holds.
+    /// Captures of the wheels' timer.
     pub fn captured(&self) -> [Captured; WHEELS] {
         self.captures.now()
     }

@@ -1,19 +1,22 @@
-//! The rank test of \[Bellar2019\] Eq. (23).
+//! Rank test of observability, \[Bellar2019\] Eq. (23).
 
 use nalgebra::{DMatrix, Matrix3, Matrix3x6, SMatrix, Vector3};
 
-/// \[Bellar2019\] Table 2: time constants of moments and products, s.
+/// \[Bellar2019\] Table 2: time constants `τ` of moments and products, s.
 pub const TIME_CONSTANT_S: [f64; 6] = [1e6, 1e6, 1e6, 1e5, 1e5, 1e5];
 
-/// Rank of `OB = [H; H F; …; H F⁸]`, `H = [1 0]`, `F` the Jacobian of the nine states at this rate
-/// under this torque (Eq. 7):
+/// Rank of `OB = [H; H F; …; H F⁸]`, `H = [1 0]`, with `F` the Jacobian of the nine states at this
+/// rate under this torque, \[Bellar2019\] Eqs. (7), (23):
 ///
 /// `F = [[A, B], [0, D]]`, `A = J⁻¹ ([J ω]^× − ω^× J)`, `B = −J⁻¹ [G(ω̇) + ω^× G(ω)]`,
 /// `D = −diag(1/τ)`.
 ///
-/// A singular value counts if it is above 27 ε of the largest, as is usual; nothing is scaled. Of a
-/// frozen instant this says nothing of what the motion shows over time: `B` has three rows, and all
-/// beyond a rank of 6 comes of moments and products decaying with different time constants.
+/// Symbols: `J` inertia, kg m²; `ω` rate, rad/s; `ω̇ = J⁻¹ (torque − ω × J ω)`; `τ` time constants,
+/// s. Rank 0 if `J` is singular. A singular value counts if it exceeds 27 ε of the largest; the
+/// matrix is not scaled.
+///
+/// The rank at a frozen instant does not measure the observability of a motion over time: `B` has
+/// three rows, and any rank above 6 is due to the unequal time constants of moments and products.
 pub fn rank_of_observability_matrix(
     inertia_kg_m2: &[f64; 6],
     time_constant_s: &[f64; 6],
@@ -44,7 +47,7 @@ pub fn rank_of_observability_matrix(
     singular.iter().filter(|value| **value > least).count()
 }
 
-/// `G(v)`, such that `J v = G(v) j`.
+/// `G(v)` with `J v = G(v) j`, for `j = [jxx jyy jzz jxy jxz jyz]`.
 pub(super) fn regressor(v: &Vector3<f64>) -> Matrix3x6<f64> {
     let o = 0.0;
     Matrix3x6::new(
@@ -58,21 +61,21 @@ pub(super) fn regressor(v: &Vector3<f64>) -> Matrix3x6<f64> {
 mod tests {
     use super::*;
 
-    const INERTIA: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
+    const INERTIA_KG_M2: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
 
     fn rank(time_constant_s: [f64; 6], rate: Vector3<f64>, torque: Vector3<f64>) -> usize {
-        rank_of_observability_matrix(&INERTIA, &time_constant_s, &rate, &torque)
+        rank_of_observability_matrix(&INERTIA_KG_M2, &time_constant_s, &rate, &torque)
     }
 
     #[test]
-    fn at_rest_without_torque_only_the_rate_is_seen() {
+    fn rank_is_that_of_the_rate_at_rest_without_torque() {
         assert_eq!(rank(TIME_CONSTANT_S, Vector3::zeros(), Vector3::zeros()), 3);
     }
 
-    /// All rows of the inertia's block are `Aᵏ B D^m`; with `D` a multiple of one they lie in the three
-    /// rows of `B`. The paper's rank of 9 is its unequal time constants', at rest and in motion.
+    /// The rows of the inertia's block are `Aᵏ B D^m`. With `D` a multiple of the identity they lie
+    /// in the row space of `B`, which has three dimensions.
     #[test]
-    fn unequal_time_constants_alone_make_the_rank_full() {
+    fn full_rank_is_due_to_unequal_time_constants_alone() {
         let torque = Vector3::new(1e-3, 1e-3, -2e-3);
         for rate in [Vector3::zeros(), Vector3::new(0.03, -0.02, 0.05)] {
             assert_eq!(rank([1e6; 6], rate, torque), 6);

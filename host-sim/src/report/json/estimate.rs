@@ -1,0 +1,154 @@
+//! Documents of one estimate: `replay`, and `run` with the truth beside it.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use nalgebra::Matrix3;
+use serde::Serialize;
+
+use super::tensor::{elements, percent};
+
+/// Result of `replay`: the estimate from a log.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReplayReport {
+    /// Name of the estimator, as `joint-ekf`.
+    pub estimator: String,
+    /// Precision of the flight core: `f32` or `f64`.
+    pub precision: String,
+    /// Samples in the log.
+    pub samples: u64,
+    /// Samples used in the estimate.
+    pub accepted: u64,
+    /// Rejected samples by reason. A reason that did not occur may be absent.
+    pub rejected: BTreeMap<String, u64>,
+    /// Status of the estimate.
+    pub status: Status,
+    /// Inertia tensor about the centre of mass, body axes, wheels locked and included, kg m².
+    pub inertia_kg_m2: [[f64; 3]; 3],
+    /// One sigma of each element, kg m².
+    pub sigma_kg_m2: [f64; 6],
+    /// Covariance of the elements, kg² m⁴.
+    pub covariance_kg2_m4: [[f64; 6]; 6],
+    /// Observed directions of the six-dimensional space of tensors, 0 to 6.
+    pub observed_directions: usize,
+    /// Whether each element is observed.
+    pub element_observed: [bool; 6],
+    /// Whether the scale of the tensor is observed, and not only its ratios.
+    pub scale_observed: bool,
+    /// Tensor divided by its trace.
+    pub inertia_over_trace: [[f64; 3]; 3],
+    /// One sigma of each element of the tensor divided by its trace.
+    pub inertia_over_trace_sigma: [f64; 6],
+    /// Whether the tensor is that of a rigid body.
+    pub physical: bool,
+    /// Constant disturbance torque, body axes, N m. Null unless requested.
+    pub disturbance_torque_n_m: Option<[f64; 3]>,
+    /// Gyro bias, body axes, rad/s. Null unless requested.
+    pub gyro_bias_rad_s: Option<[f64; 3]>,
+    /// RMS over samples and axes of measured minus estimated rate, rad/s.
+    pub residual_rms_rad_s: f64,
+    /// Whether the residuals pass the test for white noise. Null if not tested.
+    pub residuals_white: Option<bool>,
+    /// Whether the tensor was projected on the nearest physical one.
+    pub projected: bool,
+    /// Number of times that the earlier estimate was discarded because new data contradicted it.
+    pub changes: u64,
+}
+
+/// Status of an estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// All directions are observed and the model explains the data.
+    Converged,
+    /// Some directions are unobserved.
+    Partial,
+    /// No direction is observed.
+    Unobservable,
+    /// The model does not explain the data.
+    Diverged,
+}
+
+/// Result of `run`: the estimate from a simulated flight, beside the truth.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunReport {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Seed of the gyro noise.
+    pub seed: u64,
+    /// Result of `replay` for the flight's log.
+    #[serde(flatten)]
+    pub estimate: ReplayReport,
+    /// True elements at the end of the flight, kg m².
+    pub truth_kg_m2: [f64; 6],
+    /// Estimated minus true, per cent of the true element. Null if the element is zero.
+    pub error_percent: [Option<f64>; 6],
+    /// Cramér-Rao bound of each element, one sigma, kg m². Null if the element is unobserved.
+    pub bound_kg_m2: [Option<f64>; 6],
+}
+
+impl ReplayReport {
+    /// Elements of the tensor, kg m².
+    pub fn elements_kg_m2(&self) -> [f64; 6] {
+        elements(&self.inertia_kg_m2)
+    }
+
+    /// Principal moments, ascending, kg m².
+    pub fn principal_moments_kg_m2(&self) -> [f64; 3] {
+        let tensor = Matrix3::from(self.inertia_kg_m2);
+        let mut moments: [f64; 3] = tensor.symmetric_eigenvalues().into();
+        moments.sort_by(f64::total_cmp);
+        moments
+    }
+
+    /// Number of rejected samples.
+    pub fn rejected_total(&self) -> u64 {
+        self.rejected.values().sum()
+    }
+}
+
+impl RunReport {
+    /// Compares an estimate with the truth.
+    pub fn new(
+        scenario: &str,
+        seed: u64,
+        estimate: ReplayReport,
+        truth_kg_m2: [f64; 6],
+        bound_kg_m2: [Option<f64>; 6],
+    ) -> Self {
+        let found = estimate.elements_kg_m2();
+        let error_percent =
+            std::array::from_fn(|i| percent(found[i] - truth_kg_m2[i], truth_kg_m2[i]));
+        let scenario = scenario.to_owned();
+        Self { scenario, seed, estimate, truth_kg_m2, error_percent, bound_kg_m2 }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(match self {
+            Self::Converged => "converged",
+            Self::Partial => "partial",
+            Self::Unobservable => "unobservable",
+            Self::Diverged => "diverged",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::examples;
+    use super::super::tensor::matrix;
+
+    #[test]
+    fn principal_moments_are_the_eigenvalues_in_ascending_order() {
+        /// Rounding of eigenvalues of magnitude 3, kg m².
+        const TOLERANCE_KG_M2: f64 = 1e-12;
+        let mut report = examples::replay();
+        report.inertia_kg_m2 = matrix(&[3.0, 2.0, 2.0, 0.0, 0.0, 1.0]);
+        let moments = report.principal_moments_kg_m2();
+        for (moment, expected) in moments.iter().zip([1.0, 3.0, 3.0]) {
+            assert!((moment - expected).abs() < TOLERANCE_KG_M2, "{moments:?}");
+        }
+    }
+}

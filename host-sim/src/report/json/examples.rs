@@ -1,0 +1,83 @@
+//! Reports for the tests of `report`.
+
+use std::collections::BTreeMap;
+
+use super::{CrlbReport, McReport, ReplayReport, RunReport, Status, matrix};
+
+pub const TRUTH: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
+
+pub fn replay() -> ReplayReport {
+    let elements = [14.201_02, 17.297_8, 20.301_1, 0.087_22, 0.134_1, 0.601_5];
+    let sigma_kg_m2 = [0.002_75, 0.002_5, 0.003_2, 0.001_1, 0.001_6, 0.000_86];
+    let mut covariance_kg2_m4 = [[0.0; 6]; 6];
+    for (i, sigma) in sigma_kg_m2.iter().enumerate() {
+        covariance_kg2_m4[i][i] = sigma * sigma;
+    }
+    ReplayReport {
+        estimator: "joint-ekf".to_owned(),
+        precision: "f32".to_owned(),
+        samples: 6001,
+        accepted: 5998,
+        rejected: BTreeMap::from([("spike".to_owned(), 2), ("stuck".to_owned(), 1)]),
+        status: Status::Converged,
+        inertia_kg_m2: matrix(&elements),
+        sigma_kg_m2,
+        covariance_kg2_m4,
+        observed_directions: 6,
+        element_observed: [true; 6],
+        scale_observed: true,
+        inertia_over_trace: matrix(&elements.map(|element| element / 51.8)),
+        inertia_over_trace_sigma: sigma_kg_m2.map(|sigma| sigma / 51.8),
+        physical: true,
+        disturbance_torque_n_m: None,
+        gyro_bias_rad_s: None,
+        residual_rms_rad_s: 1.8151e-4,
+        residuals_white: Some(true),
+        projected: false,
+        changes: 0,
+    }
+}
+
+pub fn run() -> RunReport {
+    let bound = [0.002_75, 0.002_49, 0.003_19, 0.001_12, 0.001_62, 0.000_854].map(Some);
+    RunReport::new("stsat3-spin-up", 7, replay(), TRUTH, bound)
+}
+
+pub fn mc() -> McReport {
+    let bound = [0.002_75, 0.002_49, 0.003_19, 0.001_12, 0.001_62, 0.000_854];
+    McReport {
+        scenario: "stsat3-spin-up".to_owned(),
+        estimator: "joint-ekf".to_owned(),
+        precision: "f32".to_owned(),
+        seed: 100,
+        runs: 50,
+        used: 48,
+        not_shown: 0,
+        diverged: 2,
+        not_converged: 1,
+        changes: 3,
+        residuals_not_white: 0,
+        truth_kg_m2: TRUTH,
+        rmse_kg_m2: bound.map(|bound| Some(1.25 * bound)),
+        bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
+        bound_kg_m2: bound.map(Some),
+        rmse_over_bound: [Some(1.25); 6],
+        rmse_over_bound_of_all: Some(1.25),
+        bias_over_bound: [Some(-0.1); 6],
+        nees_per_dof: Some(1.0923),
+        nees_runs: 48,
+        nees_95: Some([0.8881, 1.1187]),
+        steps: 300_050,
+        wall_s: 1.26,
+        steps_per_s_per_core: Some(512_345.6),
+    }
+}
+
+pub fn crlb() -> CrlbReport {
+    let bound = [Some(0.002_75), Some(0.002_49), None, Some(0.001_12), None, Some(8.54e-9)];
+    let unknowns = ["rate", "inertia"].map(str::to_owned).to_vec();
+    let error = [-1350.0, 12.5, -0.2];
+    let rows = [Some(error), Some(error), None, Some(error), None, Some([0.0; 3])];
+    CrlbReport::new("stsat3-spin-up", unknowns, TRUTH, bound, 4)
+        .with_torque(Some(rows), [Some(3.21e-7), Some(4.5e-5), None])
+}

@@ -1,0 +1,23 @@
+//! JSON documents. Names and shapes are stable; fields may only be added.
+//!
+//! ```text
+//! estimate  replay, run      campaign  mc      bound  crlb      target  pil
+//! tensor    six elements as a matrix
+//! ```
+
+mod bound;
+mod campaign;
+mod estimate;
+#[cfg(test)]
+pub(super) mod examples;
+mod target;
+mod tensor;
+
+pub use bound::CrlbReport;
+pub use campaign::McReport;
+pub use estimate::{ReplayReport, RunReport, Status};
+pub use target::{PilReport, TargetReport};
+pub use tensor::{elements, matrix};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,112 @@
+//! Names and shapes of the documents.
+
+use serde_json::{Value, json};
+
+use super::{RunReport, examples};
+
+fn keys(document: &Value) -> Vec<&str> {
+    let mut keys: Vec<&str> = document.as_object().unwrap().keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    keys
+}
+
+const REPLAY_KEYS: [&str; 21] = [
+    "accepted",
+    "changes",
+    "covariance_kg2_m4",
+    "disturbance_torque_n_m",
+    "element_observed",
+    "estimator",
+    "gyro_bias_rad_s",
+    "inertia_kg_m2",
+    "inertia_over_trace",
+    "inertia_over_trace_sigma",
+    "observed_directions",
+    "physical",
+    "precision",
+    "projected",
+    "rejected",
+    "residual_rms_rad_s",
+    "residuals_white",
+    "samples",
+    "scale_observed",
+    "sigma_kg_m2",
+    "status",
+];
+
+#[test]
+fn replay_has_the_stable_names_and_shapes() {
+    let document = serde_json::to_value(examples::replay()).unwrap();
+    assert_eq!(keys(&document), REPLAY_KEYS);
+    assert_eq!(document["status"], "converged");
+    assert_eq!(document["rejected"], json!({ "spike": 2, "stuck": 1 }));
+    assert_eq!(document["inertia_kg_m2"][0][1], document["inertia_kg_m2"][1][0]);
+    assert_eq!(document["inertia_kg_m2"][1][2], 0.6015);
+    assert_eq!(document["covariance_kg2_m4"].as_array().unwrap().len(), 6);
+    assert!(document["gyro_bias_rad_s"].is_null());
+}
+
+#[test]
+fn run_has_the_names_of_replay_and_the_truth() {
+    let document = serde_json::to_value(examples::run()).unwrap();
+    let mut expected = REPLAY_KEYS.to_vec();
+    expected.extend(["bound_kg_m2", "error_percent", "scenario", "seed", "truth_kg_m2"]);
+    expected.sort_unstable();
+    assert_eq!(keys(&document), expected);
+    /// Rounding of the difference of two elements, per cent.
+    const TOLERANCE_PERCENT: f64 = 1e-9;
+    let error = document["error_percent"][0].as_f64().unwrap();
+    assert!((error - 100.0 * 0.00102 / 14.2).abs() < TOLERANCE_PERCENT);
+}
+
+#[test]
+fn mc_has_the_stable_names_and_shapes() {
+    let document = serde_json::to_value(examples::mc()).unwrap();
+    let expected = [
+        "bias_kg_m2",
+        "bias_over_bound",
+        "bound_kg_m2",
+        "changes",
+        "diverged",
+        "estimator",
+        "nees_95",
+        "nees_per_dof",
+        "nees_runs",
+        "not_converged",
+        "not_shown",
+        "precision",
+        "residuals_not_white",
+        "rmse_kg_m2",
+        "rmse_over_bound",
+        "rmse_over_bound_of_all",
+        "runs",
+        "scenario",
+        "seed",
+        "steps",
+        "steps_per_s_per_core",
+        "truth_kg_m2",
+        "used",
+        "wall_s",
+    ];
+    assert_eq!(keys(&document), expected);
+    assert_eq!(document["rmse_over_bound"].as_array().unwrap().len(), 6);
+    assert_eq!(document["nees_95"], json!([0.8881, 1.1187]));
+}
+
+#[test]
+fn bound_of_an_unobserved_element_and_error_of_a_zero_element_are_null() {
+    let document = serde_json::to_value(examples::crlb()).unwrap();
+    assert!(document["bound_kg_m2"][2].is_null() && document["bound_percent"][2].is_null());
+    /// The expected value has four decimals, per cent.
+    const TOLERANCE_PERCENT: f64 = 1e-3;
+    assert!((document["bound_percent"][3].as_f64().unwrap() - 1.2918).abs() < TOLERANCE_PERCENT);
+    assert_eq!(document["observed_directions"], 4);
+    assert_eq!(document["inertia_error_kg_m2_per_n_m"][0], json!([-1350.0, 12.5, -0.2]));
+    assert!(document["inertia_error_kg_m2_per_n_m"][2].is_null());
+    assert_eq!(document["torque_bound_n_m"], json!([3.21e-7, 4.5e-5, null]));
+
+    let mut truth = examples::TRUTH;
+    truth[3] = 0.0;
+    let run = RunReport::new("x", 0, examples::replay(), truth, [None; 6]);
+    assert_eq!(run.error_percent[3], None);
+}

@@ -1,0 +1,250 @@
+//! Tables of `replay` and `run`: the estimate, with truth and bound if they are known.
+
+use super::cells::{DIGITS, EMPTY, UNOBSERVED, decimals, element, heading, or, short, vector};
+use crate::input::ELEMENT_NAMES;
+use crate::report::columns::Columns;
+use crate::report::json::{ReplayReport, RunReport, elements};
+use crate::report::number::{fixed, significant};
+
+/// Table of a simulated flight: estimate, truth and bound.
+pub fn run(report: &RunReport) -> String {
+    let estimate = &report.estimate;
+    let found = estimate.elements_kg_m2();
+    let decimals = decimals(&estimate.sigma_kg_m2, &found);
+    let mut table = Columns::new(&[
+        ("element", ""),
+        ("true", "kg m²"),
+        ("estimated", "kg m²"),
+        ("error", "kg m²"),
+        ("error", "%"),
+        ("one sigma", "kg m²"),
+        ("bound", "kg m²"),
+        ("error/bound", ""),
+    ]);
+    for i in 0..6 {
+        let error = found[i] - report.truth_kg_m2[i];
+        table.row([
+            ELEMENT_NAMES[i].to_owned(),
+            element(report.truth_kg_m2[i], decimals),
+            element(found[i], decimals),
+            significant(error, DIGITS),
+            short(report.error_percent[i], EMPTY),
+            significant(estimate.sigma_kg_m2[i], DIGITS),
+            short(report.bound_kg_m2[i], UNOBSERVED),
+            or(report.bound_kg_m2[i].map(|bound| fixed(error / bound, 2)), EMPTY),
+        ]);
+    }
+    let scenario = format!("{}, seed {}", report.scenario, report.seed);
+    [heading("scenario", &scenario), summary(estimate), "\n".to_owned(), table.finish()].concat()
+}
+
+/// Table of a recorded log: estimate and sigma.
+pub fn replay(report: &ReplayReport) -> String {
+    let found = report.elements_kg_m2();
+    let decimals = decimals(&report.sigma_kg_m2, &found);
+    let mut table = Columns::new(&[
+        ("element", ""),
+        ("estimated", "kg m²"),
+        ("one sigma", "kg m²"),
+        ("one sigma", "%"),
+        ("observed", ""),
+    ]);
+    for i in 0..6 {
+        let sigma = report.sigma_kg_m2[i];
+        let percent = 100.0 * sigma / found[i].abs();
+        table.row([
+            ELEMENT_NAMES[i].to_owned(),
+            element(found[i], decimals),
+            significant(sigma, DIGITS),
+            short(percent.is_finite().then_some(percent), EMPTY),
+            if report.element_observed[i] { "yes" } else { "no" }.to_owned(),
+        ]);
+    }
+    let moments = report.principal_moments_kg_m2();
+    let moments = moments.map(|moment| element(moment, decimals)).join(", ");
+    let mut parts = vec![
+        summary(report),
+        "\n".to_owned(),
+        table.finish(),
+        "\n".to_owned(),
+        heading("principal moments", &format!("{moments} kg m²")),
+    ];
+    if !report.scale_observed && report.observed_directions > 0 {
+        parts.push(ratios(report));
+    }
+    parts.concat()
+}
+
+/// Lines above a table of estimates.
+fn summary(report: &ReplayReport) -> String {
+    let scale = if report.scale_observed { "scale observed" } else { "scale not observed" };
+    let observed = format!("{} of 6 directions, {scale}", report.observed_directions);
+    let physical = match (report.physical, report.projected) {
+        (true, false) => "yes",
+        (true, true) => "yes: projected, since the unconstrained estimate is not physical",
+        (false, _) => "no: no rigid body has this tensor",
+    };
+    let mut lines = heading("estimator", &format!("{}, {}", report.estimator, report.precision));
+    lines += &heading("samples", &samples(report));
+    lines += &heading("status", &report.status.to_string());
+    lines += &heading("observed", &observed);
+    lines += &heading("physical", physical);
+    lines += &heading("residual", &residual(report));
+    if report.changes > 0 {
+        let changes = format!("{}: the earlier estimate was discarded at each", report.changes);
+        lines += &heading("changes", &changes);
+    }
+    if let Some(torque) = &report.disturbance_torque_n_m {
+        lines += &heading("disturbance torque", &format!("{} N m", vector(torque)));
+    }
+    if let Some(bias) = &report.gyro_bias_rad_s {
+        lines += &heading("gyro bias", &format!("{} rad/s", vector(bias)));
+    }
+    lines
+}
+
+/// Accepted samples, and rejected samples by reason.
+fn samples(report: &ReplayReport) -> String {
+    let reasons: Vec<String> = (report.rejected.iter())
+        .filter(|(_, count)| **count > 0)
+        .map(|(reason, count)| format!("{count} {reason}"))
+        .collect();
+    let reasons =
+        if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
+    let rejected = report.rejected_total();
+    format!("{}, {} accepted, {rejected} rejected{reasons}", report.samples, report.accepted)
+}
+
+/// RMS residual, and the result of the test for white noise.
+fn residual(report: &ReplayReport) -> String {
+    let white = match report.residuals_white {
+        None => "",
+        Some(true) => ", white",
+        Some(false) => ", not white: an effect outside the model",
+    };
+    match report.residual_rms_rad_s {
+        0.0 => "none: no sample was predicted".to_owned(),
+        rms => format!("{} rad/s RMS{white}", significant(rms, 4)),
+    }
+}
+
+/// Table of the tensor over its trace: the observable part of torque-free motion without wheels.
+fn ratios(report: &ReplayReport) -> String {
+    let ratio = elements(&report.inertia_over_trace);
+    let mut table = Columns::new(&[("element", ""), ("over trace", ""), ("one sigma", "")]);
+    for i in 0..6 {
+        table.row([
+            ELEMENT_NAMES[i].to_owned(),
+            fixed(ratio[i], 5),
+            significant(report.inertia_over_trace_sigma[i], DIGITS),
+        ]);
+    }
+    let note = "\nOnly the ratios of the tensor are observed; its scale is that of the prior:\n\n";
+    [note.to_owned(), table.finish()].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::json::{Status, examples, matrix};
+
+    #[test]
+    fn run_table_has_estimate_truth_and_bound() {
+        assert_eq!(
+            run(&examples::run()),
+            "\
+scenario            stsat3-spin-up, seed 7
+estimator           joint-ekf, f32
+samples             6001, 5998 accepted, 3 rejected (2 spike, 1 stuck)
+status              converged
+observed            6 of 6 directions, scale observed
+physical            yes
+residual            0.0001815 rad/s RMS, white
+
+element      true  estimated     error    error  one sigma     bound  error/bound
+            kg m²      kg m²     kg m²        %      kg m²     kg m²
+jxx      14.20000   14.20102   0.00102  0.00718    0.00275   0.00275         0.37
+jyy      17.30000   17.29780  -0.00220  -0.0127    0.00250   0.00249        -0.88
+jzz      20.30000   20.30110   0.00110  0.00542    0.00320   0.00319         0.34
+jxy       0.08670    0.08722  0.000520    0.600    0.00110   0.00112         0.46
+jxz       0.13570    0.13410  -0.00160    -1.18    0.00160   0.00162        -0.99
+jyz       0.60160    0.60150  -1.00e-4  -0.0166   0.000860  0.000854        -0.12
+"
+        );
+    }
+
+    #[test]
+    fn replay_table_has_estimate_and_sigma() {
+        let mut report = examples::replay();
+        report.disturbance_torque_n_m = Some([1.5e-6, -2e-7, 0.0]);
+        report.gyro_bias_rad_s = Some([0.01, -0.02, 0.003]);
+        report.element_observed[4] = false;
+        report.observed_directions = 5;
+        report.status = Status::Partial;
+        assert_eq!(
+            replay(&report),
+            "\
+estimator           joint-ekf, f32
+samples             6001, 5998 accepted, 3 rejected (2 spike, 1 stuck)
+status              partial
+observed            5 of 6 directions, scale observed
+physical            yes
+residual            0.0001815 rad/s RMS, white
+disturbance torque  1.50e-6, -2.00e-7, 0 N m
+gyro bias           0.0100, -0.0200, 0.00300 rad/s
+
+element  estimated  one sigma  one sigma  observed
+             kg m²      kg m²          %
+jxx       14.20102    0.00275     0.0194       yes
+jyy       17.29780    0.00250     0.0145       yes
+jzz       20.30110    0.00320     0.0158       yes
+jxy        0.08722    0.00110       1.26       yes
+jxz        0.13410    0.00160       1.19        no
+jyz        0.60150   0.000860      0.143       yes
+
+principal moments   14.19627, 17.18303, 20.42062 kg m²
+"
+        );
+    }
+
+    #[test]
+    fn replay_table_without_observed_scale_has_the_ratios() {
+        let mut report = examples::replay();
+        report.scale_observed = false;
+        report.rejected.clear();
+        report.inertia_kg_m2 = matrix(&[4.6e-8, 3.7e-9, 5.0e-8, 0.0, 1e-10, 0.0]);
+        report.sigma_kg_m2 = [1e-8, 1e-9, 1e-8, 1e-10, 1e-10, 1e-10];
+        assert_eq!(
+            replay(&report),
+            "\
+estimator           joint-ekf, f32
+samples             6001, 5998 accepted, 0 rejected
+status              converged
+observed            6 of 6 directions, scale not observed
+physical            yes
+residual            0.0001815 rad/s RMS, white
+
+element    estimated  one sigma  one sigma  observed
+               kg m²      kg m²          %
+jxx       4.60000e-8    1.00e-8       21.7       yes
+jyy       3.70000e-9    1.00e-9       27.0       yes
+jzz       5.00000e-8    1.00e-8       20.0       yes
+jxy                0   1.00e-10          -       yes
+jxz      1.00000e-10   1.00e-10        100       yes
+jyz                0   1.00e-10          -       yes
+
+principal moments   3.70000e-9, 4.59975e-8, 5.00025e-8 kg m²
+
+Only the ratios of the tensor are observed; its scale is that of the prior:
+
+element  over trace  one sigma
+jxx         0.27415    5.31e-5
+jyy         0.33393    4.83e-5
+jzz         0.39191    6.18e-5
+jxy         0.00168    2.12e-5
+jxz         0.00259    3.09e-5
+jyz         0.01161    1.66e-5
+"
+        );
+    }
+}

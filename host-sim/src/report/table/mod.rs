@@ -1,0 +1,17 @@
+//! Tables for the terminal.
+//!
+//! ```text
+//! estimate  replay, run      campaign  mc      bound  crlb      target  pil
+//! cells     heading lines and the format of a cell
+//! ```
+
+mod bound;
+mod campaign;
+mod cells;
+mod estimate;
+mod target;
+
+pub use bound::crlb;
+pub use campaign::mc;
+pub use estimate::{replay, run};
+pub use target::pil;

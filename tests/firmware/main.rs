@@ -1,0 +1,18 @@
+//! Firmware images in QEMU.
+//!
+//! ```text
+//! replay  recorded flight: the bits of the host, and no code that panics
+//! board   failures, restarts, interrupts, serial ports
+//! flight  flight image with a ground station on its serial port; memory budgets
+//! ```
+//!
+//! All tests but one need the Cortex-M target, most of them QEMU: `tests/check.sh` runs them.
+
+mod board;
+mod flight;
+mod replay;
+
+use std::time::Duration;
+
+/// Time limit of an image. None takes more than a second in QEMU; a loaded machine takes longer.
+const LIMIT: Duration = Duration::from_secs(120);
