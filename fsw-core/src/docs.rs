@@ -4,18 +4,18 @@
 //!
 #![doc = include_str!("../docs/index.md")]
 
-/// [theory]: super::theory
+/// [theory]: crate::docs::theory
 ///
 #[doc = include_str!("../docs/theory.md")]
 pub mod theory {}
 
-/// [theory]: super::theory
-/// [accuracy]: super::accuracy
+/// [theory]: crate::docs::theory
+/// [accuracy]: crate::docs::accuracy
 ///
 #[doc = include_str!("../docs/window.md")]
 pub mod window {}
 
-/// [theory]: super::theory
+/// [theory]: crate::docs::theory
 ///
 #[doc = include_str!("../docs/accuracy.md")]
 pub mod accuracy {}

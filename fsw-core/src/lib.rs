@@ -55,6 +55,8 @@
 //! # Ok::<(), fsw_core::ConfigError>(())
 //! ```
 //!
+//! [`docs`] has three pages: theory, the window estimator, accuracy.
+//!
 //! `cargo run --example window` prints the result of this program. `csv_replay` replays a recorded
 //! log, `custom_loop` embeds an estimator in a control loop.
 //!
