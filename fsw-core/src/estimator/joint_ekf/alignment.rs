@@ -162,7 +162,7 @@ impl<T: Real> Alignment<T> {
     /// `noise_rad_s` (rad/s), M and y about their means.
     ///
     /// `None` while the motion, with the prior if there is one, does not determine every element
-    /// above the noise: `Nᵢᵢ (MᵀM)⁻¹ᵢᵢ` must stay below [`LARGEST_CORRECTION`].
+    /// above the noise: `Nᵢᵢ (MᵀM)⁻¹ᵢᵢ` must stay below 0.2.
     pub fn solve(&self, noise_rad_s: T) -> Option<Solution<T>> {
         let covariance = self.information.covariance_ud()?;
         let noise_information = noise_rad_s * noise_rad_s * T::count(self.samples);
