@@ -1,10 +1,12 @@
-//! Prepares what the compiler and the linker need beyond the sources:
+//! Inputs of the compiler and the linker beyond the sources:
 //!
-//! 1. For the chip (target OS `none`): the linker scripts of cortex-m-rt and defmt, and where the
-//!    board's `memory.x` is. Host builds of the workspace need neither.
-//! 2. For both: the spacecraft that the flight image is built for, and each recorded flight, as
-//!    constants, so that host and target fly the same bits and the target needs no parser.
-//! 3. For both: a fingerprint of the sources, by which they see whether they are of the same.
+//! 1. For the chip (target OS `none`): the linker scripts of cortex-m-rt and defmt, and the folder of
+//!    the board's `memory.x`. Host builds need neither.
+//! 2. The spacecraft of the flight image and each recorded flight, as constants: host and target fly
+//!    the same bits, and the target needs no parser.
+//! 3. A fingerprint of the sources, by which host and target detect a difference between them.
+//!
+//! Craft files and logs are read by `flight-input`, as in `host-sim replay`.
 
 #[path = "build/craft.rs"]
 mod craft;
@@ -13,9 +15,11 @@ mod flight_table;
 #[path = "build/sources.rs"]
 mod sources;
 
-use std::{env, error::Error, fs, path::Path, process::ExitCode};
+use flight_input::{Craft, RecordedLog};
+use std::path::{Path, PathBuf};
+use std::{env, error::Error, fs, process::ExitCode};
 
-/// Wheels that the flight image has room for, as `craft::WHEELS` says.
+/// Wheels of the flight image: `fsw_steps::WHEELS`, to which the compiler compares the constant.
 const WHEELS: usize = 4;
 
 /// File stems in `flights/`, each with a log (`.csv`) and its craft (`.craft.toml`).
@@ -30,35 +34,45 @@ fn main() -> ExitCode {
 }
 
 fn prepare() -> Result<(), Box<dyn Error>> {
-    let package_var = env::var("CARGO_MANIFEST_DIR")?;
-    let package = Path::new(&package_var);
-    let out_var = env::var("OUT_DIR")?;
-
+    let package = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
+    let out = PathBuf::from(env::var("OUT_DIR")?);
     if env::var("CARGO_CFG_TARGET_OS")? == "none" {
-        link_for_the_chip(package)?;
+        link_for_the_chip(&package)?;
     }
-
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=build");
-    let flown = package.join("craft.toml");
-    println!("cargo:rerun-if-changed={}", flown.display());
-    let source = craft::Craft::load(&flown)?
-        .to_source(WHEELS)
-        .map_err(|e| format!("{}: {e}", flown.display()))?;
-    fs::write(Path::new(&out_var).join("craft.rs"), source)?;
-    fs::write(Path::new(&out_var).join("sources.rs"), sources::fingerprint(package)?)?;
+
+    let (_, craft) = read_craft(&package.join("craft.toml"), Some(WHEELS))?;
+    fs::write(out.join("craft.rs"), craft)?;
+    fs::write(out.join("sources.rs"), sources::fingerprint(&package)?)?;
     for flight in FLIGHTS {
-        let log = package.join(format!("flights/{flight}.csv"));
-        let craft = package.join(format!("flights/{flight}.craft.toml"));
-        println!("cargo:rerun-if-changed={}", log.display());
-        println!("cargo:rerun-if-changed={}", craft.display());
-        let table = flight_table::generate(&log, &craft)?;
-        fs::write(Path::new(&out_var).join(format!("{flight}.rs")), table)?;
+        let path = package.join(format!("flights/{flight}.craft.toml"));
+        let (wheels, craft) = read_craft(&path, None)?;
+        let path = package.join(format!("flights/{flight}.csv"));
+        let rows = RecordedLog::load(watch(&path), wheels)?.rows;
+        let table = flight_table::source(&rows, wheels)?;
+        fs::write(out.join(format!("{flight}.rs")), craft + &table)?;
     }
     Ok(())
 }
 
-/// `memory.x` is at the root of the workspace, beside the first Cargo.toml that a porter opens.
+/// The number of wheels of a craft file and its constant, with room for `room` wheels or for those of
+/// the file.
+fn read_craft(path: &Path, room: Option<usize>) -> Result<(usize, String), Box<dyn Error>> {
+    let craft = Craft::load(watch(path))?;
+    let wheels = craft.wheels.len();
+    let source = craft::source(&craft, room.unwrap_or(wheels))
+        .map_err(|why| format!("{}: {why}", path.display()))?;
+    Ok((wheels, source))
+}
+
+/// Repeats the build when the file changes.
+fn watch(path: &Path) -> &Path {
+    println!("cargo:rerun-if-changed={}", path.display());
+    path
+}
+
+/// Linker scripts; `memory.x` is in the root of the workspace.
 fn link_for_the_chip(package: &Path) -> Result<(), Box<dyn Error>> {
     let root = package.parent().ok_or("fsw-target has no parent folder")?;
     println!("cargo:rustc-link-search={}", root.display());

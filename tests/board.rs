@@ -36,7 +36,7 @@ fn every_failure_is_caught_and_told_of_after_the_restart() -> Result<()> {
     let run = qemu::run(&firmware::build("failures")?, qemu::MACHINE, LIMIT, |_| {})?;
     assert!(run.success, "{:#?}", run.lines);
 
-    let lives: Vec<&[String]> = run.lines.split(|line| line.starts_with("life")).skip(1).collect();
+    let lives: Vec<&[String]> = run.lines.split(|line| line.starts_with("start")).skip(1).collect();
     for (life, caught) in CAUGHT.iter().enumerate() {
         let lines: Vec<&str> = lives[life].iter().map(String::as_str).collect();
         let starts = |(line, start): (&&str, &&str)| line.starts_with(start);
@@ -44,9 +44,9 @@ fn every_failure_is_caught_and_told_of_after_the_restart() -> Result<()> {
         assert!(is_caught, "life {life}: {lines:#?} is not {caught:#?}");
     }
 
-    let told = run.lines.iter().filter(|line| line.starts_with("life"));
+    let told = run.lines.iter().filter(|line| line.starts_with("start"));
     for (life, (line, kind)) in told.zip(TOLD).enumerate() {
-        let expected = format!("life {life}, ended last by {kind}");
+        let expected = format!("start {life}, last failure {kind}");
         assert!(line.starts_with(&expected), "{line:?} is not {expected:?}");
     }
     Ok(())
@@ -63,7 +63,7 @@ fn what_is_on_the_chip_works_and_what_is_not_there_is_told_of() -> Result<()> {
         "BoardReport { reset_cause: Unknown, clock_source: Internal, clock_fault: Some(CrystalDead) }",
         "data ready: works",
         "loop in an interrupt: works",
-        "gyro: not there, [0x00] answers for an identity",
+        "gyro: identity 0x00, expected 0x0f",
         "flash: NotAsWritten { offset: 131072 }",
     ] {
         assert!(run.lines.iter().any(|line| line == expected), "{expected} in {:#?}", run.lines);

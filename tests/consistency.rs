@@ -8,7 +8,7 @@
 use fsw_core::Prior;
 use fsw_core::estimator::joint_ekf::{AsPublished, Config, Form, JointEkf, StructuredUd};
 use fsw_core::{Estimate, Estimator, Real, Sample, WheelArray};
-use host_sim::campaign::statistics::{Score, Verdict, Yardstick, reduce};
+use host_sim::campaign::{Reference, Score, Verdict, reduce};
 use host_sim::input::log::LogRow;
 use host_sim::input::scenario::Scenario;
 use host_sim::simulation::log_of;
@@ -60,13 +60,13 @@ impl SpinUp {
 
     /// Flies all seeds, and prints what came of it under `name`.
     fn statistics<T: Real, F: Form<T>>(&self, name: &str, config: Config<T>) -> Statistics {
-        let yardstick = Yardstick {
+        let reference = Reference {
             truth_kg_m2: self.scenario.spacecraft.inertia_kg_m2,
             bound_kg_m2: self.flight.bound.sigma_kg_m2,
         };
         let scores: Vec<Score> = SEEDS
             .map(|seed| log_of(&self.scenario, &self.flight, seed))
-            .map(|log| yardstick.score(&fly::<T, F>(&log, config)))
+            .map(|log| reference.score(&fly::<T, F>(&log, config)))
             .collect();
         let converged = |score: &&Score| score.verdict == Verdict::Converged;
         let reduced = reduce(scores.iter().filter(converged));

@@ -8,7 +8,7 @@ use fsw_core::estimator::ekf_sgf::rate_ekf;
 use fsw_core::estimator::ekf_sgf::{Config, EkfSgf};
 use fsw_core::math::savgol::Fit;
 use fsw_core::{Estimator, Sample, Vec3, WheelArray};
-use host_sim::estimation::{EstimatorName, Precision, Setup, fly, set_up};
+use host_sim::estimation::{EstimatorName, Precision, Setup, estimate_log, set_up};
 use host_sim::input::scenario::Scenario;
 use host_sim::simulation::log_of;
 use host_sim::truth::{Flight, Instant};
@@ -27,7 +27,7 @@ fn errors_percent(name: &str, estimator: EstimatorName, at_s: &[f64]) -> Vec<Vec
     let craft = scenario.craft();
     let truth = scenario.spacecraft.inertia_kg_m2;
     let one = |seed| {
-        let on_board = set_up(&Setup {
+        let estimator = set_up(&Setup {
             estimator,
             precision: Precision::F32,
             craft: &craft,
@@ -37,9 +37,9 @@ fn errors_percent(name: &str, estimator: EstimatorName, at_s: &[f64]) -> Vec<Vec
         })
         .unwrap();
         let mut errors = Vec::new();
-        fly(&log_of(&scenario, &flight, seed), on_board, |row, _, on_board| {
+        estimate_log(&log_of(&scenario, &flight, seed), estimator, |row, _, estimator| {
             if at_s.iter().any(|at| (row.time_us as f64 * 1e-6 - at).abs() < 1e-9) {
-                let found = on_board.estimate().inertia.elements_kg_m2();
+                let found = estimator.estimate().inertia.elements_kg_m2();
                 errors.push(std::array::from_fn(|i| 100.0 * (found[i] / truth[i] - 1.0)));
             }
         });

@@ -4,7 +4,7 @@ use anyhow::Result;
 use fsw_core::Estimator;
 use fsw_target::flight::flight_loop::Tick;
 use fsw_target::stand_in::replay;
-use host_sim::estimation::{EstimatorName, Precision, Setup, fly, set_up};
+use host_sim::estimation::{EstimatorName, Precision, Setup, estimate_log, set_up};
 use host_sim::input::{Craft, RecordedLog};
 use std::path::Path;
 use std::time::Duration;
@@ -89,7 +89,7 @@ fn the_simulator_replays_the_committed_flight_to_the_same_bits() -> Result<()> {
     let flights = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fsw-target/flights");
     let craft = Craft::load(&flights.join("cubesat_pyramid.craft.toml"))?;
     let log = RecordedLog::load(&flights.join("cubesat_pyramid.csv"), craft.wheels.len())?;
-    let on_board = set_up(&Setup {
+    let estimator = set_up(&Setup {
         estimator: EstimatorName::JointEkf,
         precision: Precision::F32,
         craft: &craft,
@@ -97,7 +97,7 @@ fn the_simulator_replays_the_committed_flight_to_the_same_bits() -> Result<()> {
         sample_period_s: 0.1,
         refuse_spikes: true,
     })?;
-    let replayed = fly(&log.rows, on_board, |_, _, _| ()).estimate;
+    let replayed = estimate_log(&log.rows, estimator, |_, _, _| ()).estimate;
 
     let recording = replay::recording();
     let mut flight = replay::flight_loop(&recording)?;

@@ -1,35 +1,59 @@
-//! Attitude of the body in inertial space, as a star tracker or attitude filter tells it.
+//! Attitude of the body relative to inertial space, from a star tracker or an attitude filter.
 //!
-//! A unit quaternion, scalar last, that turns the *components* of a vector from inertial into
-//! body axes: with rotation angle φ about the unit axis e, `q = (e sin φ/2, cos φ/2)`, and a body
-//! turned by +φ about its x axis has `q₁ = +sin φ/2`. `q` and `−q` are the same attitude.
+//! A unit quaternion, scalar last, that transforms the *components* of a vector from inertial to
+//! body axes. With rotation angle φ about the unit axis e,
+//!
+//! `q = (e sin φ/2, cos φ/2)`.
+//!
+//! A body turned by +φ about its x axis has `q₁ = +sin φ/2`. `q` and `−q` are the same attitude.
+//!
+//! | other convention | conversion |
+//! |---|---|
+//! | scalar first, `(q₀, q₁, q₂, q₃)` | `(q₁, q₂, q₃, q₀)` |
+//! | body to inertial components | conjugate, `(−q₁, −q₂, −q₃, q₄)` |
+//!
+//! Kinematics with the body rate ω, rad/s: `q̇ = ½ (q₄ ω − ω × ρ, −ω · ρ)`, `ρ = (q₁, q₂, q₃)`.
+//!
+//! Only the estimator [`momentum`](crate::estimator::momentum) uses the attitude. It needs angular
+//! momentum in inertial axes, `H_inertial = Pᵀ (J ω + h_w)`.
 
 use crate::math::{Mat, scalar::Real};
 
-/// How far the square of the norm may be from 1. Ours: 1e-3. Four elements rounded to 16 bits
-/// are within 1e-4, and what is further off is no rounding.
+/// Largest deviation of the squared norm from 1. Ours: 1e-3. Four elements rounded to 16 bits are
+/// within 1e-4; a larger deviation is not due to rounding.
 const NORM_TOLERANCE: f64 = 1e-3;
 
-/// `q₁ q₂ q₃ q₄` as in \[Kim2010\] Eq. (6). Any numbers: see [`to_body`](Self::to_body).
+/// Quaternion `q₁ q₂ q₃ q₄`, scalar last, as in \[Kim2010\] Eq. (6). Any numbers are accepted;
+/// [`to_body`](Self::to_body) rejects the ones that are not a rotation.
+///
+/// ```
+/// use fsw_core::{Quaternion, Vec3};
+///
+/// // A body turned by 90° about x: inertial y lies along body −z.
+/// let half = core::f64::consts::FRAC_PI_4;
+/// let q = Quaternion::new([half.sin(), 0.0, 0.0, half.cos()]);
+/// let y = q.to_body().unwrap() * Vec3::y();
+/// assert!((y - Vec3::new(0.0, 0.0, -1.0)).norm() < 1e-15);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quaternion<T: Real> {
     elements: [T; 4],
 }
 
-/// Why a sample's attitude can't be used.
+/// Reason for which the attitude of a sample is unusable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NoAttitude {
     /// The sample has none.
     Missing,
-    /// An element is infinite or not a number.
+    /// An element is infinite or NaN.
     NotFinite,
-    /// The norm isn't one: not a rotation, or not scaled to one.
+    /// The squared norm deviates from 1 by more than 1e-3.
     NotUnit,
 }
 
 impl NoAttitude {
-    /// The reason in a word or two: for logs.
+    /// Name of the reason in logs and telemetry.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Missing => "attitude_missing",
@@ -45,24 +69,25 @@ impl<T: Real> Quaternion<T> {
         Self { elements }
     }
 
-    /// Body axes along inertial axes.
+    /// Body axes along inertial axes: `(0, 0, 0, 1)`, `P = 1`.
     pub fn identity() -> Self {
         let o = T::zero();
         Self::new([o, o, o, T::one()])
     }
 
-    /// `q₁ q₂ q₃ q₄`, scalar last.
+    /// Elements `q₁ q₂ q₃ q₄`, scalar last.
     pub fn elements(&self) -> [T; 4] {
         self.elements
     }
 
-    /// P, which turns components in inertial axes into components in body axes:
-    /// \[Kim2010\] Eq. (6).
+    /// Rotation matrix P from inertial to body components, \[Kim2010\] Eq. (6):
+    /// `v_body = P v_inertial`.
     ///
-    /// Divided by the squared norm, so that rounding of the elements doesn't stretch vectors.
+    /// `P = (q₄² − |ρ|²) 1 + 2 ρ ρᵀ − 2 q₄ ρ^×`, `ρ = (q₁, q₂, q₃)`, divided by the squared norm so
+    /// that rounding of the elements does not stretch vectors.
     ///
     /// # Errors
-    /// An element isn't finite, or the squared norm is more than 1e-3 from 1.
+    /// An element is not finite, or the squared norm deviates from 1 by more than 1e-3.
     pub fn to_body(&self) -> Result<Mat<T, 3, 3>, NoAttitude> {
         if !self.elements.iter().all(|q| q.is_finite()) {
             return Err(NoAttitude::NotFinite);
@@ -102,8 +127,9 @@ mod tests {
     use crate::math::Vec3;
     use proptest::prelude::*;
 
+    /// Turn by 30° about x: inertial y has the body components (0, cos 30°, −sin 30°).
     #[test]
-    fn a_body_turned_about_x_sees_inertial_y_behind() {
+    fn a_positive_turn_about_x_moves_inertial_y_towards_minus_z() {
         let half = 0.5f64 * 30.0f64.to_radians();
         let p = Quaternion::new([half.sin(), 0.0, 0.0, half.cos()]).to_body().unwrap();
         let y = p * Vec3::y();
@@ -111,8 +137,9 @@ mod tests {
         assert!((y - Vec3::new(0.0, cos, -sin)).norm() < 1e-15);
     }
 
+    /// Zero, wrong norm, infinite square and NaN.
     #[test]
-    fn what_is_no_rotation_is_refused_with_the_reason() {
+    fn a_quaternion_that_is_no_rotation_is_rejected_with_the_reason() {
         let to_body = |q: [f32; 4]| Quaternion::new(q).to_body();
         assert!(Quaternion::<f32>::identity().to_body().is_ok());
         assert_eq!(to_body([0.0; 4]), Err(NoAttitude::NotUnit));
@@ -123,8 +150,9 @@ mod tests {
     }
 
     proptest! {
+        /// Orthogonal with determinant 1 for norms within 0.04 % of one.
         #[test]
-        fn it_is_a_rotation_whatever_the_rounding_of_the_norm(
+        fn the_matrix_is_a_rotation_for_any_rounding_of_the_norm(
             q in prop::array::uniform4(-1.0..1.0f64), stretch in 0.9996..1.0004f64,
         ) {
             let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();

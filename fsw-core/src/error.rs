@@ -1,41 +1,68 @@
-//! What a constructor says of a configuration that it can't accept.
+//! Rejected configurations: field and reason.
+//!
+//! Constructors validate their configuration before use. Input: a configuration. Output: `Ok`, or
+//! the first field that is out of its range. This module depends on no other, so that every layer
+//! can report through it.
+//!
+//! | reason | permitted range |
+//! |---|---|
+//! | [`Invalid::NotFinite`] | finite numbers |
+//! | [`Invalid::NotPositive`] | above zero |
+//! | [`Invalid::Negative`] | zero and above |
+//! | [`Invalid::AboveOne`] | one and below |
+//! | [`Invalid::OutOfRange`] | an interval of integers |
+//! | [`Invalid::ZeroAxis`] | vectors of a length above zero |
+//! | [`Invalid::NoRoom`] | unknowns that the estimator's type includes |
+//! | [`Invalid::NotPhysical`] | tensors of a rigid body |
+//!
+//! A rejected configuration is a result of construction alone: no step returns an error.
 
 use core::fmt;
 
-/// A configuration value that is out of its range: which, and why.
+/// Rejected configuration value, with its field and the reason.
+///
+/// Displayed as `field: reason`:
+///
+/// ```
+/// use fsw_core::{ConfigError, Vec3, WheelArray};
+///
+/// let error = WheelArray::new([Vec3::zeros()], [1e-3f32]).unwrap_err();
+/// assert_eq!(error.field, "wheel.axis");
+/// assert_eq!(error.to_string(), "wheel.axis: an axis must have a length above zero");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ConfigError {
-    /// The field's name, with its element where it has several: `prior.sigma_kg_m2`.
+    /// Name of the field, with the structure that holds it: `prior.sigma_kg_m2`.
     pub field: &'static str,
-    /// What is wrong with it.
+    /// Violated condition.
     pub reason: Invalid,
 }
 
-/// Why a configuration value is refused.
+/// Reason for which a configuration value is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Invalid {
-    /// Infinite or not a number.
+    /// Infinite or NaN.
     NotFinite,
-    /// Must be above zero.
+    /// Zero or negative; must be above zero.
     NotPositive,
-    /// Must be zero or above.
+    /// Negative; must be zero or above.
     Negative,
-    /// Must be one or below.
+    /// Above one; must be one or below.
     AboveOne,
-    /// A whole number outside its range.
+    /// Integer outside its range.
     OutOfRange {
-        /// The least that is allowed.
+        /// Smallest permitted value.
         least: u32,
-        /// The most that is allowed.
+        /// Largest permitted value.
         most: u32,
     },
-    /// An axis of no length has no direction.
+    /// Axis of zero length: its direction is undefined.
     ZeroAxis,
-    /// More unknowns than the estimator is compiled for.
+    /// Unknown that the number of unknowns, a compile-time constant, does not include.
     NoRoom,
-    /// No rigid body has this inertia tensor.
+    /// Tensor that no rigid body has.
     NotPhysical(NotPhysical),
 }
 
@@ -54,7 +81,7 @@ impl fmt::Display for Invalid {
             Self::AboveOne => f.write_str("must not be above one"),
             Self::OutOfRange { least, most } => write!(f, "must lie between {least} and {most}"),
             Self::ZeroAxis => f.write_str("an axis must have a length above zero"),
-            Self::NoRoom => f.write_str("is an unknown that this estimator isn't compiled for"),
+            Self::NoRoom => f.write_str("is an unknown that this estimator is not compiled for"),
             Self::NotPhysical(why) => write!(f, "{why}"),
         }
     }
@@ -62,15 +89,17 @@ impl fmt::Display for Invalid {
 
 impl core::error::Error for ConfigError {}
 
-/// Why no rigid body has such an inertia tensor.
+/// Reason for which no rigid body has an inertia tensor.
+///
+/// With principal moments `A ≤ B ≤ C`, a body has `A > 0` and `C ≤ A + B`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NotPhysical {
     /// An element is infinite or not a number.
     NotFinite,
-    /// A principal moment is zero or negative.
+    /// The smallest principal moment is zero or negative: `A ≤ 0`.
     NotPositiveDefinite,
-    /// A principal moment exceeds the sum of the two others.
+    /// The largest principal moment exceeds the sum of the others: `C > A + B`.
     TriangleInequality,
 }
 

@@ -1,26 +1,28 @@
-//! The estimate: inertia tensor, covariance, observed directions, status.
+//! Estimate: inertia tensor, covariance, observed directions, status.
+//!
+//! Output of every estimator, at the rate of telemetry.
 
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::observability::{Observed, observed};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
-/// How far an estimate can be trusted.
+/// Usability of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
-    /// The data has shown all six directions, and the model explains the data.
+    /// All six directions are observed, and the model explains the data.
     Converged,
-    /// Some directions are unseen: they hold the prior, and its variance.
+    /// Some directions are unobserved: they keep the prior and its variance.
     Partial,
-    /// Nothing of the inertia has been seen.
+    /// No direction is observed.
     Unobservable,
-    /// The model doesn't explain the data: don't use the numbers.
+    /// The model does not explain the data: the numbers are not usable.
     Diverged,
 }
 
 impl Status {
-    /// What so many directions seen come to, where the model explains the data.
+    /// Status of a model that explains the data, by the number of observed directions.
     pub(crate) fn of(observed: &Observed) -> Self {
         match observed.directions {
             6.. => Self::Converged,
@@ -30,33 +32,49 @@ impl Status {
     }
 }
 
-/// The estimate, with what it is worth.
+/// Inertia with its covariance, and further unknowns where they are estimated.
+///
+/// | field | known to |
+/// |---|---|
+/// | `inertia`, `covariance_kg2_m4`, `observed`, `status` | every estimator |
+/// | `residual_rms_rad_s` | every estimator |
+/// | `disturbance_torque_n_m`, `gyro_bias_rad_s` | `window`, where they are unknowns |
+/// | `residuals_white`, `projected` | `window` |
+///
+/// ```
+/// use fsw_core::{Estimate, Status};
+///
+/// let before_any_data = Estimate::<f32>::nothing();
+/// assert_eq!(before_any_data.status, Status::Unobservable);
+/// assert_eq!(before_any_data.observed.directions, 0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate<T: Real> {
     /// Inertia tensor.
     pub inertia: Inertia<T>,
-    /// Covariance of the six elements, kg² m⁴, 6×6.
+    /// Covariance of the six elements, 6×6, kg² m⁴.
     pub covariance_kg2_m4: Mat<T, 6, 6>,
-    /// Which directions the data has shown.
+    /// Directions that the data have made known.
     pub observed: Observed,
-    /// Whether to use it.
+    /// Usability.
     pub status: Status,
-    /// Constant disturbance torque in body axes, N m, where it is one of the unknowns.
+    /// Constant disturbance torque in body axes, N m, where it is an unknown.
     pub disturbance_torque_n_m: Option<Vec3<T>>,
-    /// Gyro bias, rad/s, where it is one of the unknowns.
+    /// Gyro bias, rad/s, where it is an unknown.
     pub gyro_bias_rad_s: Option<Vec3<T>>,
-    /// RMS over the samples used, all axes, of measured minus predicted rate, rad/s.
+    /// RMS over the used samples, all axes, of measured minus predicted rate, rad/s.
     pub residual_rms_rad_s: T,
-    /// Whether the residuals look like the gyro's white noise alone. `None` where that isn't tested.
+    /// Result of a whiteness test: true where the residuals agree with the gyro's white noise.
+    /// `None` without a test.
     pub residuals_white: Option<bool>,
-    /// Whether the data by itself asks for a tensor that no body has, so that `inertia` is the
-    /// physical one nearest to that.
+    /// True where the data alone lead to an unphysical tensor: `inertia` is then the nearest
+    /// physical one.
     pub projected: bool,
 }
 
 impl<T: Real> Estimate<T> {
-    /// Where the inertia is all that is estimated: what has been seen is judged against the range
-    /// of each element before the data, kg m², and no more than that is the status.
+    /// Estimate of the inertia alone. The observed directions are judged against the range of each
+    /// element before the data, kg m², and decide the status.
     pub(crate) fn of_inertia(
         inertia: Inertia<T>,
         covariance_kg2_m4: Mat<T, 6, 6>,
@@ -69,7 +87,7 @@ impl<T: Real> Estimate<T> {
         estimate
     }
 
-    /// All zero, to be filled in.
+    /// Zeros, to be filled in.
     pub(crate) fn of_nothing() -> Self {
         Self {
             inertia: Inertia::new([T::zero(); 6]),
@@ -84,28 +102,53 @@ impl<T: Real> Estimate<T> {
         }
     }
 
-    /// Judges what has been seen, and so the status, as [`of_inertia`](Self::of_inertia) does.
+    /// Observed directions and status, as in [`of_inertia`](Self::of_inertia).
     pub(crate) fn judge(&mut self, range_kg_m2: &[T; 6]) {
         self.observed = observed(&self.covariance_kg2_m4, range_kg_m2);
         self.status = Status::of(&self.observed);
     }
 
-    /// While there is no estimator.
+    /// Estimate without an estimator: the unknown prior.
     pub fn nothing() -> Self {
         let Prior { inertia_kg_m2, sigma_kg_m2 } = Prior::unknown();
         let covariance = Mat::from_diagonal(&sigma_kg_m2.map(|s| s * s).into());
         Self::of_inertia(Inertia::new(inertia_kg_m2), covariance, &sigma_kg_m2, T::zero())
     }
 
-    /// One sigma of each element, kg m².
+    /// One sigma of each element, kg m², order `jxx jyy jzz jxy jxz jyz`: square roots of the
+    /// diagonal of the covariance.
+    ///
+    /// ```
+    /// use fsw_core::Estimate;
+    ///
+    /// let sigma_kg_m2 = Estimate::<f64>::nothing().sigma_kg_m2();
+    /// assert_eq!(sigma_kg_m2, [1e4, 1e4, 1e4, 5e3, 5e3, 5e3]);
+    /// ```
     pub fn sigma_kg_m2(&self) -> [T; 6] {
         core::array::from_fn(|i| self.covariance_kg2_m4[(i, i)].max(T::zero()).sqrt())
     }
 
-    /// The elements divided by the trace, and one sigma of each.
+    /// Elements relative to the trace, `n = j / tr`, and one sigma of each.
     ///
-    /// With `n = j / tr`, `∂n/∂j = (1 − n tᵀ) / tr`, `t = (1 1 1 0 0 0)`. Of torque-free motion
-    /// without wheels this is all that can be known.
+    /// Covariance `N P Nᵀ` with `N = ∂n/∂j = (1 − n tᵀ) / tr`, `t = (1 1 1 0 0 0)`. Torque-free
+    /// motion without wheels determines these ratios and nothing else.
+    ///
+    /// ```
+    /// use fsw_core::math::Mat;
+    /// use fsw_core::{Estimate, Inertia};
+    ///
+    /// // Known up to a common factor: P = s² j jᵀ leaves no uncertainty of the ratios.
+    /// let j = [1.0, 2.0, 2.0, 0.1, 0.0, 0.0];
+    /// let column = Mat::<f64, 6, 1>::from(j);
+    /// let estimate = Estimate {
+    ///     inertia: Inertia::new(j),
+    ///     covariance_kg2_m4: column * column.transpose() * 0.04,
+    ///     ..Estimate::nothing()
+    /// };
+    /// let (ratio, sigma) = estimate.over_trace();
+    /// assert_eq!(ratio[0], 0.2);
+    /// assert!(sigma.iter().all(|sigma| *sigma < 1e-8));
+    /// ```
     pub fn over_trace(&self) -> ([T; 6], [T; 6]) {
         let scale = T::one() / self.inertia.trace_kg_m2();
         let ratio = self.inertia.elements_kg_m2().map(|x| x * scale);

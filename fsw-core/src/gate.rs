@@ -1,25 +1,36 @@
-//! 2. Which samples are used: finite, in range, in order, no long gap, not stuck.
+//! 2. Gate: usable samples are finite, in range, in order and not repeated.
 //!
-//! Input: each sample as it arrives. Output: the time since the last one used, or the reason
-//! why this one isn't. Spikes are recognised later, against the prediction
-//! ([`monitor`](crate::monitor)).
+//! Input: each sample as it arrives. Output: the time since the last usable sample, or the reason
+//! for the rejection.
+//!
+//! | check, in this order | rejected where | reason |
+//! |---|---|---|
+//! | finite | a rate, wheel speed or torque is infinite or NaN | [`Rejection::NotFinite`] |
+//! | range | a rate is at or beyond the range of the gyro | [`Rejection::OutOfRange`] |
+//! | order | the time stamp is not later than the last one | [`Rejection::OutOfOrder`] |
+//! | stuck | all rates repeat the last reading `stuck_after` times | [`Rejection::Stuck`] |
+//!
+//! A gap in time is not a rejection: the sample is usable, but the rate cannot be predicted to it
+//! ([`Verdict::Gap`]).
+//!
+//! The attitude is not checked here, since most estimators do not use it. Spikes are detected
+//! later, against the prediction ([`monitor::spikes`](crate::monitor::spikes)).
 
 use crate::error::ConfigError;
 use crate::math::{Vec3, range::positive, scalar::Real};
 use crate::sample::Sample;
 
-/// What the gate lets through.
+/// Limits of a usable sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config<T: Real> {
-    /// A rate of this size or more on any axis is saturated, rad/s. Default 100: no gyro of a
-    /// small satellite measures more.
+    /// Range of the gyro, rad/s: a rate of this magnitude or more on any axis is saturated. Default
+    /// 100, above the range of gyros for small satellites. Must be positive.
     pub range_rad_s: T,
-    /// After a longer time without a usable sample the rate is no longer predicted across it,
-    /// µs. Default 1 s.
+    /// Longest interval across which the rate is predicted, µs. Default 1 s.
     pub max_gap_us: u64,
-    /// So many equal readings in a row (all three axes to the last bit) mean a stuck sensor;
-    /// 0 switches the check off. Default 10: noise of a third of a quantum on each axis
-    /// repeats a reading so often once in 10⁸ samples.
+    /// Number of equal successive readings (all three axes, to the last bit) that identifies a
+    /// stuck sensor; 0 disables the check. Default 10: noise of a third of a quantum on each axis
+    /// repeats a reading that often once in 10⁸ samples.
     pub stuck_after: u16,
 }
 
@@ -32,44 +43,45 @@ impl<T: Real> Default for Config<T> {
 }
 
 impl<T: Real> Config<T> {
-    /// Refuses what no sensor has.
+    /// # Errors
+    /// `gate.range_rad_s` not positive or not finite.
     pub fn validate(&self) -> Result<(), ConfigError> {
         positive("gate.range_rad_s", self.range_rad_s)
     }
 }
 
-/// What the gate says of a sample.
+/// Result of the gate for one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// The first usable sample.
+    /// First usable sample.
     First,
-    /// Usable, so many µs after the last usable one.
+    /// Usable sample after another one.
     After {
-        /// Time since the last usable sample.
+        /// Time since the last usable sample, µs.
         elapsed_us: u64,
     },
-    /// Usable, but too long after the last one to predict across.
+    /// Usable sample after an interval longer than `max_gap_us`.
     Gap,
-    /// Not used.
+    /// Unusable sample.
     Rejected(Rejection),
 }
 
-/// Why a sample isn't used.
+/// Reason for the rejection of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Rejection {
     /// A value is infinite or NaN.
     NotFinite,
-    /// A rate is at or beyond the sensor's range.
+    /// A rate is at or beyond the range of the gyro.
     OutOfRange,
-    /// Its time stamp isn't after the last one.
+    /// The time stamp is not later than that of the last usable sample.
     OutOfOrder,
-    /// The gyro repeats itself to the last bit.
+    /// The gyro repeats its reading to the last bit.
     Stuck,
 }
 
 impl Rejection {
-    /// The reason in a word or two: for logs.
+    /// Name of the reason in logs and telemetry.
     pub fn name(&self) -> &'static str {
         match self {
             Self::NotFinite => "not_finite",
@@ -80,24 +92,44 @@ impl Rejection {
     }
 }
 
-/// Remembers the last usable sample.
+/// Gate with the time and rate of the last usable sample.
+///
+/// ```
+/// use fsw_core::gate::{Config, Gate, Rejection, Verdict};
+/// use fsw_core::{Sample, Vec3};
+///
+/// let sample = |time_us, x: f32| Sample {
+///     time_us,
+///     rate_rad_s: Vec3::new(x, 0.0, 0.0),
+///     wheel_speed_rad_s: [],
+///     torque_n_m: Vec3::zeros(),
+///     attitude: None,
+/// };
+/// let mut gate = Gate::new(Config::default());
+/// assert_eq!(gate.check(&sample(0, 0.1)), Verdict::First);
+/// assert_eq!(gate.check(&sample(100, f32::NAN)), Verdict::Rejected(Rejection::NotFinite));
+/// assert_eq!(gate.check(&sample(200, 0.1)), Verdict::After { elapsed_us: 200 });
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gate<T: Real> {
     config: Config<T>,
+    /// Time stamp of the last usable sample, µs.
     last_time_us: Option<u64>,
+    /// Last reading that was checked for a repetition, rad/s.
     last_rate_rad_s: Vec3<T>,
+    /// Number of times that it has been repeated.
     repeats: u16,
 }
 
 crate::persist!([T: Real] Gate<T> { last_time_us, last_rate_rad_s, repeats; unchanged config });
 
 impl<T: Real> Gate<T> {
-    /// A gate that has seen nothing yet. `config` must have passed [`Config::validate`].
+    /// Gate before the first sample. `config` must have passed [`Config::validate`].
     pub fn new(config: Config<T>) -> Self {
         Self { config, last_time_us: None, last_rate_rad_s: Vec3::zeros(), repeats: 0 }
     }
 
-    /// Judges one sample, in the order finite, range, order, stuck, gap.
+    /// Result for one sample, by the checks finite, range, order, stuck, gap in this order.
     pub fn check<const W: usize>(&mut self, sample: &Sample<T, W>) -> Verdict {
         if !sample.is_finite() {
             return Verdict::Rejected(Rejection::NotFinite);
@@ -120,6 +152,7 @@ impl<T: Real> Gate<T> {
         }
     }
 
+    /// Counts repetitions of a reading.
     fn is_stuck(&mut self, rate_rad_s: &Vec3<T>) -> bool {
         if self.last_time_us.is_some() && *rate_rad_s == self.last_rate_rad_s {
             self.repeats = self.repeats.saturating_add(1);
@@ -145,8 +178,9 @@ mod tests {
         }
     }
 
+    /// Order and gaps; the limit of the gap is one second.
     #[test]
-    fn judges_time() {
+    fn time_is_checked_for_order_and_gaps() {
         let mut gate = Gate::new(Config::default());
         assert_eq!(gate.check(&sample(5, 0.1)), Verdict::First);
         assert_eq!(gate.check(&sample(105, 0.2)), Verdict::After { elapsed_us: 100 });
@@ -156,16 +190,18 @@ mod tests {
         assert_eq!(gate.check(&sample(2_000_000, 0.4)), Verdict::Gap);
     }
 
+    /// The interval to the last usable sample includes rejected samples.
     #[test]
-    fn time_runs_on_across_rejected_samples() {
+    fn elapsed_time_spans_rejected_samples() {
         let mut gate = Gate::new(Config::default());
         gate.check(&sample(0, 0.1));
         assert_eq!(gate.check(&sample(100, f32::NAN)), Verdict::Rejected(Rejection::NotFinite));
         assert_eq!(gate.check(&sample(200, 0.2)), Verdict::After { elapsed_us: 200 });
     }
 
+    /// One invalid value among rate, wheel speed and torque rejects the sample.
     #[test]
-    fn any_broken_value_counts() {
+    fn every_value_is_checked() {
         let mut gate = Gate::new(Config::default());
         let mut broken = sample(0, 0.1);
         broken.wheel_speed_rad_s[0] = f32::INFINITY;
@@ -176,8 +212,9 @@ mod tests {
         assert_eq!(gate.check(&sample(0, -100.0)), Verdict::Rejected(Rejection::OutOfRange));
     }
 
+    /// The first different reading is accepted again.
     #[test]
-    fn a_stuck_sensor_is_noticed_and_forgiven() {
+    fn a_stuck_sensor_is_rejected_until_it_moves() {
         let mut gate = Gate::new(Config { stuck_after: 3, ..Config::default() });
         for k in 0..3 {
             assert!(!matches!(gate.check(&sample(k, 0.5)), Verdict::Rejected(_)));

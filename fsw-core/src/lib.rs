@@ -1,54 +1,246 @@
 //! On-board estimation of a spacecraft's inertia tensor, one gyro sample per step.
 //!
-//! # The way of a sample
+//! Input: body rate from a gyro, wheel speeds, external torque. Output: the six elements of the inertia
+//! tensor with their covariance, the directions that the motion has shown, and a status. No
+//! allocation, no unsafe code, no panic; every step costs a bounded amount of work. Everything is
+//! generic over [`Real`], `f32` or `f64`; single precision is what flies.
+//!
+//! # Flow of a sample
 //!
 //! ```text
 //!  1 sample      time-tagged body rate, wheel speeds, external torque, attitude
 //!       │
-//!  2 gate        finite? in range? in order? stuck? a gap? ──► refused, with the reason
+//!  2 gate        finite? in range? in order? stuck? a gap? ──► rejected, with the reason
 //!       │
-//!  3 estimator   step(sample) -> Outcome                       ◄── dynamics, tensor: the physics
-//!       │          window: average, fit again and again        ◄── math: UD, square root
-//!       │          joint_ekf: align, predict, innovation, correct
-//!       │          ekf_sgf: rate_ekf ─► savgol ─► regression
-//!       │          momentum: conserved in inertial space
-//!  4 monitor     do the innovations fit? which directions has the data shown? could a body have it?
+//!  3 estimator   step(sample) -> Outcome
+//!       │          window      block averages, batch fit in passes
+//!       │          joint_ekf   predict, innovation, correct; aligned by a momentum integral
+//!       │          ekf_sgf     rate EKF ─► Savitzky-Golay derivative ─► least squares
+//!       │          momentum    angular momentum conserved in inertial space
 //!       │
-//!  5 checkpoint  all of that to and from non-volatile memory, bit for bit
+//!  4 monitor     innovation statistics, observed directions, nearest physical tensor
 //!       │
-//!  6 telemetry   estimate(): tensor, covariance, observed, status; counts of outcomes
+//!  5 outcome     updated, coasting or reset, with the reason: after every step
+//!    estimate    tensor, covariance, observed directions, status: at the rate of telemetry
+//!       │
+//!  6 checkpoint  state of the estimator to and from non-volatile memory, bit for bit
 //! ```
 //!
 //! The firmware and the simulator call the same [`Estimator::step`].
-//! No allocation, no unsafe code, no panic; every step costs a bounded amount of work. All is
-//! generic over [`Real`], `f32` or `f64`.
+//!
+//! # Example
+//!
+//! A motion of three sines, and the torque that it takes; the estimator starts without a prior.
+//!
+//! ```
+//! use fsw_core::estimator::window::{Config, Window};
+//! use fsw_core::{Estimator, Inertia, Sample, Status, Vec3, WheelArray};
+//!
+//! let j = Inertia::new([1.5, 1.2, 1.8, 0.1, -0.2, 0.05]).matrix_kg_m2(); // truth
+//! let w = Vec3::new(0.9, 0.6, 0.4); // rad/s
+//! let config = Config { is_torque_smooth: true, ..Config::new(1e-4) }; // gyro noise, rad/s
+//! let mut window = Window::<f32, 0, 512, 9>::new(config, WheelArray::new([], [])?)?;
+//! for k in 0..600 {
+//!     let t = 0.1 * k as f32;
+//!     let rate = w.map(|w| 0.05 * (w * t).sin());
+//!     let acceleration = w.map(|w| 0.05 * w * (w * t).cos());
+//!     let torque_n_m = j * acceleration + rate.cross(&(j * rate));
+//!     let (time_us, rate_rad_s, wheel_speed_rad_s) = (k * 100_000, rate, []);
+//!     let sample = Sample { time_us, rate_rad_s, wheel_speed_rad_s, torque_n_m, attitude: None };
+//!     window.step(&sample);
+//! }
+//! let estimate = window.estimate();
+//! assert_eq!(estimate.status, Status::Converged);
+//! assert!((estimate.inertia.elements_kg_m2()[3] - 0.1).abs() < 0.002); // Jxy, kg m²
+//! # Ok::<(), fsw_core::ConfigError>(())
+//! ```
+//!
+//! `cargo run --example window` prints the result of this program. `csv_replay` replays a recorded
+//! log, `custom_loop` embeds an estimator in a control loop.
+//!
+//! # Use
+//!
+//! 1. **Wheels.** [`WheelArray::new`] takes spin axes in body axes and spin inertias. The number of
+//!    wheels is a compile-time constant; zero wheels are permitted.
+//! 2. **Configuration.** Each estimator has a `Config` with defaults for a stated gyro noise. A
+//!    constructor rejects a value out of its range and names the field ([`ConfigError`]).
+//! 3. **Step.** [`Estimator::step`] takes each gyro sample as it arrives, at the rate of the gyro, and
+//!    returns an [`Outcome`]. A sample that is not usable is an outcome too, and needs no filter before
+//!    the estimator.
+//! 4. **Estimate.** [`Estimator::estimate`] is valid at any time. It costs an eigenproblem of six and
+//!    belongs to the rate of telemetry.
+//! 5. **Checkpoint.** [`checkpoint::transfer`] writes the whole state to a medium, and reads it back
+//!    after a reset of the computer.
+//!
+//! # Choice of an estimator
+//!
+//! | estimator | prior | attitude | disturbance torque, gyro bias | after a change of the inertia |
+//! |---|---|---|---|---|
+//! | [`Window`](estimator::window::Window) | none needed | not used | can be unknowns | detected, estimated anew |
+//! | [`JointEkf`](estimator::joint_ekf::JointEkf) | none needed, or given | not used | not modelled | lock-out, estimated anew |
+//! | [`EkfSgf`](estimator::ekf_sgf::EkfSgf) | nominal inertia | not used | not modelled | lock-out |
+//! | [`Momentum`](estimator::momentum::Momentum) | none | needed | not modelled | not detected |
+//!
+//! `Window` is the default: it reaches the Cramér-Rao bound without a prior. `JointEkf` is a published
+//! filter in factorised form. The other two reproduce published methods for comparison.
+//!
+//! # Reading an estimate
+//!
+//! | [`Status`] | meaning | reaction |
+//! |---|---|---|
+//! | `Converged` | six directions observed, residuals explained | use the tensor with its covariance |
+//! | `Partial` | some directions observed | use the observed elements; excite the other axes |
+//! | `Unobservable` | no direction observed | excite the body |
+//! | `Diverged` | residuals not explained | do not use the numbers; look for an unmodelled torque |
+//!
+//! A direction is observed once the data have reduced its sigma to a tenth of the range before the
+//! data ([`monitor::observability`]). Observability depends on the motion: rates about all three axes
+//! must vary independently, and a known torque or a known wheel momentum must set the scale. Motion
+//! without both determines the ratios of the elements alone ([`Estimate::over_trace`]).
+//!
+//! # Layers
+//!
+//! A module depends on the layers above it in this table, never on one below.
+//!
+//! | layer | modules | depends on |
+//! |---|---|---|
+//! | errors | [`error`] | nothing |
+//! | algebra | [`math`]: scalar, UD factors, square-root information, eigenvalues, Savitzky-Golay | errors |
+//! | words | [`persist`](mod@persist): state as a stream of words | algebra |
+//! | physics | [`tensor`], [`dynamics`], [`attitude`] | algebra, words |
+//! | input | [`sample`], [`gate`] | physics |
+//! | vocabulary | [`outcome`], [`prior`], [`estimate`]; [`monitor`] | input, physics |
+//! | systems | [`estimator`]: `window`, `joint_ekf`, `ekf_sgf`, `momentum`, independent of each other | all above |
+//! | storage | [`checkpoint`]: transfer and fingerprint of a state | words |
+//!
+//! The algebra knows neither flight nor checkpoints, the physics no sample, the monitor no estimator.
+//! Nothing in this crate knows a chip, a clock or a file.
 //!
 //! # Conventions
 //!
-//! Body axes at the spacecraft's centre of mass; rates are relative to inertial space. `J` is the
-//! inertia tensor in kg m², wheels included and locked; its six elements are always ordered
-//! `Jxx Jyy Jzz Jxy Jxz Jyz`, and an off-diagonal element is the tensor entry. `Ω` is a wheel's
-//! speed relative to the body, `h_w = Σ Iₛ Ω a` the wheels' momentum, `τ` the external torque.
-//! Equation of motion: `J ω̇ + ḣ_w + ω × (J ω + h_w) = τ`.
+//! * **Frame.** Body axes at the spacecraft's centre of mass. Rates are those of the body relative to
+//!   inertial space. Names leave the frame out; a second frame is named where it appears
+//!   ([`attitude`]).
+//! * **Units.** SI. Public names carry quantity and unit: `rate_rad_s`, `inertia_kg_m2`.
+//! * **Elements** are ordered `Jxx Jyy Jzz Jxy Jxz Jyz`. The moments of inertia (MOI) are the diagonal
+//!   entries, the products of inertia (POI) the off-diagonal ones, `Jxy = −∫ x y dm`.
+//! * **Wheels** are included in `J` as if locked; their speeds are relative to the body.
+//! * **Noise** is one sigma. Gyro noise is white and per sample.
+//! * **Time** is in whole microseconds, subtracted as integers before it becomes a float.
+//!
+//! # Numerical rules
+//!
+//! * Covariances are factorised (`U D Uᵀ`, or a square root of the information), so that single
+//!   precision suffices.
+//! * Quantities are scaled to the size of the body where products of small inertias could underflow
+//!   in `f32`.
+//! * Functions come from `libm`, and no operation is fused: host and target agree bit for bit.
+//! * Loops have bounds known at compile time, and no step waits for convergence.
+//! * Comparisons are written so that NaN leads to a rejection or a reset.
+//!
+//! Equation of motion of the gyrostat:
+//!
+//! `J ω̇ + ḣ_w + ω × (J ω + h_w) = τ`, `h_w = Σᵢ Iₛᵢ Ωᵢ aᵢ`.
+//!
+//! # Symbols
+//!
+//! | symbol | quantity | unit | in the code |
+//! |---|---|---|---|
+//! | `ω` | body rate | rad/s | `rate_rad_s` |
+//! | `ω̇` | angular acceleration | rad/s² | `acceleration_rad_s2` |
+//! | `J` | inertia tensor, 3×3 | kg m² | [`Inertia`] |
+//! | `j` | its six elements | kg m² | `elements_kg_m2` |
+//! | `Ω`, `Iₛ`, `a` | wheel speed, spin inertia, unit spin axis | rad/s, kg m², – | `wheel_speed_rad_s`, [`WheelArray`] |
+//! | `h_w` | momentum of the wheels relative to the body | N m s | `wheel_momentum_n_m_s` |
+//! | `H` | total angular momentum, `J ω + h_w` | N m s | `momentum` |
+//! | `τ` | external torque | N m | `torque_n_m` |
+//! | `q` | attitude quaternion, scalar last | – | [`Quaternion`] |
+//! | `G(v)` | regressor, `J v = G(v) j` | unit of `v` | [`tensor::regressor`] |
+//! | `v^×` | matrix of the cross product, `v^× b = v × b` | unit of `v` | [`math::skew`] |
+//! | `Δt` | interval between two samples | s | `duration_s` |
+//! | `A`, `B` | transition of rate and inertia errors over an interval | –, rad/s per kg m² | [`dynamics::step::Transition`] |
+//! | `z`, `ν`, `S` | measurement, innovation, innovation covariance | rad/s, rad/s, rad²/s² | [`Innovation`] |
+//! | `P` | covariance, `U D Uᵀ` | unit² | [`math::ud::Ud`] |
+//! | `R`, `d` | square-root information, `R x = d` | 1/unit, – | [`math::square_root_information`] |
+//! | `K` | Kalman gain | – | `gain` |
+//! | `σ` | standard deviation | unit | `sigma` |
+//! | NIS | normalised innovation squared, `νᵀ S⁻¹ ν` | – | [`Innovation::nis`] |
+//! | `θ` | unknowns of a window | scaled | [`estimator::window`] |
 //!
 //! # Sources
 //!
+//! Cited under their key throughout the workspace.
+//!
+//! Estimators:
+//!
 //! * \[Bellar2019\] A. Bellar, M. A. Si Mohammed, *Satellite inertia parameters estimation based
 //!   on extended Kalman filter*, J. Aerosp. Technol. Manag. 11, e1619, 2019.
+//! * \[ElHariry2026\] M. El Hariry et al., *When does excitation design help spacecraft inertia
+//!   identification? A first-principles study of the observability-accuracy link*, draft, 2026.
 //! * \[Kim2010\] D. H. Kim, D.-G. Choi, H.-S. Oh, *Inertia estimation of spacecraft based on
 //!   modified law of conservation of angular momentum*, J. Astron. Space Sci. 27(4), 353-357, 2010.
 //! * \[Kim2013\] D. Kim, slides on moments of inertia by extended Kalman filter, causal
 //!   Savitzky-Golay filter and recursive least squares, Annual Technical Symposium, May 2013.
 //! * \[Kim2016\] D. Kim, S. Yang, S. Lee, *Rigid body inertia estimation using extended Kalman and
 //!   Savitzky-Golay filters*, Math. Probl. Eng. 2016, 2962671.
+//!
+//! Algebra:
+//!
+//! * \[Agee1972\] W. S. Agee, R. H. Turner, *Triangular decomposition of a positive definite matrix
+//!   plus a symmetric dyad with application to Kalman filtering*, White Sands Missile Range, Technical
+//!   Report 38, 1972.
 //! * \[Bierman1977\] G. J. Bierman, *Factorization Methods for Discrete Sequential Estimation*,
 //!   Academic Press, 1977.
+//! * \[Gentleman1973\] W. M. Gentleman, *Least squares computations by Givens transformations without
+//!   square roots*, J. Inst. Maths Applics 12, 329-336, 1973; as a program *Algorithm AS 75*, Appl.
+//!   Statist. 23, 448-454, 1974.
+//! * \[Golub2013\] G. H. Golub, C. F. Van Loan, *Matrix Computations*, 4th edition, Johns Hopkins
+//!   University Press, 2013.
+//! * \[Gorry1990\] P. A. Gorry, *General least-squares smoothing and differentiation by the convolution
+//!   (Savitzky-Golay) method*, Anal. Chem. 62, 570-573, 1990.
+//! * \[Hildreth1957\] C. Hildreth, *A quadratic programming procedure*, Naval Res. Logist. Q. 4,
+//!   79-85, 1957.
+//! * \[Kelley1960\] J. E. Kelley, *The cutting-plane method for solving convex programs*, J. SIAM 8,
+//!   703-712, 1960.
+//! * \[Savitzky1964\] A. Savitzky, M. J. E. Golay, *Smoothing and differentiation of data by simplified
+//!   least squares procedures*, Anal. Chem. 36, 1627-1639, 1964.
 //! * \[Thornton1976\] C. L. Thornton, *Triangular covariance factorizations for Kalman filtering*,
 //!   JPL TM 33-798, 1976.
+//!
+//! Integration:
+//!
+//! * \[Hairer1993\] E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*,
+//!   2nd edition, Springer, 1993.
+//! * \[Iserles1999\] A. Iserles, S. P. Nørsett, *On the solution of linear differential equations in Lie
+//!   groups*, Phil. Trans. R. Soc. A 357, 983-1019, 1999.
+//! * \[Magnus1954\] W. Magnus, *On the exponential solution of differential equations for a linear
+//!   operator*, Comm. Pure Appl. Math. 7, 649-673, 1954.
+//! * \[Prince1981\] P. J. Prince, J. R. Dormand, *High order embedded Runge-Kutta formulae*, J. Comput.
+//!   Appl. Math. 7, 67-75, 1981.
+//!
+//! Statistics:
+//!
+//! * \[Brown1975\] R. L. Brown, J. Durbin, J. M. Evans, *Techniques for testing the constancy of
+//!   regression relationships over time*, J. R. Stat. Soc. B 37, 149-192, 1975.
+//! * \[Knuth1997\] D. E. Knuth, *The Art of Computer Programming, Volume 2: Seminumerical
+//!   Algorithms*, 3rd edition, Addison-Wesley, 1997.
+//! * \[Laurent2000\] B. Laurent, P. Massart, *Adaptive estimation of a quadratic functional by model
+//!   selection*, Ann. Stat. 28, 1302-1338, 2000.
+//! * \[Marsaglia2003\] G. Marsaglia, *Xorshift RNGs*, J. Stat. Softw. 8(14), 2003.
+//!
+//! Hardware and links:
+//!
+//! * \[BMI088\] Bosch Sensortec, *BMI088 data sheet*, BST-BMI088-DS001.
+//! * \[DS8626\] STMicroelectronics, *STM32F405xx, STM32F407xx data sheet*, DS8626.
+//! * \[RM0090\] STMicroelectronics, *STM32F405/415, 407/417, 427/437, 429/439 reference manual*, RM0090.
+//! * \[PM0214\] STMicroelectronics, *STM32 Cortex-M4 MCUs and MPUs programming manual*, PM0214.
+//! * \[CCSDS133\] CCSDS 133.0-B-2, *Space Packet Protocol*, 2020.
+//! * \[CCSDS232\] CCSDS 232.1-B, *Communications Operation Procedure-1*.
+//! * \[Cheshire1999\] S. Cheshire, M. Baker, *Consistent overhead byte stuffing*, IEEE/ACM Trans.
+//!   Netw. 7, 159-172, 1999.
 #![no_std]
 #![forbid(unsafe_code)]
 
-pub mod attitude;
 pub mod sample;
 
 pub mod gate;
@@ -61,10 +253,10 @@ pub mod estimate;
 pub mod outcome;
 pub mod prior;
 
+pub mod checkpoint;
 pub mod persist;
 
-pub mod checkpoint;
-
+pub mod attitude;
 pub mod dynamics;
 pub mod error;
 pub mod math;

@@ -1,56 +1,89 @@
-//! Outcome of one step: updated, coasting or reset, with the reason.
+//! 5. Outcome of one step: updated, coasting or reset, with the reason; counts of outcomes.
+//!
+//! A sample that is not usable is an outcome and not an error: the caller decides on a reaction,
+//! and the counts go into telemetry.
+//!
+//! | outcome | rate | inertia | counted as |
+//! |---|---|---|---|
+//! | `Updated` | updated | updated | accepted |
+//! | `Coasting(Rejected)` | kept | kept | by reason |
+//! | `Coasting(Spike)` | predicted, or the reading (`window`) | kept | `spike` |
+//! | `Coasting(Aligning)` | updated | not yet estimated | accepted |
+//! | `Coasting(Refilling)` | updated | kept | accepted |
+//! | `Coasting(NoAttitude)` | kept | kept | `no_attitude` |
+//! | `Coasting(WaitingForRest)` | kept | kept | `waiting_for_rest` |
+//! | `Reset(FirstSample)` | from the sample | prior | accepted |
+//! | `Reset(Aligned)` | updated | first estimate | accepted |
+//! | `Reset(Gap)` | from the sample | kept | accepted, `gap_resets` |
+//! | `Reset(Lockout)` | from the sample | discarded | accepted, `lockout_resets` |
+//! | `Reset(Changed)` | updated | earlier data discarded | accepted, `change_resets` |
+//! | `Reset(Diverged)` | from the sample | discarded | accepted, `divergence_resets` |
+//!
+//! After `Lockout`, `Changed` and `Diverged` an inertia taken from an earlier estimate is no longer
+//! valid.
 
 use crate::attitude::NoAttitude;
 use crate::gate::Rejection;
 
-/// What became of a sample.
+/// Outcome of one step.
+///
+/// ```
+/// use fsw_core::gate::Rejection;
+/// use fsw_core::{Coasting, Outcome, Reset};
+///
+/// let rejected = Outcome::Coasting(Coasting::Rejected(Rejection::Stuck));
+/// assert_eq!((rejected.name(), rejected.used_sample()), ("stuck", false));
+/// let gap = Outcome::Reset(Reset::Gap);
+/// assert_eq!((gap.name(), gap.used_sample()), ("reset_gap", true));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Outcome {
-    /// It updated the estimate.
+    /// The sample updated the estimate.
     Updated,
-    /// The estimate stands as it was, or was only predicted.
+    /// The estimate is unchanged, or was only predicted.
     Coasting(Coasting),
-    /// Part of the state was set anew.
+    /// Part of the state was initialised.
     Reset(Reset),
 }
 
-/// Why a sample didn't update the estimate.
+/// Reason for which a sample did not update the estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Coasting {
-    /// The gate refused it.
+    /// Rejected by the gate.
     Rejected(Rejection),
-    /// Too far from the prediction to be the gyro's noise; the state was predicted without it.
+    /// Difference from the prediction beyond the gyro's noise; the state was predicted without the
+    /// sample.
     Spike,
-    /// It was taken in, but what has moved so far isn't enough for a first estimate.
+    /// Used, but the motion is not yet sufficient for a first estimate.
     Aligning,
-    /// It went into the rate, but the window of the differentiator is still filling (after a
-    /// start, or because this sample came unevenly spaced): the inertia waits.
+    /// Used for the rate alone: the window of the differentiator is filling after a start or after
+    /// an uneven interval. The inertia is unchanged.
     Refilling,
-    /// This estimator needs the attitude, and the sample's can't be used.
+    /// The estimator needs the attitude, and that of the sample is unusable.
     NoAttitude(NoAttitude),
-    /// This estimator starts from rest, and the body moves.
+    /// The estimator starts from rest, and the body moves.
     WaitingForRest,
 }
 
-/// Why part of the state was set anew.
+/// Reason for which part of the state was initialised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reset {
-    /// The first usable sample: the rate starts from it.
+    /// First usable sample: the rate starts from it.
     FirstSample,
-    /// The motion so far gave a first estimate of the inertia; the filter starts from it.
+    /// First estimate of the inertia from the motion: the filter starts from it.
     Aligned,
-    /// Too long without samples to predict across: the rate starts anew, the inertia stays.
+    /// Interval too long for a prediction: the rate is initialised, the inertia is kept.
     Gap,
-    /// So many spikes in a row that it is the estimate that must be wrong (a deployment, a
-    /// docking): all starts anew from the motion, and no prior is believed any more.
+    /// Series of spikes that only a wrong estimate explains (a deployment, a docking): the whole
+    /// state is initialised from the motion, and the prior is discarded.
     Lockout,
-    /// A manoeuvre's data contradict, by a chi-square test, what was known of the inertia before
-    /// it (a prior, or earlier manoeuvres): that is dropped.
+    /// Data of a manoeuvre contradict the inertia known before it (a prior, or earlier manoeuvres)
+    /// by a chi-square test: the earlier inertia is discarded.
     Changed,
-    /// The state left the finite numbers, or its inertia had no inverse: all starts anew.
+    /// State not finite, or inertia without inverse: the whole state is initialised.
     Diverged,
 }
 
@@ -59,7 +92,7 @@ crate::persist!([] enum Reset {
 });
 
 impl Outcome {
-    /// What and why, in a word or two: for logs.
+    /// Name of the outcome and its reason in logs and telemetry.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Updated => "updated",
@@ -78,7 +111,7 @@ impl Outcome {
         }
     }
 
-    /// Whether the sample was made use of.
+    /// True where the sample entered the state.
     pub fn used_sample(&self) -> bool {
         match self {
             Self::Updated | Self::Reset(_) => true,
@@ -93,33 +126,42 @@ impl Outcome {
     }
 }
 
-/// How many samples ended how. Saturates rather than wraps.
+/// Number of samples by outcome. The counters saturate.
+///
+/// ```
+/// use fsw_core::Outcome;
+/// use fsw_core::outcome::OutcomeCounts;
+///
+/// let mut counts = OutcomeCounts::default();
+/// counts.add(&Outcome::Updated);
+/// assert_eq!(counts.accepted, 1);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutcomeCounts {
-    /// Used, whether for an update or a start.
+    /// Used, for an update or an initialisation.
     pub accepted: u32,
-    /// Refused: infinite or NaN.
+    /// Rejected: infinite or NaN.
     pub not_finite: u32,
-    /// Refused: saturated.
+    /// Rejected: beyond the range of the gyro.
     pub out_of_range: u32,
-    /// Refused: time stamp not after the last.
+    /// Rejected: time stamp not later than the last.
     pub out_of_order: u32,
-    /// Refused: the gyro repeats itself.
+    /// Rejected: repeated reading.
     pub stuck: u32,
-    /// Refused: too far from the prediction.
+    /// Rejected: too far from the prediction.
     pub spike: u32,
-    /// Refused: an estimator that needs the attitude got none that it could use.
+    /// Rejected: attitude needed and unusable.
     pub no_attitude: u32,
-    /// Refused: an estimator that starts from rest found the body moving.
+    /// Rejected: start from rest needed, and the body moves.
     pub waiting_for_rest: u32,
     /// Resets after a gap in time.
     pub gap_resets: u32,
-    /// Resets after many spikes in a row.
+    /// Resets after a series of spikes.
     pub lockout_resets: u32,
-    /// Resets of what was known before, since new data contradict it.
+    /// Resets of an inertia that newer data contradict.
     pub change_resets: u32,
-    /// Resets of a state that left the finite numbers.
+    /// Resets of a state that was not finite.
     pub divergence_resets: u32,
 }
 
@@ -148,7 +190,7 @@ impl OutcomeCounts {
         *counter = counter.saturating_add(1);
     }
 
-    /// Samples refused, by reason.
+    /// Number of rejected samples by reason.
     pub fn rejected(&self) -> [(&'static str, u32); 7] {
         [
             ("not_finite", self.not_finite),
@@ -166,6 +208,7 @@ impl OutcomeCounts {
 mod tests {
     use super::*;
 
+    /// Accepted plus rejected equals the number of samples; a reset also counts as accepted.
     #[test]
     fn every_sample_is_either_accepted_or_rejected() {
         let mut counts = OutcomeCounts::default();

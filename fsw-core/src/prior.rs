@@ -1,16 +1,42 @@
-//! Inertia before any data: expected elements and their sigma.
+//! Prior: inertia before any data, as expected elements and their sigma.
+//!
+//! The elements are taken as uncorrelated, with a normal distribution: covariance `diag(σ²)`, kg²
+//! m⁴. The range before the data, against which observability is judged, is the sigma.
+//!
+//! | knowledge | prior | sigma of a moment |
+//! |---|---|---|
+//! | mass properties of the design | [`Prior`] with its elements | uncertainty of the design |
+//! | size alone | [`Prior::of_size`] | the moment itself |
+//! | none | no prior, or [`Prior::unknown`] | 1e4 kg m² |
+//!
+//! A prior that is too narrow biases the estimate and hides that a direction is unobserved. A vague
+//! prior ([`Prior::is_vague`]) cannot serve as a point of linearisation: the filter then aligns
+//! itself on the motion first.
 
 use crate::error::{ConfigError, Invalid};
 use crate::math::range::{finite, positive};
 use crate::math::scalar::Real;
 use crate::tensor::Inertia;
 
-/// Inertia before any data, elements `jxx jyy jzz jxy jxz jyz`, taken as uncorrelated.
+/// Expected elements and their sigma, in the order `jxx jyy jzz jxy jxz jyz`.
+///
+/// ```
+/// use fsw_core::{ConfigError, Prior};
+///
+/// let prior = Prior {
+///     inertia_kg_m2: [25.0, 25.0, 25.0, 2.0, 2.0, 2.0f32],
+///     sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
+/// };
+/// assert_eq!(prior.validate(), Ok(()));
+/// assert!(prior.is_vague(0.3)); // sigma of Jxx is 120 % of the mean moment
+/// let error = Prior { sigma_kg_m2: [0.0; 6], ..prior }.validate().unwrap_err();
+/// assert_eq!(error.field, "prior.sigma_kg_m2");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior<T: Real> {
     /// Expected elements, kg m². Must be physical.
     pub inertia_kg_m2: [T; 6],
-    /// One sigma of each, kg m², above zero. Observability is judged against it.
+    /// One sigma of each element, kg m². Must be positive.
     pub sigma_kg_m2: [T; 6],
 }
 
@@ -18,36 +44,48 @@ crate::persist!(
     [T: Real] Prior<T> { inertia_kg_m2, sigma_kg_m2 } if |prior| prior.validate().is_ok()
 );
 
-/// Range of a product over that of a moment, where it has to be made up: no physical product
-/// exceeds half a moment.
+/// Range of a product of inertia relative to a moment.
+///
+/// Derivation: `2 |∫ x y dm| ≤ ∫ (x² + y²) dm = Jzz`, so that no product exceeds half of the third
+/// moment.
 const PRODUCT_RANGE: f64 = 0.5;
 
-/// What is held as possible while nothing is known, kg m²: no spacecraft of this project's kind
-/// is larger.
+/// Range of a moment without any knowledge, kg m²: above that of the spacecraft considered here.
 const UNKNOWN_RANGE_KG_M2: f64 = 1.0e4;
 
 impl<T: Real> Prior<T> {
-    /// Of a body of which only the size is known: moments of this much and no products, each
-    /// with a sigma as large as it can be.
+    /// Prior of a body of known size alone: equal moments, no products, each with the largest
+    /// possible sigma.
+    ///
+    /// ```
+    /// use fsw_core::Prior;
+    ///
+    /// let prior = Prior::of_size(2.0f32); // kg m²
+    /// assert_eq!(prior.inertia_kg_m2, [2.0, 2.0, 2.0, 0.0, 0.0, 0.0]);
+    /// assert_eq!(prior.sigma_kg_m2, [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]);
+    /// ```
     pub fn of_size(moment_kg_m2: T) -> Self {
         let (m, product) = (moment_kg_m2, moment_kg_m2 * T::lit(PRODUCT_RANGE));
         let inertia_kg_m2 = Inertia::spherical(m).elements_kg_m2();
         Self { inertia_kg_m2, sigma_kg_m2: [m, m, m, product, product, product] }
     }
 
-    /// Of a body of which nothing is known.
+    /// Prior of a body of unknown size: sigma 1e4 kg m² for moments, half of that for products.
     pub fn unknown() -> Self {
         let inertia_kg_m2 = Inertia::spherical(T::one()).elements_kg_m2();
         Self { inertia_kg_m2, ..Self::of_size(T::lit(UNKNOWN_RANGE_KG_M2)) }
     }
 
-    /// Whether an element's sigma is above this share of the mean moment.
+    /// True where the sigma of an element exceeds `share` of the mean moment,
+    /// `σᵢ > share · tr(J) / 3`.
     pub fn is_vague(&self, share: T) -> bool {
         let moment = Inertia::new(self.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
         self.sigma_kg_m2.iter().any(|sigma| *sigma > share * moment)
     }
 
-    /// Refuses a tensor that no body has and a sigma that isn't positive.
+    /// # Errors
+    /// `prior.inertia_kg_m2` not physical; `prior.sigma_kg_m2` not positive, or its square or the
+    /// inverse of that not finite in this precision.
     pub fn validate(&self) -> Result<(), ConfigError> {
         Inertia::new(self.inertia_kg_m2).check().map_err(|why| ConfigError {
             field: "prior.inertia_kg_m2",
@@ -55,7 +93,7 @@ impl<T: Real> Prior<T> {
         })?;
         for sigma in self.sigma_kg_m2 {
             positive("prior.sigma_kg_m2", sigma)?;
-            // Variance and information of it are numbers, too: else this is none.
+            // Variance and information must be finite in this precision.
             let variance = sigma * sigma;
             finite("prior.sigma_kg_m2", variance * (T::one() / variance))?;
         }

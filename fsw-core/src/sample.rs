@@ -1,11 +1,27 @@
-//! 1. What arrives: one time-tagged gyro sample with what drives the body at that instant.
+//! 1. Sample: one time-tagged gyro reading with the drive of the body at that instant.
+//!
+//! Input of every estimator. Values may be invalid in any way: the [`gate`](crate::gate) rejects a
+//! sample that is not usable.
+//!
+//! # Timing
+//!
+//! All values belong to one instant. A delay δ between gyro and wheels appears as an error `ω̇ δ`
+//! of the rate, and biases the inertia where the motion is fast; the caller interpolates the wheel
+//! speeds to the gyro's instant. The sample period may vary. A rate averaged over the interval that
+//! ends with it belongs to the middle of that interval.
+//!
+//! # Torque
+//!
+//! `torque_n_m` is the external torque as commanded or measured. An unmodelled torque, such as drag
+//! or gravity gradient, is not part of it: the estimator `window` can estimate a constant one.
+//! Between samples the torque is taken as linear in time.
 
 use crate::attitude::Quaternion;
 use crate::dynamics::interval::Drive;
 use crate::dynamics::wheels::WheelArray;
 use crate::math::{Vec3, scalar::Real};
 
-/// One sample, W wheels.
+/// One sample of a spacecraft with W wheels.
 ///
 /// | field | unit | frame |
 /// |---|---|---|
@@ -13,35 +29,52 @@ use crate::math::{Vec3, scalar::Real};
 /// | `rate_rad_s` | rad/s, body relative to inertial space | body axes |
 /// | `wheel_speed_rad_s` | rad/s, relative to the body, positive about the wheel's axis | wheel axes |
 /// | `torque_n_m` | N m, external, known or commanded; zero where unknown | body axes |
-/// | `attitude` | unit quaternion, scalar last, where it is known | inertial to body axes |
+/// | `attitude` | unit quaternion, scalar last, optional | inertial to body axes |
 ///
-/// Everything is taken at `time_us`; between two samples torque is taken as linear in time and
-/// wheel momentum as a parabola through three samples. Any value may arrive broken: the
-/// [`gate`](crate::gate) decides what is used.
+/// All values belong to the instant `time_us`. Between samples, torque is taken as linear in time
+/// and wheel momentum as a parabola through three samples
+/// ([`interval`](crate::dynamics::interval)).
+///
+/// ```
+/// use fsw_core::{Sample, Vec3, WheelArray};
+///
+/// let wheels = WheelArray::new([Vec3::z()], [1e-3f32])?;
+/// let sample = Sample {
+///     time_us: 1_500_000,
+///     rate_rad_s: Vec3::new(0.01, -0.02, 0.03),
+///     wheel_speed_rad_s: [200.0],
+///     torque_n_m: Vec3::zeros(),
+///     attitude: None,
+/// };
+/// assert!(sample.is_finite());
+/// assert!((sample.drive(&wheels).wheel_momentum_n_m_s.z - 0.2).abs() < 1e-6);
+/// # Ok::<(), fsw_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<T: Real, const W: usize> {
-    /// Time stamp in whole microseconds; only differences matter.
+    /// Time stamp in whole microseconds; only differences are used.
     pub time_us: u64,
-    /// Gyro reading.
+    /// Gyro reading, rad/s.
     pub rate_rad_s: Vec3<T>,
-    /// Tachometer reading of each wheel.
+    /// Tachometer reading of each wheel, rad/s.
     pub wheel_speed_rad_s: [T; W],
-    /// External torque on the spacecraft (thrusters, magnetorquers), without the wheels'.
+    /// External torque (thrusters, magnetorquers), N m, without that of the wheels.
     pub torque_n_m: Vec3<T>,
-    /// Attitude in inertial space, for the estimators that use it; the others ignore it, whatever
-    /// it holds.
+    /// Attitude relative to inertial space, for the estimators that use it; ignored by the others.
     pub attitude: Option<Quaternion<T>>,
 }
 
 impl<T: Real, const W: usize> Sample<T, W> {
-    /// No infinity and no NaN in what every estimator uses: all but the attitude.
+    /// True where rate, wheel speeds and torque are finite. The attitude is not included: the
+    /// estimator that uses it checks it.
     pub fn is_finite(&self) -> bool {
         self.rate_rad_s.iter().all(|x| x.is_finite())
             && self.wheel_speed_rad_s.iter().all(|x| x.is_finite())
             && self.torque_n_m.iter().all(|x| x.is_finite())
     }
 
-    /// External torque and wheel momentum at the sample's instant, body axes.
+    /// External torque `τ` (N m) and wheel momentum `h_w` (N m s) at the instant of the sample,
+    /// body axes.
     pub fn drive(&self, wheels: &WheelArray<T, W>) -> Drive<T> {
         Drive {
             torque_n_m: self.torque_n_m,

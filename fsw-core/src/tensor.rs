@@ -1,60 +1,87 @@
-//! The inertia tensor as six elements, its regressor, and whether a body can have it.
+//! Inertia tensor as six elements, its regressor, and the test for a physical tensor.
 //!
-//! Order everywhere: `Jxx Jyy Jzz Jxy Jxz Jyz`. The first three are the moments of inertia
-//! (MOI), the last three the products of inertia (POI). An off-diagonal element is the tensor
-//! entry itself, `Jxy = −∫ x y dm`, as in all four papers; some simulators use the other sign.
+//! Order everywhere: `Jxx Jyy Jzz Jxy Jxz Jyz`. The first three are the moments of inertia (MOI),
+//! the last three the products of inertia (POI). An off-diagonal element is the tensor entry
+//! itself, `Jxy = −∫ x y dm`, as in all four papers; some simulators use the other sign.
+//!
+//! `J = ∫ (|r|² 1 − r rᵀ) dm`, r from the centre of mass, wheels included and locked.
+//!
+//! | property | condition | function |
+//! |---|---|---|
+//! | invertible | `det J ≠ 0` | [`Inertia::inverse`] |
+//! | positive definite | leading minors positive | [`Inertia::is_positive_definite`] |
+//! | physical | positive definite and `C ≤ A + B` | [`Inertia::check`], [`Inertia::is_physical`] |
+//!
+//! `A ≤ B ≤ C` are the principal moments. The last condition states that
+//! `½ tr(J) 1 − J = ∫ r rᵀ dm`, the second moment of the mass, is positive semidefinite.
 
 use crate::error::NotPhysical;
 use crate::math::{Mat, Vec3, column, eigen::symmetric_eigen, inverse_symmetric, scalar::Real};
 
 /// Inertia tensor about the centre of mass in body axes, kg m², wheels included and locked.
+///
+/// Any six numbers are accepted, since a filter passes through unphysical tensors;
+/// [`check`](Self::check) states whether a rigid body has them.
+///
+/// ```
+/// use fsw_core::Inertia;
+///
+/// let inertia = Inertia::new([14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016]);
+/// assert!(inertia.check().is_ok());
+/// assert_eq!(inertia.matrix_kg_m2()[(0, 1)], 0.0867);
+/// let [smallest, _, largest] = inertia.principal_moments_kg_m2();
+/// assert!(14.1 < smallest && largest < 20.5);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertia<T: Real> {
+    /// Elements `Jxx Jyy Jzz Jxy Jxz Jyz`, kg m².
     elements: [T; 6],
 }
 
 crate::persist!([T: Real] Inertia<T> { elements });
 
 impl<T: Real> Inertia<T> {
-    /// From `Jxx Jyy Jzz Jxy Jxz Jyz`, kg m². Any numbers: see [`check`](Self::check).
+    /// From `Jxx Jyy Jzz Jxy Jxz Jyz`, kg m². Any numbers are accepted.
     pub fn new(elements_kg_m2: [T; 6]) -> Self {
         Self { elements: elements_kg_m2 }
     }
 
-    /// The same moment about every axis.
+    /// Equal moment about every axis, no products: `J = m 1`, kg m².
     pub fn spherical(moment_kg_m2: T) -> Self {
         let (m, o) = (moment_kg_m2, T::zero());
         Self::new([m, m, m, o, o, o])
     }
 
-    /// `Jxx Jyy Jzz Jxy Jxz Jyz`, kg m².
+    /// Elements `Jxx Jyy Jzz Jxy Jxz Jyz`, kg m².
     pub fn elements_kg_m2(&self) -> [T; 6] {
         self.elements
     }
 
-    /// The symmetric 3×3 matrix, kg m².
+    /// Symmetric 3×3 matrix, kg m².
     pub fn matrix_kg_m2(&self) -> Mat<T, 3, 3> {
         let [xx, yy, zz, xy, xz, yz] = self.elements;
         Mat::<T, 3, 3>::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }
 
-    /// Sum of the moments, kg m²: the same in any axes.
+    /// Trace `Jxx + Jyy + Jzz`, kg m²: the same in all axes.
     pub fn trace_kg_m2(&self) -> T {
         self.elements[0] + self.elements[1] + self.elements[2]
     }
 
-    /// Inverse matrix, 1/(kg m²), or `None` where the tensor is singular or not finite.
+    /// Inverse matrix, 1/(kg m²). `None` where the tensor is singular or not finite.
     pub fn inverse(&self) -> Option<Mat<T, 3, 3>> {
         inverse_symmetric(&self.matrix_kg_m2())
     }
 
-    /// Whether all leading minors are positive. Cheap enough for every step.
+    /// Positive definite by Sylvester's criterion: all leading minors are positive. Cheap enough
+    /// for every step.
     pub fn is_positive_definite(&self) -> bool {
-        // Written so that NaN answers no.
+        // A comparison that is false for NaN.
         self.leading_minors().iter().all(|minor| *minor > T::zero())
     }
 
-    /// Determinants of the leading 1×1, 2×2 and 3×3 matrices, in kg m², squared, and cubed.
+    /// Leading principal minors: determinants of the upper left 1×1, 2×2 and 3×3 blocks, in kg m²
+    /// to the power of 1, 2 and 3.
     pub fn leading_minors(&self) -> [T; 3] {
         let [xx, yy, zz, xy, xz, yz] = self.elements;
         let minor = xx * yy - xy * xy;
@@ -62,8 +89,10 @@ impl<T: Real> Inertia<T> {
         [xx, minor, determinant]
     }
 
-    /// Whether a rigid body can have this tensor, as [`check`](Self::check) says but for rounding, and
-    /// cheap enough for every step: `J` and `½ tr(J) 1 − J` are both positive definite.
+    /// Physical without an eigenproblem: `J` and `½ tr(J) 1 − J` are both positive definite.
+    ///
+    /// Agrees with [`check`](Self::check) but for rounding at a lamina, and is cheap enough for
+    /// every step.
     pub fn is_physical(&self) -> bool {
         let half_trace = self.trace_kg_m2() * T::lit(0.5);
         let [xx, yy, zz, xy, xz, yz] = self.elements;
@@ -71,8 +100,21 @@ impl<T: Real> Inertia<T> {
         self.is_positive_definite() && spread.is_positive_definite()
     }
 
-    /// Whether a rigid body can have this tensor: positive definite, and no principal moment
-    /// larger than the sum of the others (equality, a lamina, is allowed to rounding).
+    /// Condition for a rigid body: positive definite, and no principal moment larger than the sum
+    /// of the others. Equality, a lamina, is accepted to rounding.
+    ///
+    /// # Errors
+    /// The violated condition.
+    ///
+    /// ```
+    /// use fsw_core::Inertia;
+    /// use fsw_core::error::NotPhysical;
+    ///
+    /// let lamina = Inertia::new([1.0, 2.0, 3.0, 0.0, 0.0, 0.0]);
+    /// assert_eq!(lamina.check(), Ok(()));
+    /// let none = Inertia::new([1.0, 2.0, 3.1, 0.0, 0.0, 0.0]);
+    /// assert_eq!(none.check(), Err(NotPhysical::TriangleInequality));
+    /// ```
     pub fn check(&self) -> Result<(), NotPhysical> {
         if !self.elements.iter().all(|x| x.is_finite()) {
             return Err(NotPhysical::NotFinite);
@@ -81,7 +123,7 @@ impl<T: Real> Inertia<T> {
         if a <= T::zero() {
             return Err(NotPhysical::NotPositiveDefinite);
         }
-        // The eigenvalues themselves are good to a few units in the last place of the largest.
+        // Eigenvalues are accurate to a few units in the last place of the largest.
         let rounding = c * T::EPSILON * T::lit(8.0);
         if c > a + b + rounding {
             return Err(NotPhysical::TriangleInequality);
@@ -94,8 +136,20 @@ impl<T: Real> Inertia<T> {
         self.principal().0
     }
 
-    /// Principal moments, kg m², ascending, and the matrix whose columns are the principal
-    /// axes in body axes: unit, right-handed.
+    /// Principal moments, kg m², ascending, and the matrix whose columns are the principal axes in
+    /// body axes: unit vectors, right-handed.
+    ///
+    /// `J = V diag(A, B, C) Vᵀ`.
+    ///
+    /// ```
+    /// use fsw_core::Inertia;
+    /// use fsw_core::math::Mat;
+    ///
+    /// let inertia = Inertia::new([1.5, 1.2, 1.8, 0.1, -0.2, 0.05]);
+    /// let (moments, axes) = inertia.principal();
+    /// let again = axes * Mat::<f64, 3, 3>::from_diagonal(&moments.into()) * axes.transpose();
+    /// assert!((again - inertia.matrix_kg_m2()).abs().max() < 1e-14);
+    /// ```
     pub fn principal(&self) -> ([T; 3], Mat<T, 3, 3>) {
         let (moments, axes) = symmetric_eigen(&self.matrix_kg_m2());
         let of = |i: usize| (moments[i], column(&axes, i));
@@ -115,9 +169,20 @@ impl<T: Real + defmt::Format> defmt::Format for Inertia<T> {
     }
 }
 
-/// The matrix that turns six elements into angular momentum: `J ω = G(ω) j`, 3×6.
+/// Regressor G(v), 3×6: `J v = G(v) j`, in the unit of `v`.
 ///
-/// Units of its argument; it serves rates and accelerations alike.
+/// Serves rates (`G(ω) j` is angular momentum) and accelerations.
+///
+/// ```
+/// use fsw_core::math::Mat;
+/// use fsw_core::tensor::regressor;
+/// use fsw_core::{Inertia, Vec3};
+///
+/// let j = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+/// let rate = Vec3::new(0.1, -0.2, 0.3);
+/// let momentum = regressor(&rate) * Mat::<f64, 6, 1>::from(j);
+/// assert!((momentum - Inertia::new(j).matrix_kg_m2() * rate).norm() < 1e-15);
+/// ```
 pub fn regressor<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 6> {
     let o = T::zero();
     let (x, y, z) = (v.x, v.y, v.z);
@@ -146,10 +211,10 @@ pub(crate) fn regressor_noise_share<T: Real>(element: usize) -> T {
     if element < 3 { T::one() } else { T::lit(2.0) }
 }
 
-/// The same for the gyroscopic torque: `ω × J ω = ω^× G(ω) j`, 3×6, written out.
+/// Regressor of the gyroscopic torque, 3×6: `ω × J ω = ω^× G(ω) j`, written out, rad²/s².
 ///
-/// With [`regressor`] of the acceleration it makes the matrix that \[Kim2016\] Eqs. (4), (5) lost
-/// in printing: `J ω̇ + ω × J ω = [G(ω̇) + ω^× G(ω)] j`.
+/// With the [`regressor`] of the acceleration it forms the matrix that \[Kim2016\] Eqs. (4), (5)
+/// lost in printing: `J ω̇ + ω × J ω = [G(ω̇) + ω^× G(ω)] j`.
 pub fn gyroscopic_regressor<T: Real>(rate: &Vec3<T>) -> Mat<T, 3, 6> {
     let o = T::zero();
     let (x, y, z) = (rate.x, rate.y, rate.z);
@@ -183,9 +248,11 @@ mod tests {
     use crate::math::skew;
     use proptest::prelude::*;
 
+    /// Elements of the satellite STSAT-3, kg m².
     const STSAT_3: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
 
     proptest! {
+        /// Both regressors against matrix products, for random tensors and vectors.
         #[test]
         fn regressors_are_linear_forms_of_the_tensor(
             j in prop::array::uniform6(-2.0..2.0f64), w in prop::array::uniform3(-2.0..2.0f64),
@@ -213,6 +280,7 @@ mod tests {
             prop_assert!((mean - share * (sigma * sigma)).abs().max() < 1e-14);
         }
 
+        /// The tensor of any eight point masses is physical.
         #[test]
         fn a_cloud_of_masses_is_physical(
             points in prop::array::uniform8(prop::array::uniform3(-1.0..1.0f64)),
@@ -226,6 +294,7 @@ mod tests {
             prop_assert!(i.is_positive_definite() && i.is_physical());
         }
 
+        /// Diagonalisation, order and handedness, and agreement with the leading minors.
         #[test]
         fn principal_axes_diagonalise(j in prop::array::uniform6(-2.0..2.0f64)) {
             let inertia = Inertia::new(j);
@@ -238,6 +307,7 @@ mod tests {
         }
     }
 
+    /// Limits of both conditions, in both tests.
     #[test]
     fn physical_means_positive_and_triangular() {
         let check = |j: [f64; 6]| Inertia::new(j).check();
@@ -253,6 +323,7 @@ mod tests {
         assert!(!Inertia::new([f64::NAN, 1.0, 1.0, 0.0, 0.0, 0.0]).is_physical());
     }
 
+    /// Equality `C = A + B` is accepted to rounding, in rotated axes.
     #[test]
     fn a_lamina_is_physical_in_single_precision_in_any_axes() {
         // 1, 2, 3 turned by an arbitrary rotation.

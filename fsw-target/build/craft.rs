@@ -1,104 +1,93 @@
-//! A craft file, from TOML to Rust source.
+//! A craft file, from its values to Rust source.
 //!
-//! Decimal text is parsed as f64 and rounded to f32 once, here, and emitted as exact bits: the
-//! constant holds what `host-sim replay --precision f32` reads from the same file.
+//! Decimal text is parsed as f64, rounded to f32 once, and emitted as exact bits: the constant holds
+//! the numbers of `host-sim replay --precision f32` for the same file.
 
+use flight_input::Craft;
 use fsw_core::estimator::window;
 use fsw_core::{Vec3, WheelArray};
-use serde::Deserialize;
-use std::{error::Error, fmt::Write as _, fs, path::Path};
+use std::fmt::Write as _;
 
-/// What the craft file says: what `host-sim replay --craft` knows of wheels, gyro noise and prior.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Craft {
-    /// One for each wheel.
-    #[serde(default)]
-    pub wheel: Vec<Wheel>,
-    gyro: Gyro,
-    prior: Option<Prior>,
-}
+/// A craft file that the image cannot take: the fault and the remedy.
+type Rejection = String;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Wheel {
-    axis: [f64; 3],
-    spin_inertia_kg_m2: f64,
-}
+/// The Rust source of `CRAFT`, a constant with `room` wheels. An absent wheel is one about z without
+/// spin inertia.
+///
+/// # Errors
+/// More than `room` wheels, an absent gyro noise, a key without a counterpart in the image, or a value
+/// that the estimators reject in f32.
+pub fn source(craft: &Craft, room: usize) -> Result<String, Rejection> {
+    check_keys(craft, room)?;
+    let noise_rad_s = craft.gyro.noise_rad_s.ok_or(
+        "missing key `gyro.noise_rad_s`: the image does not estimate the noise; add it from the data \
+         sheet, one sigma per sample",
+    )?;
+    check_values(craft, noise_rad_s)?;
+    let missing = room - craft.wheels.len();
+    let axes = craft.wheels.iter().map(|wheel| floats(wheel.axis.as_slice()));
+    let axes: Vec<_> = axes.chain(vec![floats(&[0.0, 0.0, 1.0]); missing]).collect();
+    let spin_inertia = craft.wheels.iter().map(|wheel| wheel.spin_inertia_kg_m2);
+    let spin_inertia: Vec<_> = spin_inertia.chain(vec![0.0; missing]).collect();
+    let prior = craft.prior.as_ref().map_or("None".to_owned(), |prior| {
+        let (inertia, sigma) = (floats(&prior.inertia_kg_m2), floats(&prior.sigma_kg_m2));
+        format!("Some(Prior {{ inertia_kg_m2: {inertia}, sigma_kg_m2: {sigma} }})")
+    });
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Gyro {
-    noise_rad_s: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Prior {
-    inertia_kg_m2: [f64; 6],
-    sigma_kg_m2: [f64; 6],
-}
-
-impl Craft {
-    /// Reads a craft file.
-    pub fn load(path: &Path) -> Result<Self, Box<dyn Error>> {
-        let text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
-        Ok(toml::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?)
+    let mut source = format!("/// The spacecraft.\npub const CRAFT: Craft<{room}> = Craft {{\n");
+    for (field, value) in [
+        ("wheel_axes", format!("[{}]", axes.join(", "))),
+        ("spin_inertia_kg_m2", floats(&spin_inertia)),
+        ("gyro_noise_rad_s", float(noise_rad_s)),
+        ("prior", prior),
+    ] {
+        writeln!(source, "    {field}: {value},").map_err(|error| error.to_string())?;
     }
+    Ok(source + "};\n")
+}
 
-    /// Refuses, in the arithmetic that flies, what the estimators would: an image that is built flies.
-    fn check(&self, room: usize) -> Result<(), Box<dyn Error>> {
-        if self.wheel.len() > room {
-            let wheels = self.wheel.len();
-            return Err(format!("{wheels} [[wheel]], and the image has room for {room}").into());
-        }
-        for (i, wheel) in self.wheel.iter().enumerate() {
-            let axis = Vec3::from(wheel.axis.map(|x| x as f32));
-            WheelArray::new([axis], [wheel.spin_inertia_kg_m2 as f32])
-                .map_err(|why| format!("[[wheel]] {} of {}: {why}", i + 1, self.wheel.len()))?;
-        }
-        window::Config::new(self.gyro.noise_rad_s as f32)
-            .validate::<9>()
-            .map_err(|why| format!("[gyro]: {why}"))?;
-        let narrow = |values: [f64; 6]| values.map(|x| x as f32);
-        let prior = self.prior.as_ref().map(|prior| fsw_core::Prior {
-            inertia_kg_m2: narrow(prior.inertia_kg_m2),
-            sigma_kg_m2: narrow(prior.sigma_kg_m2),
-        });
-        prior.map_or(Ok(()), |prior| prior.validate()).map_err(|why| format!("[prior]: {why}"))?;
-        Ok(())
+/// Rejects keys without a counterpart in the image.
+fn check_keys(craft: &Craft, room: usize) -> Result<(), Rejection> {
+    let wheels = craft.wheels.len();
+    if wheels > room {
+        return Err(format!("{wheels} [[wheel]] tables, but the image has {room}; remove some"));
     }
-
-    /// The Rust source of `CRAFT`, a constant with room for so many wheels. What the file doesn't
-    /// have is a wheel about z without spin inertia; what estimators don't take is refused.
-    pub fn to_source(&self, room: usize) -> Result<String, Box<dyn Error>> {
-        self.check(room)?;
-        let missing = room - self.wheel.len();
-        let axes: Vec<_> = self.wheel.iter().map(|wheel| floats(&wheel.axis)).collect();
-        let axes = [axes, vec![floats(&[0.0, 0.0, 1.0]); missing]].concat();
-        let spin_inertias: Vec<_> =
-            self.wheel.iter().map(|wheel| wheel.spin_inertia_kg_m2).collect();
-        let spin_inertias = [spin_inertias, vec![0.0; missing]].concat();
-
-        let mut source = String::new();
-        writeln!(source, "/// The spacecraft.\npub const CRAFT: Craft<{room}> = Craft {{")?;
-        writeln!(source, "    wheel_axes: [{}],", axes.join(", "))?;
-        writeln!(source, "    spin_inertia_kg_m2: {},", floats(&spin_inertias))?;
-        writeln!(source, "    gyro_noise_rad_s: {},", float(self.gyro.noise_rad_s))?;
-        match &self.prior {
-            None => writeln!(source, "    prior: None,")?,
-            Some(prior) => {
-                let inertia = floats(&prior.inertia_kg_m2);
-                let sigma = floats(&prior.sigma_kg_m2);
-                writeln!(source, "    prior: Some(Prior {{")?;
-                writeln!(source, "        inertia_kg_m2: {inertia},")?;
-                writeln!(source, "        sigma_kg_m2: {sigma},")?;
-                writeln!(source, "    }}),")?;
-            }
-        }
-        writeln!(source, "}};")?;
-        Ok(source)
+    let image_has_none = [
+        ("gyro.range_rad_s", craft.gyro.range_rad_s.is_some()),
+        ("gyro.quantum_rad_s", craft.gyro.quantum_rad_s.is_some()),
+        ("filter.rate_walk_rad_s_sqrt_s", craft.filter.rate_walk_rad_s_sqrt_s.is_some()),
+        (
+            "filter.inertia_walk_kg_m2_sqrt_hour",
+            craft.filter.inertia_walk_kg_m2_sqrt_hour.is_some(),
+        ),
+        ("filter.torque_is_smooth", craft.filter.is_torque_smooth),
+        ("disturbance.torque", craft.solve_for.torque),
+        ("disturbance.gyro_bias", craft.solve_for.gyro_bias),
+    ];
+    match image_has_none.iter().find(|(_, is_given)| *is_given) {
+        Some((key, _)) => Err(format!("`{key}` has no counterpart in the image; remove it")),
+        None => Ok(()),
     }
+}
+
+/// Rejects values that the estimators reject in the precision of the image.
+fn check_values(craft: &Craft, noise_rad_s: f64) -> Result<(), Rejection> {
+    for (index, wheel) in craft.wheels.iter().enumerate() {
+        let axis = Vec3::from(<[f64; 3]>::from(wheel.axis).map(|x| x as f32));
+        WheelArray::new([axis], [wheel.spin_inertia_kg_m2 as f32])
+            .map_err(|why| format!("`wheel[{}]` in single precision: {why}", index + 1))?;
+    }
+    window::Config::new(noise_rad_s as f32)
+        .validate::<9>()
+        .map_err(|why| format!("`gyro` in single precision: {why}"))?;
+    let Some(prior) = &craft.prior else { return Ok(()) };
+    let narrow = |values: [f64; 6]| values.map(|x| x as f32);
+    fsw_core::Prior {
+        inertia_kg_m2: narrow(prior.inertia_kg_m2),
+        sigma_kg_m2: narrow(prior.sigma_kg_m2),
+    }
+    .validate()
+    .map_err(|why| format!("`prior` in single precision: {why}"))
 }
 
 /// Numbers as an array of exact bits.

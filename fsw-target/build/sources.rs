@@ -1,10 +1,11 @@
-//! A fingerprint of the sources that a flight computer is made of, on its processor as on the host.
+//! A fingerprint of the sources of the flight computer, equal on target and host.
 
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Folders that are not part of it: core and board, which the host does not compile, and the images.
+/// Folders of `src` outside the fingerprint: core and board, which the host does not compile, and the
+/// images.
 const LEFT_OUT: [&str; 3] = ["arch", "board", "bin"];
 
 /// The constant `SOURCES`. `package` is the folder of this crate.
@@ -23,7 +24,7 @@ pub fn fingerprint(package: &Path) -> Result<String, Box<dyn Error>> {
         println!("cargo:rerun-if-changed={}", place.display());
         collect(place, &mut files)?;
     }
-    // By their names within the workspace, in their order: the same wherever it is.
+    // Sorted by the name within the workspace: independent of the machine.
     let mut named = Vec::new();
     for file in files {
         let name = file.strip_prefix(root)?.to_string_lossy().replace('\\', "/");
@@ -37,8 +38,8 @@ pub fn fingerprint(package: &Path) -> Result<String, Box<dyn Error>> {
         hash.add(content);
     }
     Ok(format!(
-        "/// Stands for the sources that this was built of: those of the core, this crate's but for\n\
-         /// core, board and images, and the versions of all crates.\n\
+        "/// Fingerprint of the sources: fsw-core, this crate without core, board and images, and the\n\
+         /// versions of all crates.\n\
          pub const SOURCES: u64 = {:#x};\n",
         hash.0
     ))

@@ -1,20 +1,27 @@
-//! The simulator: a spacecraft on a PC around the same core that flies.
+//! Simulator of a spacecraft on a PC, around the estimators that fly.
 //!
 //! ```text
 //!  SCENARIO.toml ─► truth ──► sensor ──► simulation ─┐
 //!  (input)          physics   gyro       a log       ├─► estimation ──► report
 //!  LOG.csv, CRAFT.toml ──────────────────────────────┘   fsw-core       table, JSON, plots
-//!  (input)           └─ truth::bound: what nobody can beat
+//!  (input)           └─ truth::bound: Cramér-Rao bound
 //! ```
 //!
-//! `campaign` goes from simulation to estimation many times, and to statistics of the results;
-//! `papers` does so with the published systems, and sets the results beside what was printed.
+//! | module | content |
+//! |---|---|
+//! | [`input`] | scenario and craft files, recorded logs |
+//! | [`truth`] | motion of the spacecraft, and its Cramér-Rao bound |
+//! | [`sensor`] | gyro and wheel encoders, as rates and at register level |
+//! | [`simulation`] | log of a simulated flight |
+//! | [`estimation`] | any estimator of the flight core over a log |
+//! | [`campaign`] | Monte Carlo: simulation and estimation repeated, statistics of the errors |
+//! | [`papers`] | published results reproduced |
+//! | [`pil`] | processor in the loop: the firmware in QEMU with the models of `sensor` |
+//! | [`ground`] | telemetry packets from the bytes of a serial line |
+//! | [`report`] | tables, JSON, CSV, plots |
+//! | [`cli`] | command line, one file per verb |
 //!
-//! `ground` is the other end of the flight computer's serial line: telemetry from bytes, and what is
-//! missing of it.
-//! `pil` flies the firmware itself, in QEMU, with the sensors of `sensor` at its wires.
-//!
-//! `cli` has a file for each verb, which strings these together.
+//! All quantities are `f64` in SI units, body axes, until a sample enters the flight core.
 
 pub mod campaign;
 pub mod cli;
@@ -24,7 +31,6 @@ pub mod input;
 pub mod papers;
 #[cfg(unix)]
 pub mod pil;
-pub mod recording;
 pub mod report;
 pub mod sensor;
 pub mod simulation;

@@ -1,4 +1,4 @@
-//! `host-sim`: see `host-sim --help`, and the crate's page for the way of the data.
+//! Program `host-sim`. Usage: `host-sim --help`; data flow: the crate page of the library.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! A simulated log: what the sensors recorded of a flight.
+//! Log of a simulated flight: sensor readings at each true state.
 
 use nalgebra::UnitQuaternion;
 
@@ -7,7 +7,8 @@ use crate::input::scenario::Scenario;
 use crate::sensor::gyro::Gyro;
 use crate::truth::Flight;
 
-/// The log of a flight with the gyro noise of this seed, as `replay` would read it.
+/// Log of a flight with the gyro noise of this seed, in the form that `replay` reads. Wheel speeds,
+/// commanded torque and attitude are without error.
 pub fn log_of(scenario: &Scenario, flight: &Flight, seed: u64) -> Vec<LogRow> {
     let mut gyro = Gyro::new(&scenario.gyro, seed);
     flight
@@ -25,10 +26,10 @@ pub fn log_of(scenario: &Scenario, flight: &Flight, seed: u64) -> Vec<LogRow> {
         .collect()
 }
 
-/// The true attitude as a log tells it, scalar last.
+/// Attitude as columns of a log: quaternion from inertial to body axes, scalar last.
 ///
-/// The quaternion that turns a vector from body to inertial axes (as a rotation, `q v q*`) has the
-/// same four numbers as the one that turns components from inertial to body axes by \[Kim2010\]
+/// The quaternion that rotates a vector from body to inertial axes (`v′ = q v q*`) has the same four
+/// components as the one that transforms components from inertial to body axes by \[Kim2010\]
 /// Eq. (6).
 fn inertial_to_body(body_to_inertial: &UnitQuaternion<f64>) -> [f64; 4] {
     let q = body_to_inertial;
@@ -43,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_logs_attitude_turns_inertial_components_into_body_components() {
+    fn attitude_of_the_log_transforms_inertial_into_body_components() {
         let attitude = UnitQuaternion::from_euler_angles(0.3, -0.5, 0.8);
         let to_body = Quaternion::new(inertial_to_body(&attitude)).to_body().unwrap();
         let inertial = Vector3::new(0.2, -1.0, 0.7);

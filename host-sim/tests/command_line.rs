@@ -111,10 +111,10 @@ fn mc_finds_the_estimator_at_the_bound_and_honest() {
 #[test]
 fn what_changes_in_flight_is_measured_at_its_end_and_said() {
     for (scenario, note, jyy) in [
-        ("deployment", "the bound is of what follows the last change, at 750 s", 1.05 * 2.31),
+        ("deployment", "the bound is of the data after the last change, at 750 s", 1.05 * 2.31),
         (
             "fuel-burn",
-            "the inertia drifts; the truth is that at the end",
+            "the inertia drifts; the truth is at the end of the flight",
             2.31 * (1.0 - 0.11 / 3.6),
         ),
     ] {

@@ -6,7 +6,7 @@
 use std::sync::atomic::AtomicBool;
 
 use fsw_core::Status;
-use host_sim::campaign::{Campaign, Run, Truths};
+use host_sim::campaign::{Campaign, CampaignRun, Truths};
 use host_sim::estimation::{EstimatorName, Precision};
 use host_sim::input::Scenario;
 
@@ -15,7 +15,7 @@ const CONVENTIONAL: [f64; 6] = [14.1181, 17.5350, 20.6816, 16.3578, 17.4000, 19.
 const SUGGESTED: [f64; 6] = [14.1181, 17.5350, 20.6816, 0.1197, 0.1560, 0.1538];
 const BATCH: [f64; 6] = [4.2859, 7.1157, 6.1224, 4.8224, 6.2786, 6.1667];
 
-fn runs(estimator: EstimatorName) -> Vec<Run> {
+fn runs(estimator: EstimatorName) -> Vec<CampaignRun> {
     let scenario = Scenario::load("kim-2010-slew").unwrap();
     let truths = Truths::simulate(&scenario).unwrap();
     let campaign = Campaign {
@@ -26,12 +26,12 @@ fn runs(estimator: EstimatorName) -> Vec<Run> {
         first_seed: 0,
         runs: 20,
     };
-    campaign.fly(&AtomicBool::new(false), || ()).unwrap()
+    campaign.run_all(&AtomicBool::new(false), || ()).unwrap()
 }
 
 /// Every run's element against the paper's, as a share of it.
-fn worst_share(runs: &[Run], table: &[f64; 6], elements: std::ops::Range<usize>) -> f64 {
-    let share = |run: &Run, i: usize| (run.score.inertia_kg_m2[i] / table[i] - 1.0).abs();
+fn worst_share(runs: &[CampaignRun], table: &[f64; 6], elements: std::ops::Range<usize>) -> f64 {
+    let share = |run: &CampaignRun, i: usize| (run.score.inertia_kg_m2[i] / table[i] - 1.0).abs();
     runs.iter().flat_map(|run| elements.clone().map(move |i| share(run, i))).fold(0.0, f64::max)
 }
 

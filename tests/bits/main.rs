@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use fsw_core::Estimator;
 use fsw_target::flight::flight_loop::Tick;
 use fsw_target::stand_in::replay;
-use host_sim::estimation::{EstimatorName, Precision, Setup, fly, set_up};
+use host_sim::estimation::{EstimatorName, Precision, Setup, estimate_log, set_up};
 use host_sim::input::scenario::{Scenario, built_in_names};
 use host_sim::simulation::log_of;
 use host_sim::truth::Flight;
@@ -48,7 +48,7 @@ fn line_of(
 ) -> String {
     let craft = scenario.craft();
     let label = format!("{} {name} {precision}", scenario.name);
-    let on_board = match set_up(&Setup {
+    let estimator = match set_up(&Setup {
         estimator: name,
         precision,
         craft: &craft,
@@ -56,18 +56,18 @@ fn line_of(
         sample_period_s: 1.0 / scenario.gyro.rate_hz,
         refuse_spikes: true,
     }) {
-        Ok(on_board) => on_board,
+        Ok(estimator) => estimator,
         Err(_) => return format!("{label} refused"),
     };
     let log = log_of(scenario, flight, 0);
     let mut digest = Digest::new();
     let end = log.len() - 1;
     let mut step = 0;
-    let flown = fly(&log, on_board, |_, _, on_board| {
+    let flown = estimate_log(&log, estimator, |_, _, estimator| {
         // The state in mid-flight counts as well as at the end.
         if step % 997 == 0 || step == end {
-            digest.floats(on_board.rate_rad_s().iter());
-            if let Some(innovation) = on_board.innovation() {
+            digest.floats(estimator.rate_rad_s().iter());
+            if let Some(innovation) = estimator.innovation() {
                 digest.floats(innovation.rate_rad_s.iter());
                 digest.floats(innovation.variance_rad2_s2.iter());
             }

@@ -7,8 +7,8 @@
 use std::env;
 use std::sync::atomic::AtomicBool;
 
-use host_sim::campaign::statistics::{Statistics, Verdict, reduce};
 use host_sim::campaign::{Campaign, Truths};
+use host_sim::campaign::{Statistics, Verdict, reduce};
 use host_sim::estimation::{EstimatorName, Precision};
 use host_sim::input::scenario::Scenario;
 
@@ -28,7 +28,7 @@ fn fly(scenario: &str, runs: u64) -> (Statistics, usize) {
         first_seed: 0,
         runs,
     };
-    let runs = campaign.fly(&AtomicBool::new(false), || ()).unwrap();
+    let runs = campaign.run_all(&AtomicBool::new(false), || ()).unwrap();
     for run in &runs {
         if matches!(run.score.verdict, Verdict::NotConverged | Verdict::Diverged) {
             println!("{} seed {}: {:?}", scenario.name, run.seed, run.score);
@@ -123,7 +123,7 @@ fn a_wrong_prior_does_no_harm() {
             first_seed: 0,
             runs: 100,
         };
-        let runs = campaign.fly(&AtomicBool::new(false), || ()).unwrap();
+        let runs = campaign.run_all(&AtomicBool::new(false), || ()).unwrap();
         let found = reduce(runs.iter().map(|run| &run.score));
         assert_eq!(runs.iter().filter(|run| run.changes > 0).count(), dropped);
         assert_eq!((found.diverged, found.not_converged), (0, 0));

@@ -1,20 +1,57 @@
-//! 5. An estimator's state to and from non-volatile memory, bit for bit.
+//! 6. Checkpoint: an estimator's state to and from non-volatile memory, bit for bit.
 //!
-//! A flight that resumes from a checkpoint continues with the same bits as one without interruption.
-//! [`transfer`] writes or reads a state ([`Persist`]) by way of any medium ([`Words`]);
-//! [`fingerprint`] identifies the layout, so that a medium can be checked before it is read.
+//! A flight that resumes from a checkpoint continues with the same bits as one without
+//! interruption. [`transfer`] writes or reads a state ([`Persist`]) by way of any medium
+//! ([`Words`]); [`fingerprint`] identifies the layout, so that a medium can be checked before it is
+//! read.
+//!
+//! # Use
+//!
+//! 1. At the start: an estimator with its configuration.
+//! 2. If the medium holds a checkpoint with the [`fingerprint`] of the estimator's type:
+//!    [`transfer`] from the medium. After a rejection the state is partly overwritten, and the
+//!    estimator is constructed again.
+//! 3. From time to time: [`transfer`] to the medium, together with the fingerprint and a checksum.
+//!
+//! A checksum is up to the medium: it detects a flipped bit, which validation does not always
+//! reject. Restored numbers are finite in any case.
+//!
+//! # Limits
+//!
+//! * Time stamps are absolute. After an interruption longer than the gate's gap the rate is
+//!   initialised, and the inertia is kept.
+//! * The byte order is that of the medium: a word is a `u32`.
+//! * `f32` and `f64` estimators have different layouts.
 
 #[cfg(test)]
 mod tests;
 
-pub use crate::persist::{Archive, Invalid, Persist, Words, mix};
+pub use crate::persist::{Archive, InvalidWord, Persist, Words, mix};
 
 /// Writes a state to a medium, or reads it from there: the medium decides on the direction.
 ///
 /// # Errors
-/// The first rejected value. When reading, the state is then partly overwritten and must be started
-/// afresh.
-pub fn transfer<P: Persist>(state: &mut P, words: &mut dyn Words) -> Result<(), Invalid> {
+/// The first rejected value. After a rejected read the state is partly overwritten and must be
+/// started afresh.
+///
+/// ```
+/// use fsw_core::checkpoint::{FromWords, ToWords, transfer};
+/// use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
+/// use fsw_core::{ConfigError, WheelArray};
+///
+/// let new = || JointEkfUd::<f32, 1>::new(
+///     Config::new(1e-4),
+///     WheelArray::new([fsw_core::Vec3::z()], [1e-3])?,
+/// );
+/// let (mut filter, mut restored) = (new()?, new()?);
+/// let mut words = [0; 256];
+/// let mut medium = ToWords::new(&mut words);
+/// transfer(&mut filter, &mut medium).unwrap();
+/// let length = medium.written();
+/// transfer(&mut restored, &mut FromWords::new(&words[..length])).unwrap();
+/// # Ok::<(), ConfigError>(())
+/// ```
+pub fn transfer<P: Persist>(state: &mut P, words: &mut dyn Words) -> Result<(), InvalidWord> {
     let mut archive = Archive::new(words);
     state.persist(&mut archive);
     archive.finish()
@@ -36,14 +73,14 @@ pub fn fingerprint<P: Persist>() -> u32 {
     mix(VERSION, P::layout())
 }
 
-/// Writes words to memory.
+/// Medium that writes words to memory.
 #[derive(Debug)]
 pub struct ToWords<'a> {
     words: &'a mut [u32],
     written: usize,
 }
 
-/// Reads words from memory.
+/// Medium that reads words from memory.
 #[derive(Debug)]
 pub struct FromWords<'a> {
     words: &'a [u32],

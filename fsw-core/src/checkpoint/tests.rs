@@ -1,3 +1,9 @@
+//! Checkpoints of every estimator: resumption, truncation, bit flips, configuration, fingerprints.
+//!
+//! The property under test: a flight that is interrupted after any sample and resumed from a
+//! checkpoint has the outcomes and the state, bit for bit, of the same flight without interruption.
+//! Samples come from [`TestFlight`]; generic cases run in both precisions.
+
 use super::*;
 use crate::dynamics::wheels::WheelArray;
 use crate::estimator::Estimator;
@@ -13,18 +19,24 @@ use crate::sample::Sample;
 use proptest::prelude::*;
 use std::vec::Vec;
 
+/// Elements of the first body, kg m².
 const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+/// Elements of the second body, after the deployment, kg m².
 const DEPLOYED: [f64; 6] = [3.0, 1.6, 2.6, 0.2, -0.1, 0.05];
+/// One sigma of the gyro noise, rad/s.
 const NOISE_RAD_S: f64 = 1e-4;
+/// Sample period, µs.
 const PERIOD_US: u64 = 100_000;
-/// Of each of the two bodies.
+/// Samples of each of the two bodies.
 const SAMPLES: u64 = 400;
 
+/// One wheel of 1e-3 kg m² along (1, 1, 0).
 fn wheels<T: Real>() -> WheelArray<T, 1> {
     let axis = Vec3::new(T::one(), T::one(), T::zero());
     WheelArray::new([axis], [T::lit(1e-3)]).unwrap()
 }
 
+/// Noise-free flight of a body under [`tumbling_torque_n_m`].
 fn tumble(inertia_kg_m2: [f64; 6]) -> Vec<Sample<f32, 1>> {
     let flight = TestFlight {
         inertia_kg_m2,
@@ -36,8 +48,8 @@ fn tumble(inertia_kg_m2: [f64; 6]) -> Vec<Sample<f32, 1>> {
     flight.fly(|t| [100.0 + 50.0 * (0.5 * t).sin()], tumbling_torque_n_m)
 }
 
-/// All that can happen: a body, and the one that it becomes; noise; samples that are broken, late,
-/// repeated, far off or missing.
+/// Flight with all events: a body, and a second one after a deployment; gyro noise; samples that are
+/// not finite, out of order, repeated, spikes or missing.
 fn eventful<T: Real>() -> Vec<Sample<T, 1>> {
     let mut samples = tumble(INERTIA);
     samples.extend(
@@ -59,7 +71,7 @@ fn eventful<T: Real>() -> Vec<Sample<T, 1>> {
     samples.iter().map(cast).collect()
 }
 
-/// Numbers that jump about: a linear congruence, uniform in ±1.7 sigma.
+/// Noise by a linear congruential generator (\[Knuth1997\]), uniform within ±√3 sigma, rad/s.
 fn noise() -> impl FnMut(u8) -> f32 {
     let mut state = 1u64;
     move |_| {
@@ -69,6 +81,7 @@ fn noise() -> impl FnMut(u8) -> f32 {
     }
 }
 
+/// Sample in the precision under test.
 fn cast<T: Real>(sample: &Sample<f32, 1>) -> Sample<T, 1> {
     Sample {
         time_us: sample.time_us,
@@ -79,24 +92,29 @@ fn cast<T: Real>(sample: &Sample<f32, 1>) -> Sample<T, 1> {
     }
 }
 
+/// Nine-state filter without a prior: it aligns on the motion.
 fn joint_ekf<T: Real>() -> JointEkfUd<T, 1> {
     JointEkf::new(joint_ekf::Config::new(T::lit(NOISE_RAD_S)), wheels()).unwrap()
 }
 
+/// Nine-state filter as published, with a prior.
 fn published<T: Real>() -> JointEkfPublished<T, 1> {
     let config = joint_ekf::Config { prior: Some(prior()), ..joint_ekf::Config::new(T::lit(1e-4)) };
     JointEkf::new(config, wheels()).unwrap()
 }
 
+/// Recursive least squares for all six elements.
 fn rls<T: Real>() -> EkfSgf<T, 1> {
     let config = ekf_sgf::Config::kim_2013(T::lit(NOISE_RAD_S), prior());
     EkfSgf::new(ekf_sgf::Config { elements: Elements::All, ..config }, wheels()).unwrap()
 }
 
+/// Batch least squares.
 fn lls<T: Real>() -> EkfSgf<T, 1> {
     EkfSgf::new(ekf_sgf::Config::kim_2016(T::lit(NOISE_RAD_S), prior()), wheels()).unwrap()
 }
 
+/// Prior within 30 % of the first body.
 fn prior<T: Real>() -> Prior<T> {
     Prior {
         inertia_kg_m2: [1.2, 1.2, 1.2, 0.0, 0.0, 0.0].map(T::lit),
@@ -104,38 +122,42 @@ fn prior<T: Real>() -> Prior<T> {
     }
 }
 
-/// More than any state here.
+/// Bound on the words of every state in these tests.
 const MOST_WORDS: usize = 8192;
 
-fn try_to_keep<P: Persist>(state: &mut P) -> Result<Vec<u32>, Invalid> {
-    let mut noted = std::vec![0; MOST_WORDS];
-    let mut words = ToWords::new(&mut noted);
-    transfer(state, &mut words)?;
-    let length = words.written();
-    noted.truncate(length);
-    Ok(noted)
+/// Words of a state, or the rejection of a number that is not finite.
+fn try_to_write<P: Persist>(state: &mut P) -> Result<Vec<u32>, InvalidWord> {
+    let mut words = std::vec![0; MOST_WORDS];
+    let mut medium = ToWords::new(&mut words);
+    transfer(state, &mut medium)?;
+    let length = medium.written();
+    words.truncate(length);
+    Ok(words)
 }
 
-fn kept<P: Persist>(state: &mut P) -> Vec<u32> {
-    try_to_keep(state).unwrap()
+/// Words of a state with finite numbers.
+fn written<P: Persist>(state: &mut P) -> Vec<u32> {
+    try_to_write(state).unwrap()
 }
 
-fn bring_back<P: Persist>(state: &mut P, noted: &[u32]) -> Result<(), Invalid> {
-    let mut words = FromWords::new(noted);
-    transfer(state, &mut words)?;
-    assert_eq!(words.remaining(), 0);
+/// Reads a state from words, all of which must be used.
+fn read_back<P: Persist>(state: &mut P, words: &[u32]) -> Result<(), InvalidWord> {
+    let mut medium = FromWords::new(words);
+    transfer(state, &mut medium)?;
+    assert_eq!(medium.remaining(), 0);
     Ok(())
 }
 
-/// What a flight without interruption does: each sample's outcome, and the whole state after it.
+/// Flight without interruption: outcome of each sample and the whole state after it, as words.
 fn uninterrupted<T: Real, E: Estimator<T, 1> + Persist>(
     mut estimator: E,
     samples: &[Sample<T, 1>],
 ) -> Vec<(Outcome, Vec<u32>)> {
-    samples.iter().map(|sample| (estimator.step(sample), kept(&mut estimator))).collect()
+    samples.iter().map(|sample| (estimator.step(sample), written(&mut estimator))).collect()
 }
 
-/// Restores into a fresh estimator after each of these samples, and compares the rest of the flight.
+/// Restores the state after each of these samples into a fresh estimator, and compares the rest of the
+/// flight: outcomes, and the whole state near the restart and every 50 samples.
 fn resumes<T: Real, E: Estimator<T, 1> + Persist>(
     fresh: impl Fn() -> E,
     samples: &[Sample<T, 1>],
@@ -148,12 +170,11 @@ fn resumes<T: Real, E: Estimator<T, 1> + Persist>(
     });
     for at in after {
         let mut restored = fresh();
-        bring_back(&mut restored, &flown[at].1).unwrap();
+        read_back(&mut restored, &flown[at].1).unwrap();
         for k in at + 1..samples.len() {
             assert_eq!(restored.step(&samples[k]), flown[k].0, "from {at}, sample {k}");
-            // The whole state, near the start and now and then.
             if k < at + 20 || k % 50 == 0 {
-                assert_eq!(kept(&mut restored), flown[k].1, "from {at}, sample {k}");
+                assert_eq!(written(&mut restored), flown[k].1, "from {at}, sample {k}");
             }
         }
         assert_eq!(restored.estimate(), last.estimate(), "from {at}");
@@ -162,12 +183,14 @@ fn resumes<T: Real, E: Estimator<T, 1> + Persist>(
     }
 }
 
+/// Every `step`-th index of a flight.
 fn some_of<T: Real>(samples: &[Sample<T, 1>], step: usize) -> impl Iterator<Item = usize> {
     (0..samples.len()).step_by(step)
 }
 
+/// The flight of these tests leads to every outcome that the estimators distinguish.
 #[test]
-fn the_flight_has_what_it_should() {
+fn the_flight_contains_every_event() {
     let outcomes: Vec<Outcome> =
         uninterrupted(joint_ekf::<f32>(), &eventful()).into_iter().map(|(o, _)| o).collect();
     for name in ["aligning", "updated", "not_finite", "out_of_order", "spike", "stuck", "reset_gap"]
@@ -179,6 +202,7 @@ fn the_flight_has_what_it_should() {
     assert_eq!(aligned, 2);
 }
 
+/// Interruption after every third, eleventh or 37th sample.
 #[test]
 fn joint_ekf_resumes_bit_for_bit() {
     let (single, double) = (eventful::<f32>(), eventful::<f64>());
@@ -187,8 +211,9 @@ fn joint_ekf_resumes_bit_for_bit() {
     resumes(published::<f64>, &double, some_of(&double, 37));
 }
 
+/// Interruption after every fifth to 37th sample.
 #[test]
-fn chains_resume_bit_for_bit() {
+fn ekf_sgf_resumes_bit_for_bit() {
     let (single, double) = (eventful::<f32>(), eventful::<f64>());
     resumes(rls::<f32>, &single, some_of(&single, 5));
     resumes(rls::<f64>, &double, some_of(&double, 17));
@@ -198,7 +223,7 @@ fn chains_resume_bit_for_bit() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
-    /// Whatever the samples hold, wherever the flight is interrupted.
+    /// Random bits in every field of 20 samples, and an interruption at a random sample.
     #[test]
     fn any_flight_resumes_after_any_sample(
         at in 0..400usize,
@@ -219,11 +244,11 @@ proptest! {
         any_resumes(joint_ekf, &samples, at);
         any_resumes(rls, &samples, at);
         any_resumes(window::<f32, 9>, &samples, at);
-        any_resumes(curious_window, &samples, at);
+        any_resumes(window_18, &samples, at);
     }
 }
 
-/// As [`resumes`]; a state with a number that isn't finite is not kept.
+/// As [`resumes`]. A state with a number that is not finite cannot be written, and ends the test.
 fn any_resumes<E: Estimator<f32, 1> + Persist>(
     fresh: impl Fn() -> E,
     samples: &[Sample<f32, 1>],
@@ -233,44 +258,46 @@ fn any_resumes<E: Estimator<f32, 1> + Persist>(
     samples[..=at].iter().for_each(|sample| {
         flying.step(sample);
     });
-    let Ok(noted) = try_to_keep(&mut flying) else { return };
+    let Ok(words) = try_to_write(&mut flying) else { return };
     let mut restored = fresh();
-    bring_back(&mut restored, &noted).unwrap();
+    read_back(&mut restored, &words).unwrap();
     for sample in &samples[at + 1..] {
         assert_eq!(restored.step(sample), flying.step(sample));
     }
     assert_eq!(std::format!("{:?}", restored.estimate()), std::format!("{:?}", flying.estimate()));
 }
 
+/// Every length below the full one is rejected with the place `end`.
 #[test]
-fn what_is_cut_short_is_refused() {
-    fn all_refused<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E) {
+fn a_truncated_checkpoint_is_rejected() {
+    fn all_rejected<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E) {
         let samples = eventful();
-        for (_, noted) in uninterrupted(fresh(), &samples).iter().step_by(150) {
-            for length in (0..noted.len()).step_by(3) {
-                let cut = bring_back(&mut fresh(), &noted[..length]);
-                assert_eq!(cut, Err(Invalid { place: "end" }), "{length} of {}", noted.len());
+        for (_, words) in uninterrupted(fresh(), &samples).iter().step_by(150) {
+            for length in (0..words.len()).step_by(3) {
+                let cut = read_back(&mut fresh(), &words[..length]);
+                assert_eq!(cut, Err(InvalidWord { place: "end" }), "{length} of {}", words.len());
             }
         }
     }
-    all_refused(joint_ekf);
-    all_refused(rls);
-    all_refused(window::<f32, 9>);
+    all_rejected(joint_ekf);
+    all_rejected(rls);
+    all_rejected(window::<f32, 9>);
 }
 
-/// Flips bits of a checkpoint in turn, each so many-th. What isn't refused goes on, and stays finite.
+/// Flips every `each`-th bit of a checkpoint in turn. An estimator restored from one that is accepted
+/// has finite estimates for another 39 samples.
 fn flipped_bits<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E, at: usize, each: usize) {
     let samples = eventful();
-    let noted = uninterrupted(fresh(), &samples[..=at]).pop().unwrap().1;
-    let (mut refused, mut finite) = (0, 0);
-    for bit in (0..32 * noted.len()).step_by(each) {
-        let mut flipped = noted.clone();
+    let words = uninterrupted(fresh(), &samples[..=at]).pop().unwrap().1;
+    let (mut rejected, mut finite) = (0, 0);
+    for bit in (0..32 * words.len()).step_by(each) {
+        let mut flipped = words.clone();
         flipped[bit / 32] ^= 1 << (bit % 32);
         let mut estimator = fresh();
-        let mut words = FromWords::new(&flipped);
-        // One that comes out shorter than it was noted is refused by its length.
-        if transfer(&mut estimator, &mut words).is_err() || words.remaining() > 0 {
-            refused += 1;
+        let mut medium = FromWords::new(&flipped);
+        // A state shorter than the checkpoint is rejected by its length.
+        if transfer(&mut estimator, &mut medium).is_err() || medium.remaining() > 0 {
+            rejected += 1;
             continue;
         }
         for sample in &samples[at + 1..at + 40] {
@@ -292,102 +319,109 @@ fn flipped_bits<E: Estimator<f32, 1> + Persist>(fresh: impl Fn() -> E, at: usize
         );
         finite += 1;
     }
-    assert!(refused > 0 && finite > 0, "{refused} refused, {finite} finite");
+    assert!(rejected > 0 && finite > 0, "{rejected} rejected, {finite} finite");
 }
 
+/// Bit flips at several times of the flight, in every phase of the estimators.
 #[test]
-fn a_flipped_bit_is_refused_or_leaves_finite_numbers() {
+fn a_flipped_bit_is_rejected_or_leaves_finite_numbers() {
     for at in [3, 100, 240, 500] {
         flipped_bits(joint_ekf, at, 1);
     }
     for at in [3, 300] {
         flipped_bits(rls, at, 1);
     }
-    // Of more bits each third or eleventh, so that each place in a word has its turn.
+    // Every third or eleventh bit of a larger state: both are prime to 32, so that every place in a word
+    // is covered.
     for at in [10, 100, 240, 500] {
         flipped_bits(window::<f32, 9>, at, 3);
     }
     for at in [100, 500] {
-        flipped_bits(curious_window, at, 11);
+        flipped_bits(window_18, at, 11);
     }
 }
 
+/// Tags, flags and numbers outside their type, in both directions.
 #[test]
-fn what_means_nothing_is_refused() {
-    fn refused<P: Persist>(mut state: P, word: u32) -> bool {
+fn an_undefined_value_is_rejected() {
+    fn is_rejected<P: Persist>(mut state: P, word: u32) -> bool {
         let outcome = transfer(&mut state, &mut FromWords::new(&[word, 0]));
         outcome.is_err_and(|why| why.place != "end")
     }
-    assert!(refused(false, 2));
-    assert!(refused(None::<u32>, 2));
-    assert!(refused(0u16, 0x1_0000));
-    assert!(refused(0f32, f32::NAN.to_bits()));
-    assert!(refused(0f32, f32::INFINITY.to_bits()));
-    assert!(refused(Elements::All, 2));
-    let mut nothing = f64::NAN;
-    assert!(try_to_keep(&mut nothing).is_err(), "nor is it kept");
+    assert!(is_rejected(false, 2));
+    assert!(is_rejected(None::<u32>, 2));
+    assert!(is_rejected(0u16, 0x1_0000));
+    assert!(is_rejected(0f32, f32::NAN.to_bits()));
+    assert!(is_rejected(0f32, f32::INFINITY.to_bits()));
+    assert!(is_rejected(Elements::All, 2));
+    let mut not_a_number = f64::NAN;
+    assert!(try_to_write(&mut not_a_number).is_err(), "nor is it written");
 }
 
+/// Another gyro noise, another unknown, another wheel.
 #[test]
-fn another_configuration_is_refused() {
-    let noted = kept(&mut joint_ekf::<f32>());
+fn another_configuration_is_rejected() {
+    let words = written(&mut joint_ekf::<f32>());
     let config = joint_ekf::Config::new(2.0 * NOISE_RAD_S as f32);
     let mut other = JointEkfUd::<f32, 1>::new(config, wheels()).unwrap();
-    let configuration = Err(Invalid { place: "configuration" });
-    assert_eq!(bring_back(&mut other, &noted), configuration);
+    let configuration = Err(InvalidWord { place: "configuration" });
+    assert_eq!(read_back(&mut other, &words), configuration);
 
-    let asked = window::Config { gyro_bias_rad_s: Some(1e-3), ..window_config() };
-    let mut other = Window::<f32, 1, 64, 15>::new(asked, wheels()).unwrap();
-    let noted_window = kept(&mut window::<f32, 15>());
-    assert_eq!(bring_back(&mut other, &noted_window), configuration);
+    let with_bias = window::Config { gyro_bias_rad_s: Some(1e-3), ..window_config() };
+    let mut other = Window::<f32, 1, 64, 15>::new(with_bias, wheels()).unwrap();
+    let words_window = written(&mut window::<f32, 15>());
+    assert_eq!(read_back(&mut other, &words_window), configuration);
 
     let heavier = WheelArray::new([Vec3::new(1.0, 1.0, 0.0)], [2e-3]).unwrap();
     let config = joint_ekf::Config::new(NOISE_RAD_S as f32);
     let mut other = JointEkfUd::<f32, 1>::new(config, heavier).unwrap();
-    assert_eq!(bring_back(&mut other, &noted), configuration);
+    assert_eq!(read_back(&mut other, &words), configuration);
 }
 
+/// A prior set by telecommand is restored into an estimator configured without it.
 #[test]
-fn a_prior_that_was_set_comes_along() {
+fn a_prior_is_part_of_the_state() {
     let config = joint_ekf::Config::new(NOISE_RAD_S as f32);
     let with_prior = joint_ekf::Config { prior: Some(prior()), ..config };
-    let mut told = JointEkfUd::<f32, 1>::new(with_prior, wheels()).unwrap();
+    let mut reference = JointEkfUd::<f32, 1>::new(with_prior, wheels()).unwrap();
     let mut restored = joint_ekf::<f32>();
-    bring_back(&mut restored, &kept(&mut told)).unwrap();
-    assert_eq!(kept(&mut restored), kept(&mut told));
+    read_back(&mut restored, &written(&mut reference)).unwrap();
+    assert_eq!(written(&mut restored), written(&mut reference));
     for sample in &eventful() {
-        assert_eq!(restored.step(sample), told.step(sample));
+        assert_eq!(restored.step(sample), reference.step(sample));
     }
 
     let other = Prior { sigma_kg_m2: [0.3; 6], ..prior() };
     let config =
         ekf_sgf::Config { elements: Elements::All, ..ekf_sgf::Config::kim_2013(1e-4, other) };
-    let mut told = EkfSgf::<f32, 1>::new(config, wheels()).unwrap();
+    let mut reference = EkfSgf::<f32, 1>::new(config, wheels()).unwrap();
     let mut restored = rls::<f32>();
-    bring_back(&mut restored, &kept(&mut told)).unwrap();
+    read_back(&mut restored, &written(&mut reference)).unwrap();
     for sample in &eventful() {
-        assert_eq!(restored.step(sample), told.step(sample));
+        assert_eq!(restored.step(sample), reference.step(sample));
     }
-    assert_eq!(restored.estimate(), told.estimate());
+    assert_eq!(restored.estimate(), reference.estimate());
 
     let config = window::Config { prior: Some(prior()), ..window_config() };
-    let mut told = Window::<f32, 1, 64, 9>::new(config, wheels()).unwrap();
+    let mut reference = Window::<f32, 1, 64, 9>::new(config, wheels()).unwrap();
     let mut restored = window::<f32, 9>();
-    bring_back(&mut restored, &kept(&mut told)).unwrap();
+    read_back(&mut restored, &written(&mut reference)).unwrap();
     for sample in &eventful() {
-        assert_eq!(restored.step(sample), told.step(sample));
+        assert_eq!(restored.step(sample), reference.step(sample));
     }
-    assert_eq!(restored.estimate(), told.estimate());
+    assert_eq!(restored.estimate(), reference.estimate());
 }
 
+/// The condition of a type is checked on reading.
 #[test]
-fn a_prior_that_no_body_has_is_refused() {
+fn an_unphysical_prior_is_rejected() {
     let mut prior = prior::<f32>();
-    let mut noted = kept(&mut prior);
-    noted[0] = 10f32.to_bits();
-    assert!(bring_back(&mut prior, &noted).is_err());
+    let mut words = written(&mut prior);
+    words[0] = 10f32.to_bits();
+    assert!(read_back(&mut prior, &words).is_err());
 }
 
+/// Names, types, order and role of the fields, sizes and precision enter the fingerprint.
 #[test]
 fn each_layout_has_its_own_fingerprint() {
     struct A {
@@ -451,7 +485,7 @@ fn each_layout_has_its_own_fingerprint() {
     assert_eq!(all.len(), layouts);
 }
 
-/// A body that shakes itself and comes to rest again, twice, and is another one the second time.
+/// Two rest-to-rest manoeuvres, the second one with the deployed body.
 fn two_manoeuvres<T: Real>() -> Vec<Sample<T, 1>> {
     let shake = |inertia_kg_m2, start: u64| {
         let flight = TestFlight {
@@ -480,23 +514,25 @@ fn two_manoeuvres<T: Real>() -> Vec<Sample<T, 1>> {
     samples.iter().map(cast).collect()
 }
 
+/// Window with U unknowns and known gyro noise.
 fn window<T: Real, const U: usize>() -> Window<T, 1, 64, U> {
     Window::new(window_config(), wheels()).unwrap()
 }
 
+/// Configuration with a short end of a manoeuvre, so that the test flights close windows.
 fn window_config<T: Real>() -> window::Config<T> {
     let noise = T::lit(NOISE_RAD_S);
     window::Config {
         quiet_s: T::lit(8.0),
         block_samples: 2,
-        // Blocks as short as these take twice the work.
+        // Blocks of two samples take twice the work of the default of four.
         instructions_per_step: Some(12_000),
         ..window::Config::new(noise)
     }
 }
 
-/// The most unknowns, an unknown noise, and all that can be asked for.
-fn curious_window<T: Real>() -> Window<T, 1, 64, 18> {
+/// Window with 18 unknowns, unknown gyro noise, disturbance torque and gyro bias.
+fn window_18<T: Real>() -> Window<T, 1, 64, 18> {
     let config = window::Config {
         gyro_noise_rad_s: None,
         disturbance_torque_n_m: Some(T::lit(1e-3)),
@@ -506,8 +542,9 @@ fn curious_window<T: Real>() -> Window<T, 1, 64, 18> {
     Window::new(config, wheels()).unwrap()
 }
 
+/// The two flights lead to open and closed windows, lock-outs, spikes and gaps.
 #[test]
-fn the_flights_of_the_window_have_what_they_should() {
+fn the_flights_of_the_window_contain_every_event() {
     let has_all = |samples: &[Sample<f32, 1>], names: &[&str]| {
         let mut window = window::<f32, 9>();
         let mut found = std::collections::BTreeSet::new();
@@ -521,12 +558,13 @@ fn the_flights_of_the_window_have_what_they_should() {
     has_all(&two_manoeuvres(), &["updated", "closed", "open", "reset_lockout"]);
 }
 
+/// Interruption after every third to 37th sample, for 9, 12 and 18 unknowns.
 #[test]
 fn window_resumes_bit_for_bit() {
     let (single, double) = (eventful::<f32>(), eventful::<f64>());
     resumes(window::<f32, 9>, &single, some_of(&single, 3));
     resumes(window::<f64, 12>, &double, some_of(&double, 31));
-    resumes(curious_window::<f32>, &single, some_of(&single, 31));
+    resumes(window_18::<f32>, &single, some_of(&single, 31));
     let (single, double) = (two_manoeuvres::<f32>(), two_manoeuvres::<f64>());
     resumes(window::<f32, 9>, &single, some_of(&single, 7));
     resumes(window::<f64, 9>, &double, some_of(&double, 37));

@@ -1,12 +1,44 @@
-//! The gyrostat equation: a rigid body with spinning wheels.
+//! Equation of motion of the gyrostat: a rigid body with spinning wheels.
 //!
-//! `J ω̇ + ḣ_w + ω × (J ω + h_w) = τ`, with `J` including the locked wheels. Only tachometer
-//! speeds are needed: no motor torque, and no derivative of a measured speed.
+//! `J ω̇ + ḣ_w + ω × (J ω + h_w) = τ`, `J` including the locked wheels.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `ω`, `ω̇` | rate, acceleration of the body | rad/s, rad/s² |
+//! | `J` | inertia tensor | kg m² |
+//! | `h_w` | momentum of the wheels relative to the body | N m s |
+//! | `τ` | external torque | N m |
+//!
+//! # Derivation
+//!
+//! Total angular momentum about the centre of mass is `H = J ω + h_w`: the locked wheels turn with
+//! the body, and `h_w` is their motion relative to it. Its derivative in inertial space equals the
+//! external torque; in body axes, `Ḣ + ω × H = τ`. Insertion of H gives the equation above. Motor
+//! torque is internal and does not appear.
+//!
+//! # Observability
+//!
+//! Both terms with J are linear in its elements, `[G(ω̇) + ω^× G(ω)] j = τ − ḣ_w − ω × h_w`.
+//! Without external torque and wheel momentum the right-hand side is zero, and j is determined up
+//! to a factor: the scale needs a known torque or a known wheel momentum.
+//!
+//! Tachometer speeds are sufficient: neither motor torque nor the derivative of a measured speed
+//! enters ([`step`](super::step) integrates total momentum).
 
 use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::{Inertia, gyroscopic_regressor, regressor};
 
-/// A body of given inertia, with the inverse at hand.
+/// Body of a given inertia, with its inverse.
+///
+/// ```
+/// use fsw_core::dynamics::gyrostat::Gyrostat;
+/// use fsw_core::{Inertia, Vec3};
+///
+/// // A body that spins about a principal axis without torque keeps its rate.
+/// let body = Gyrostat::new(&Inertia::new([1.0f32, 2.0, 2.5, 0.0, 0.0, 0.0])).unwrap();
+/// let acceleration = body.acceleration_rad_s2(&Vec3::z(), &Vec3::zeros(), &Vec3::zeros());
+/// assert_eq!(acceleration, Vec3::zeros());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gyrostat<T: Real> {
     inertia_kg_m2: Mat<T, 3, 3>,
@@ -15,36 +47,46 @@ pub struct Gyrostat<T: Real> {
 
 crate::persist!([T: Real] Gyrostat<T> { inertia_kg_m2, inverse });
 
-/// `∂ω̇/∂ω` (3×3, 1/s) and `∂ω̇/∂j` (3×6, rad/s² per kg m²).
+/// Derivatives of the acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jacobians<T: Real> {
-    /// By the rate.
+    /// By the rate, `∂ω̇/∂ω`, 3×3, 1/s.
     pub rate: Mat<T, 3, 3>,
-    /// By the six inertia elements.
+    /// By the six inertia elements, `∂ω̇/∂j`, 3×6, rad/s² per kg m².
     pub inertia: Mat<T, 3, 6>,
 }
 
 impl<T: Real> Gyrostat<T> {
-    /// `None` where the tensor has no inverse. It need not be physical: a filter may pass
-    /// through such tensors.
+    /// `None` where the tensor has no inverse. It need not be physical: a filter may pass through
+    /// unphysical tensors.
     pub fn new(inertia: &Inertia<T>) -> Option<Self> {
         Some(Self { inertia_kg_m2: inertia.matrix_kg_m2(), inverse: inertia.inverse()? })
     }
 
-    /// `J`, kg m².
+    /// Inertia tensor `J`, kg m².
     pub fn inertia_kg_m2(&self) -> &Mat<T, 3, 3> {
         &self.inertia_kg_m2
     }
 
-    /// `J⁻¹`, 1/(kg m²).
+    /// Inverse `J⁻¹`, 1/(kg m²).
     pub fn inverse(&self) -> &Mat<T, 3, 3> {
         &self.inverse
     }
 
-    /// `ω̇ = J⁻¹ (τ − ω × (J ω + h_w))`, rad/s².
+    /// Acceleration `ω̇ = J⁻¹ (τ − ω × (J ω + h_w))`, rad/s².
     ///
-    /// `torque_n_m` is what acts on the body beside the gyroscopic torque: external torque,
-    /// less `ḣ_w` where the wheels speed up.
+    /// `torque_n_m` is the external torque, less `ḣ_w` where the wheels accelerate.
+    ///
+    /// ```
+    /// use fsw_core::dynamics::gyrostat::Gyrostat;
+    /// use fsw_core::{Inertia, Vec3};
+    ///
+    /// // A wheel along z with 0.5 N m s precesses a body that turns about x at 0.1 rad/s.
+    /// let body = Gyrostat::new(&Inertia::spherical(2.0f64)).unwrap();
+    /// let (rate, wheel) = (Vec3::new(0.1, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.5));
+    /// let acceleration = body.acceleration_rad_s2(&rate, &wheel, &Vec3::zeros());
+    /// assert!((acceleration.y - 0.025).abs() < 1e-15); // −(ω × h_w) / J
+    /// ```
     pub fn acceleration_rad_s2(
         &self,
         rate_rad_s: &Vec3<T>,
@@ -55,8 +97,16 @@ impl<T: Real> Gyrostat<T> {
         self.inverse * (torque_n_m - rate_rad_s.cross(&momentum))
     }
 
-    /// Derivatives of the acceleration at a rate, an acceleration (the whole of ω̇, wheels'
-    /// reaction included) and a wheel momentum.
+    /// Jacobians at a rate, an acceleration and a wheel momentum:
+    ///
+    /// `∂ω̇/∂ω = J⁻¹ ([J ω + h_w]^× − ω^× J)`, `∂ω̇/∂j = −J⁻¹ (G(ω̇) + ω^× G(ω))`.
+    ///
+    /// `acceleration_rad_s2` is the whole of `ω̇`, the reaction of the wheels included. G is the
+    /// [`regressor`].
+    ///
+    /// Derivation: `J ω̇ = τ − ω × (J ω + h_w)`, differentiated. By the rate,
+    /// `J ∂ω̇ = −∂ω × H − ω × J ∂ω = (H^× − ω^× J) ∂ω`; by the elements,
+    /// `J ∂ω̇ + G(ω̇) ∂j = −ω^× G(ω) ∂j`.
     pub fn jacobians(
         &self,
         rate_rad_s: &Vec3<T>,
@@ -70,7 +120,7 @@ impl<T: Real> Gyrostat<T> {
         }
     }
 
-    /// `∂ω̇/∂ω = J⁻¹ ([J ω + h_w]^× − ω^× J)`; beside it `∂ω̇/∂j = −J⁻¹ (G(ω̇) + ω^× G(ω))`.
+    /// Jacobian by the rate alone, `∂ω̇/∂ω = J⁻¹ ([J ω + h_w]^× − ω^× J)`, 1/s.
     pub fn rate_jacobian(
         &self,
         rate_rad_s: &Vec3<T>,
@@ -86,9 +136,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Central differences with this step, relative to quantities near 1: truncation about
-    /// h² = 1e-10, rounding about ε/h = 2e-11.
+    /// Step of the central differences, for quantities near 1: truncation about h² = 1e-10,
+    /// rounding about ε/h = 2e-11.
     const STEP: f64 = 1e-5;
+    /// Bound on the deviation: a hundred times the truncation error.
     const TOLERANCE: f64 = 1e-8;
 
     fn vector() -> impl Strategy<Value = Vec3<f64>> {
@@ -96,6 +147,7 @@ mod tests {
     }
 
     proptest! {
+        /// Both Jacobians against central differences, for random motion and products of inertia.
         #[test]
         fn jacobians_agree_with_finite_differences(
             rate in vector(), wheel in vector(), torque in vector(),
@@ -125,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_tensor_makes_no_gyrostat() {
+    fn a_singular_tensor_is_rejected() {
         assert!(Gyrostat::new(&Inertia::new([0.0f32; 6])).is_none());
     }
 }

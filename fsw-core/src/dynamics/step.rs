@@ -1,15 +1,44 @@
-//! One step of the gyrostat equation from sample to sample.
+//! Integration of the gyrostat equation over one interval, and its transition matrices.
+//!
+//! Input: rate at the start, [`Interval`]. Output: rate at the end; derivatives of it by the rate
+//! at the start and by the inertia.
+//!
+//! | item | order | use |
+//! |---|---|---|
+//! | [`runge_kutta_4`] | error of a step `O(Δt⁵)` | prediction of the rate |
+//! | [`AdamsBashforth2`] | error of a step `O(Δt³)` | prediction as published in \[Bellar2019\] |
+//! | [`Transition`] | error `O(Δt³)` | prediction of the covariance |
+//!
+//! Total momentum `H = J ω + h_w` obeys `Ḣ = τ − ω × H`. In inertial space this is `dH/dt = τ`:
+//! wheel torque is internal and drops out. Integration of H therefore needs the wheels' speed at
+//! three instants of the interval, and no acceleration of a wheel.
 
 use crate::dynamics::gyrostat::{Gyrostat, Jacobians};
 use crate::dynamics::interval::Interval;
 use crate::math::{Mat, Vec3, scalar::Real};
 
-/// Rate at the end of the interval by the classical Runge-Kutta step of fourth order.
+/// Rate at the end of the interval by the classical Runge-Kutta method of fourth order.
+/// \[Hairer1993\] section II.1
 ///
-/// Integrates total momentum, `Ḣ = τ − ω × H` with `ω = J⁻¹ (H − h_w)`, so that a measured wheel
-/// speed is used as it is and never differentiated. The sums run over the *change* of momentum,
-/// which keeps single precision where the wheels carry far more momentum than the body.
-/// Error per step about `(|ω| Δt)⁵ / 120` of the rate: good up to half a radian a step.
+/// Integrated is total momentum, `Ḣ = τ − ω × H`, `ω = J⁻¹ (H − h_w)`: a measured wheel speed is
+/// used directly and never differentiated. Sums run over the *change* of momentum, which keeps
+/// single precision where the wheels carry much more momentum than the body.
+///
+/// Error per step about `(|ω| Δt)⁵ / 120` of the rate; valid up to half a radian per step.
+///
+/// ```
+/// use fsw_core::dynamics::gyrostat::Gyrostat;
+/// use fsw_core::dynamics::interval::{Drive, Interval};
+/// use fsw_core::dynamics::step::runge_kutta_4;
+/// use fsw_core::{Inertia, Vec3};
+///
+/// // 1 N m about a principal axis of 2 kg m² for 0.1 s: 0.05 rad/s.
+/// let body = Gyrostat::new(&Inertia::new([2.0f64, 2.0, 1.0, 0.0, 0.0, 0.0])).unwrap();
+/// let drive = Drive { torque_n_m: Vec3::x(), wheel_momentum_n_m_s: Vec3::zeros() };
+/// let interval = Interval { duration_s: 0.1, start: drive, middle: drive, end: drive };
+/// let rate_rad_s = runge_kutta_4(&body, &Vec3::zeros(), &interval);
+/// assert!((rate_rad_s - Vec3::new(0.05, 0.0, 0.0)).norm() < 1e-15);
+/// ```
 pub fn runge_kutta_4<T: Real>(
     body: &Gyrostat<T>,
     rate_rad_s: &Vec3<T>,
@@ -35,13 +64,26 @@ pub fn runge_kutta_4<T: Real>(
     turned(&change, &to_end)
 }
 
-/// The two-step Adams-Bashforth rule, `x += (3 ẋ₀ − ẋ₋₁) Δt / 2`, \[Bellar2019\] Eq. (18).
+/// Two-step Adams-Bashforth rule, `x₁ = x₀ + (3 ẋ₀ − ẋ₋₁) Δt / 2`, \[Bellar2019\] Eq. (18).
 ///
-/// Written for steps of unequal length (the sensor's clock jitters); where they are equal it is
-/// the printed formula.
+/// Written for steps of unequal length, since a sensor's clock jitters: with `r = Δt₀ / 2 Δt₋₁`,
+///
+/// `x₁ = x₀ + ((1 + r) ẋ₀ − r ẋ₋₁) Δt₀`.
+///
+/// For equal steps it is the printed formula. Derivation: integral over the step of the straight
+/// line through the last two slopes.
+///
+/// ```
+/// use fsw_core::dynamics::step::AdamsBashforth2;
+///
+/// // Exact where the slope is linear in time: ẋ = 2 t, x = t².
+/// let mut rule = AdamsBashforth2::<f64, 1>::default();
+/// rule.change([0.0], 1.0); // from t = 0, Euler's rule
+/// assert_eq!(rule.change([2.0], 1.0), [3.0]); // from t = 1: 2² − 1²
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdamsBashforth2<T: Real, const N: usize> {
-    /// Slope at the start of the last step, and that step's length, s.
+    /// Slope at the start of the last step, unit/s, and the length of that step, s.
     last: Option<([T; N], T)>,
 }
 
@@ -54,7 +96,8 @@ impl<T: Real, const N: usize> Default for AdamsBashforth2<T, N> {
 }
 
 impl<T: Real, const N: usize> AdamsBashforth2<T, N> {
-    /// Change over a step of `duration_s` that starts with `slope`. The first is Euler's.
+    /// Change over a step of `duration_s` with the derivative `slope` at its start, unit/s. The
+    /// first step is Euler's.
     pub fn change(&mut self, slope: [T; N], duration_s: T) -> [T; N] {
         let before = self.last.replace((slope, duration_s));
         let Some((last_slope, last_s)) = before else {
@@ -68,27 +111,49 @@ impl<T: Real, const N: usize> AdamsBashforth2<T, N> {
         change
     }
 
-    /// Forgets the last slope.
+    /// Discards the last slope: the next step is Euler's.
     pub fn restart(&mut self) {
         self.last = None;
     }
 }
 
-/// The transition over an interval: `δω₁ = A δω₀ + B δj`, 3×3 and 3×6.
+/// Transition of errors over an interval: `δω₁ = A δω₀ + B δj`.
+///
+/// The covariance of rate and inertia follows as `Φ P Φᵀ`, `Φ = [[A, B], [0, 1]]`
+/// ([`Ud::transform_first`](crate::math::ud::Ud::transform_first)).
+///
+/// ```
+/// use fsw_core::dynamics::gyrostat::Gyrostat;
+/// use fsw_core::dynamics::interval::{Drive, Interval};
+/// use fsw_core::dynamics::step::Transition;
+/// use fsw_core::{Inertia, Vec3};
+///
+/// // A sphere without wheels: errors of the rate are constant.
+/// let body = Gyrostat::new(&Inertia::spherical(2.0f64)).unwrap();
+/// let drive = Drive { torque_n_m: Vec3::x(), wheel_momentum_n_m_s: Vec3::zeros() };
+/// let interval = Interval { duration_s: 0.1, start: drive, middle: drive, end: drive };
+/// let end = Vec3::new(0.05, 0.0, 0.0);
+/// let transition = Transition::between(&body, &Vec3::zeros(), &end, &interval);
+/// assert!((transition.rate.trace() - 3.0).abs() < 1e-15);
+/// // The rate gained, τ Δt / Jxx = 0.05 rad/s, falls by 0.025 rad/s per kg m² of Jxx.
+/// assert!((transition.inertia[(0, 0)] + 0.025).abs() < 1e-15);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition<T: Real> {
-    /// `A = ∂ω₁/∂ω₀`.
+    /// Matrix `A = ∂ω₁/∂ω₀`, 3×3.
     pub rate: Mat<T, 3, 3>,
-    /// `B = ∂ω₁/∂j`, rad/s per kg m².
+    /// Matrix `B = ∂ω₁/∂j`, 3×6, rad/s per kg m².
     pub inertia: Mat<T, 3, 6>,
 }
 
 impl<T: Real> Transition<T> {
-    /// To second order in the step, with the Jacobians taken half-way:
+    /// Transition to second order in the step, with the Jacobians `F = ∂ω̇/∂ω` and `F_j = ∂ω̇/∂j`
+    /// taken half-way:
+    ///
     /// `A = 1 + F Δt (1 + F Δt / 2)`, `B = (1 + F Δt / 2) F_j Δt`.
     ///
-    /// \[Bellar2019\] Eq. (5) stops at first order with the Jacobian of the start, which biases
-    /// the sensitivities where a step turns the body by more than a few milliradians.
+    /// \[Bellar2019\] Eq. (5) stops at first order with the Jacobian of the start, which biases the
+    /// sensitivities for a step that turns the body by more than a few milliradians.
     pub fn between(
         body: &Gyrostat<T>,
         rate_start_rad_s: &Vec3<T>,
@@ -105,7 +170,7 @@ impl<T: Real> Transition<T> {
         Self { rate: Mat::identity() + turn * half_way, inertia: half_way * f_j * dt }
     }
 
-    /// A alone.
+    /// Matrix A alone.
     pub fn of_rate(
         body: &Gyrostat<T>,
         rate_start_rad_s: &Vec3<T>,
@@ -127,8 +192,8 @@ mod tests {
 
     const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
 
-    /// A wheel that speeds up as a parabola and a torque that rises linearly: what an interval
-    /// can express exactly.
+    /// Interval with a wheel whose speed is a parabola and a torque that is linear in time:
+    /// interpolation is exact for both.
     fn interval(t0: f64, dt: f64) -> Interval<f64> {
         let drive = |t: f64| Drive {
             torque_n_m: Vec3::new(0.1 + 0.05 * t, -0.2, 0.1 * t),
@@ -154,8 +219,9 @@ mod tests {
         assert!((3.7..4.3).contains(&order), "order {order}");
     }
 
+    /// Length of the total momentum over 1000 steps, relative to 1e-10.
     #[test]
-    fn total_momentum_turns_but_keeps_its_length_without_torque() {
+    fn the_magnitude_of_momentum_is_conserved_without_torque() {
         let body = Gyrostat::new(&Inertia::new(INERTIA)).unwrap();
         let mut w = Vec3::new(0.4, -0.3, 0.5);
         let still = Vec3::new(0.1, 0.2, -0.1);
@@ -169,6 +235,8 @@ mod tests {
         assert!((length(&w) / before - 1.0).abs() < 1e-10);
     }
 
+    /// Central differences of the step against both matrices, at two step lengths: the error falls
+    /// with the third power.
     #[test]
     fn the_transition_is_the_derivative_of_the_step_to_third_order() {
         let rate = Vec3::new(0.4, -0.3, 0.5);
@@ -202,6 +270,7 @@ mod tests {
         assert!((2.6..3.5).contains(&order), "order {order}");
     }
 
+    /// The rule integrates a linear slope exactly, at steps of 0.3 s and 0.1 s.
     #[test]
     fn adams_bashforth_is_exact_for_a_parabola_at_unequal_steps() {
         let mut rule = AdamsBashforth2::<f64, 1>::default();
@@ -212,6 +281,7 @@ mod tests {
         assert!((change - exact).abs() < 1e-15);
     }
 
+    /// Equal steps: \[Bellar2019\] Eq. (18).
     #[test]
     fn adams_bashforth_is_the_printed_formula_at_equal_steps() {
         let mut rule = AdamsBashforth2::<f64, 1>::default();

@@ -1,23 +1,50 @@
-//! Reaction wheels: where they point, and the momentum that their speeds mean.
+//! Reaction wheels: axes, spin inertias, momentum.
+//!
+//! Input: speeds relative to the body, rad/s. Output: momentum relative to the body, N m s, body
+//! axes.
+//!
+//! `h_w = Σᵢ Iₛᵢ Ωᵢ aᵢ`
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `aᵢ` | unit spin axis in body axes | – |
+//! | `Iₛᵢ` | moment of inertia about the spin axis | kg m² |
+//! | `Ωᵢ` | speed relative to the body, positive about `aᵢ` | rad/s |
+//!
+//! The transverse inertia of a wheel, and its spin inertia when locked, are part of the tensor `J`.
+//! An error of the spin inertias scales `h_w`, and with it the estimated tensor where no external
+//! torque is known.
 
 use crate::error::{ConfigError, Invalid};
 use crate::math::{Vec3, norm, range::not_negative, scalar::Real};
 
-/// W balanced, axisymmetric wheels. None is fine.
+/// W balanced, axisymmetric wheels; zero is permitted.
+///
+/// ```
+/// use fsw_core::{Vec3, WheelArray};
+///
+/// // Two wheels of 2e-3 kg m²; axes of any length.
+/// let axes = [Vec3::new(0.0, 0.0, 2.0), Vec3::x()];
+/// let wheels = WheelArray::new(axes, [2e-3f32; 2])?;
+/// assert_eq!(wheels.momentum_n_m_s(&[100.0, -50.0]), Vec3::new(-0.1, 0.0, 0.2));
+/// # Ok::<(), fsw_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelArray<T: Real, const W: usize> {
-    /// Spin inertia times unit axis, so that momentum is one product a wheel.
+    /// Spin inertia times unit axis, kg m²: momentum then takes one product per wheel.
     momentum_per_speed: [Vec3<T>; W],
 }
 
 crate::persist!([T: Real, const W: usize] WheelArray<T, W> { momentum_per_speed });
 
 impl<T: Real, const W: usize> WheelArray<T, W> {
-    /// Wheels along `axes` (body axes, normalised here), of `spin_inertia_kg_m2` each. A place without
-    /// a wheel has no spin inertia, and any axis.
+    /// Wheels with spin `axes` (body axes, normalised here) and `spin_inertia_kg_m2`.
+    ///
+    /// A spin inertia of zero stands for an unused place.
     ///
     /// # Errors
-    /// `wheel.axis` of no length or not finite, `wheel.spin_inertia_kg_m2` negative or not finite.
+    /// `wheel.axis` of zero length or not finite; `wheel.spin_inertia_kg_m2` negative or not
+    /// finite.
     pub fn new(axes: [Vec3<T>; W], spin_inertia_kg_m2: [T; W]) -> Result<Self, ConfigError> {
         let mut momentum_per_speed = [Vec3::zeros(); W];
         for i in 0..W {
@@ -34,7 +61,7 @@ impl<T: Real, const W: usize> WheelArray<T, W> {
         Ok(Self { momentum_per_speed })
     }
 
-    /// `h_w = Σ Iₛᵢ Ωᵢ aᵢ`, N m s in body axes, for speeds Ω relative to the body, rad/s.
+    /// Momentum `h_w = Σᵢ Iₛᵢ Ωᵢ aᵢ`, N m s in body axes, for speeds Ω relative to the body, rad/s.
     ///
     /// With the locked wheels in `J`, total momentum is exactly `J ω + h_w`.
     pub fn momentum_n_m_s(&self, speed_rad_s: &[T; W]) -> Vec3<T> {
@@ -50,6 +77,7 @@ impl<T: Real, const W: usize> WheelArray<T, W> {
 mod tests {
     use super::*;
 
+    /// Axis (0, 3, 4) of length 5, 2e-3 kg m² at 100 rad/s.
     #[test]
     fn momentum_is_along_the_axis() {
         let axis = Vec3::new(0.0, 3.0, 4.0);
@@ -58,8 +86,9 @@ mod tests {
         assert!((h - Vec3::new(0.0, 0.12, 0.16)).norm() < 1e-15);
     }
 
+    /// A place with zero spin inertia at any speed equals an array without it, bit for bit.
     #[test]
-    fn a_place_without_a_wheel_adds_nothing() {
+    fn a_wheel_without_spin_inertia_adds_no_momentum() {
         let axes = [Vec3::new(0.0, 3.0, 4.0), Vec3::x()];
         let [alone, beside] = [0.0, 300.0].map(|speed| {
             let wheels = WheelArray::new(axes, [2e-3f32, 0.0]).unwrap();
@@ -70,8 +99,9 @@ mod tests {
         assert_eq!(alone, one.momentum_n_m_s(&[100.0]));
     }
 
+    /// Zero axis, NaN in an axis, negative and NaN spin inertia.
     #[test]
-    fn names_the_field_that_is_wrong() {
+    fn an_error_names_the_field() {
         let new = |axis, inertia| WheelArray::<f32, 1>::new([axis], [inertia]).unwrap_err();
         assert_eq!(new(Vec3::zeros(), 1.0).reason, Invalid::ZeroAxis);
         assert_eq!(new(Vec3::new(f32::NAN, 0.0, 0.0), 1.0).reason, Invalid::NotFinite);

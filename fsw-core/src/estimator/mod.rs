@@ -1,4 +1,26 @@
-//! 3. The estimators: one trait, then a room for each system.
+//! 3. Estimators: one trait, and four systems that implement it independently of each other.
+//!
+//! | module | method | needs | source |
+//! |---|---|---|---|
+//! | [`window`] | batch fit of each manoeuvre as a whole | no prior | ours |
+//! | [`joint_ekf`] | nine-state extended Kalman filter | a prior, or motion to align on | \[Bellar2019\] |
+//! | [`ekf_sgf`] | rate filter, derivative, least squares | a nominal inertia | \[Kim2013\], \[Kim2016\] |
+//! | [`momentum`] | conservation of angular momentum | attitude, start from rest | \[Kim2010\] |
+//!
+//! # Contract of an estimator
+//!
+//! * It owns a [`gate`](crate::gate), and its monitors.
+//! * A step has a bounded amount of work, for any content of the sample.
+//! * No sample makes it panic. A state that is no longer finite is reset and reported as
+//!   [`Reset::Diverged`](crate::Reset::Diverged).
+//! * The estimate states covariance, observed directions and status at any time, before the first
+//!   sample too.
+//! * Its state implements [`Persist`](crate::persist::Persist) where it flies.
+//!
+//! # An estimator of one's own
+//!
+//! It implements [`Estimator`], lives in a folder beside the four, and takes gate, dynamics,
+//! algebra and monitors from the shared modules. It depends on none of the other systems.
 
 pub mod ekf_sgf;
 pub mod joint_ekf;
@@ -13,21 +35,50 @@ use crate::monitor::innovation::Innovation;
 use crate::outcome::Outcome;
 use crate::sample::Sample;
 
-/// An on-board estimator of the inertia tensor.
+/// On-board estimator of the inertia tensor, for W wheels.
+///
+/// A loop of one's own needs only this trait:
+///
+/// ```
+/// use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
+/// use fsw_core::{Estimator, Outcome, Sample, Status, Vec3, WheelArray};
+///
+/// /// Steps an estimator; true once the inertia may be used.
+/// fn step<const W: usize>(
+///     estimator: &mut impl Estimator<f32, W>,
+///     sample: &Sample<f32, W>,
+/// ) -> bool {
+///     match estimator.step(sample) {
+///         Outcome::Updated => estimator.estimate().status == Status::Converged,
+///         Outcome::Coasting(_) | Outcome::Reset(_) => false,
+///     }
+/// }
+///
+/// let mut filter = JointEkfUd::<f32, 0>::new(Config::new(1e-4), WheelArray::new([], [])?)?;
+/// let sample = Sample {
+///     time_us: 0,
+///     rate_rad_s: Vec3::zeros(),
+///     wheel_speed_rad_s: [],
+///     torque_n_m: Vec3::zeros(),
+///     attitude: None,
+/// };
+/// assert!(!step(&mut filter, &sample));
+/// # Ok::<(), fsw_core::ConfigError>(())
+/// ```
 pub trait Estimator<T: Real, const W: usize> {
-    /// Takes in one gyro sample and says what became of it.
+    /// Takes in one sample and returns the outcome.
     ///
-    /// Never panics, whatever the sample holds, and costs a bounded amount of work.
+    /// Never panics, for any content of the sample, and costs a bounded amount of work.
     fn step(&mut self, sample: &Sample<T, W>) -> Outcome;
 
-    /// What is known by now. Valid at any time; costs more than a step (an eigenproblem of six),
-    /// so call it at the rate of telemetry, not of the gyro.
+    /// Present estimate, valid at any time. It costs more than a step (an eigenproblem of six), so
+    /// that it belongs to the rate of telemetry.
     fn estimate(&self) -> Estimate<T>;
 
-    /// Filtered body rate, rad/s: good for every step.
+    /// Filtered body rate, rad/s, valid after every step.
     fn rate_rad_s(&self) -> Vec3<T>;
 
-    /// Innovation of the last sample that was predicted, if any.
+    /// Innovation of the last predicted sample, if any.
     fn innovation(&self) -> Option<Innovation<T>>;
 }
 

@@ -1,4 +1,7 @@
-//! A short flight without noise, for the tests of the estimators.
+//! Short noise-free flight for the tests of the estimators.
+//!
+//! Truth is integrated in double precision with [`runge_kutta_4`] at a twentieth of the sample
+//! period, and rounded to single precision.
 
 use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::DriveHistory;
@@ -9,21 +12,26 @@ use crate::sample::Sample;
 use crate::tensor::Inertia;
 use std::vec::Vec;
 
-/// The body is integrated so much finer than it is sampled: its error then doesn't show.
+/// Integration steps per sample: the integration error is then below single precision.
 const FINER: u64 = 20;
 
-/// What flies.
+/// Body, wheels and sampling of a flight.
 pub struct TestFlight<const W: usize> {
+    /// Elements of the true inertia, kg m².
     pub inertia_kg_m2: [f64; 6],
+    /// Rate at the first sample, rad/s.
     pub initial_rate_rad_s: Vec3<f64>,
+    /// Wheels.
     pub wheels: WheelArray<f64, W>,
+    /// Sample period, µs; a multiple of twenty.
     pub period_us: u64,
+    /// Number of samples.
     pub samples: u64,
 }
 
 impl<const W: usize> TestFlight<W> {
-    /// Its samples in single precision, with wheel speeds (rad/s) and external torque (N m) as
-    /// functions of time in s.
+    /// Samples in single precision, for wheel speeds (rad/s) and external torque (N m, body axes)
+    /// as functions of time, s.
     pub fn fly(
         &self,
         wheel_speed_rad_s: impl Fn(f64) -> [f64; W],
@@ -62,7 +70,7 @@ impl<const W: usize> TestFlight<W> {
     }
 }
 
-/// A torque that shows all six elements within a minute, at a body of 1 to 2 kg m².
+/// Torque, N m, that makes all six elements of a body of 1 to 2 kg m² observable within a minute.
 pub fn tumbling_torque_n_m(t: f64) -> Vec3<f64> {
     Vec3::new(0.02 * (0.9 * t).sin(), 0.03 * (0.6 * t).cos(), 0.02 * (0.4 * t + 1.0).sin())
 }

@@ -1,18 +1,39 @@
-//! Eigenvalues of small symmetric matrices by cyclic Jacobi rotations.
+//! Eigenvalues of small symmetric matrices by cyclic Jacobi rotations, \[Golub2013\] section 8.5.
 //!
-//! nalgebra's own routine iterates without a bound that flight code could state and may panic;
-//! Jacobi's converges quadratically, and its work is bounded by a fixed number of sweeps.
+//! `A = V Λ Vᵀ`, V orthogonal, Λ diagonal.
+//!
+//! Each rotation in the plane (p, q) zeroes `a_pq`, which reduces the sum of squares of the
+//! off-diagonal elements by `2 a_pq²`. Sweeps over all planes converge quadratically. A fixed
+//! number of sweeps bounds the work, and the result needs no test for convergence; the routine of
+//! nalgebra iterates without a stated bound and may panic.
+//!
+//! | N | rotations | use |
+//! |---|---|---|
+//! | 3 | 24 | principal moments and axes |
+//! | 6 | 120 | observed directions of the inertia |
+//!
+//! Accuracy: eigenvalues to a few ε of the largest one.
 
 use super::{Mat, scalar::Real};
 
-/// Sweeps over all off-diagonal elements. A 6×6 matrix is diagonal to double precision after
-/// about six; eight leaves room.
+/// Sweeps over all off-diagonal elements. A 6×6 matrix is diagonal to double precision after about
+/// six; two are margin.
 const SWEEPS: usize = 8;
 
-/// Eigenvalues (in no order) and the matrix whose columns are the unit eigenvectors.
+/// Eigenvalues in no particular order, and the matrix V of unit eigenvectors in its columns.
 ///
-/// `symmetric` is N×N; only its upper triangle is read. Where an element isn't finite, neither
-/// is the result.
+/// `symmetric` is N×N; only its upper triangle is read. The result is not finite where an element
+/// is not.
+///
+/// ```
+/// use fsw_core::math::{Mat, eigen::symmetric_eigen};
+///
+/// let a = Mat::<f64, 2, 2>::new(2.0, 1.0, 1.0, 2.0);
+/// let (mut values, v) = symmetric_eigen(&a);
+/// values.sort_by(f64::total_cmp);
+/// assert!((values[0] - 1.0).abs() < 1e-15 && (values[1] - 3.0).abs() < 1e-15);
+/// assert!((v * v.transpose() - Mat::identity()).abs().max() < 1e-15);
+/// ```
 pub fn symmetric_eigen<T: Real, const N: usize>(
     symmetric: &Mat<T, N, N>,
 ) -> ([T; N], Mat<T, N, N>) {
@@ -38,13 +59,15 @@ pub fn symmetric_eigen<T: Real, const N: usize>(
     (values, v)
 }
 
-/// Zeroes element (p, q) of `a` by a rotation in that plane, and applies it to `v`.
+/// Zeroes `a_pq` by a rotation in the plane (p, q), and applies the rotation to `v`.
+///
+/// `t = tan φ` is the smaller root of `t² + 2 θ t − 1 = 0` with `θ = (a_qq − a_pp) / 2 a_pq`;
+/// `c = 1 / √(1 + t²)`, `s = t c`. \[Golub2013\] algorithm 8.5.1.
 fn rotate<T: Real, const N: usize>(a: &mut Mat<T, N, N>, v: &mut Mat<T, N, N>, p: usize, q: usize) {
     let apq = a[(p, q)];
     if apq == T::zero() {
         return;
     }
-    // tan of the smaller rotation angle: t² + 2 θ t − 1 = 0, θ = (a_qq − a_pp) / 2 a_pq.
     let theta = (a[(q, q)] - a[(p, p)]) / (apq + apq);
     let root = (theta * theta + T::one()).sqrt();
     let t = if theta < T::zero() { -T::one() } else { T::one() } / (theta.abs() + root);
@@ -74,8 +97,9 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        /// Product `V Λ Vᵀ` and orthogonality of V, to 1e-13 for elements up to 1.
         #[test]
-        fn reassembles_the_matrix(x in prop::array::uniform21(-1.0..1.0f64)) {
+        fn eigenvectors_and_eigenvalues_reassemble_the_matrix(x in prop::array::uniform21(-1.0..1.0f64)) {
             let mut m = Mat::<f64, 6, 6>::zeros();
             let mut k = 0;
             for i in 0..6 {
@@ -92,8 +116,9 @@ mod tests {
         }
     }
 
+    /// A multiple of the identity needs no rotation.
     #[test]
-    fn repeated_eigenvalues_are_no_trouble() {
+    fn repeated_eigenvalues_are_exact() {
         let (d, _) = symmetric_eigen(&(Mat::<f32, 3, 3>::identity() * 2.0));
         assert_eq!(d, [2.0; 3]);
     }

@@ -1,4 +1,15 @@
-//! Algebra without flight knowledge: the scalar, factorised covariances, small eigenproblems.
+//! Algebra without flight knowledge.
+//!
+//! | module | content | source |
+//! |---|---|---|
+//! | [`scalar`] | the scalar trait | |
+//! | [`ud`] | covariance as `U D Uᵀ`, scalar updates | \[Bierman1977\] |
+//! | [`square_root_information`] | least squares by Givens rotations | \[Gentleman1973\] |
+//! | [`eigen`] | eigenvalues of symmetric matrices | \[Golub2013\] |
+//! | [`savgol`] | Savitzky-Golay smoothing and differentiation | \[Savitzky1964\] |
+//!
+//! Matrices have fixed sizes and live on the stack. No function panics, and each has a bounded
+//! amount of work that depends on the sizes alone.
 
 pub mod eigen;
 pub(crate) mod range;
@@ -7,15 +18,17 @@ pub mod scalar;
 pub mod square_root_information;
 pub mod ud;
 
-/// Column vector of three, in body axes unless a name says otherwise.
+/// Column vector of three, in body axes unless its name says otherwise.
 pub type Vec3<T> = nalgebra::SVector<T, 3>;
-/// Matrix of fixed size, rows × columns.
+/// Matrix of R rows and C columns, stored by columns.
 pub type Mat<T, const R: usize, const C: usize> = nalgebra::SMatrix<T, R, C>;
 
 use scalar::Real;
 
-/// Unrolls a loop over up to 18 unknowns: with an index that the compiler knows, a row stays in
-/// registers, which halves the instructions.
+// Unrolls a loop over up to 18 unknowns.
+//
+// The index is a constant in each copy of the body, so that rows stay in registers: half the
+// instructions of a loop.
 macro_rules! unroll {
     ($n:ident, $i:ident => $body:block) => {
         unroll!(@ $n, $i, $body, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17)
@@ -30,7 +43,9 @@ macro_rules! unroll {
 }
 use unroll;
 
-/// Column `index` of a matrix; zeros beyond the last one.
+/// Column `index` of a matrix; zeros beyond the last column.
+///
+/// Replaces nalgebra's `column`, which panics on an index out of range.
 pub fn column<T: Real, const R: usize, const C: usize>(
     matrix: &Mat<T, R, C>,
     index: usize,
@@ -39,22 +54,41 @@ pub fn column<T: Real, const R: usize, const C: usize>(
     nalgebra::SVector::from(column)
 }
 
-/// Euclidean length.
+/// Euclidean length, `|v| = √(v · v)`, in the unit of `v`.
+///
+/// The square must be representable: lengths between 1e-19 and 1e19 in `f32`.
 pub fn norm<T: Real>(v: &Vec3<T>) -> T {
     v.dot(v).sqrt()
 }
 
-/// The matrix of the cross product: `skew(a) b = a × b`.
+/// Matrix of the cross product, `a^× b = a × b`.
+///
+/// `a^× = [0 −a_z a_y; a_z 0 −a_x; −a_y a_x 0]`, antisymmetric.
+///
+/// ```
+/// use fsw_core::{Vec3, math::skew};
+///
+/// let (a, b) = (Vec3::new(1.0f32, -2.0, 3.0), Vec3::new(0.5, 4.0, -1.0));
+/// assert_eq!(skew(&a) * b, a.cross(&b));
+/// ```
 pub fn skew<T: Real>(a: &Vec3<T>) -> Mat<T, 3, 3> {
     let o = T::zero();
     Mat::<T, 3, 3>::new(o, -a.z, a.y, a.z, o, -a.x, -a.y, a.x, o)
 }
 
-/// Inverse of a symmetric 3×3 matrix by its adjugate, or `None` where its determinant is zero
-/// or not finite.
+/// Inverse of a symmetric 3×3 matrix by its adjugate, `M⁻¹ = adj(M) / det(M)`.
 ///
-/// Twelve products and one division: cheaper than a factorisation, and it can't panic. Reads
-/// the upper triangle only.
+/// Only the upper triangle is read. Twelve products for the cofactors and one division: cheaper
+/// than a factorisation, and without a panic. `None` where the determinant is zero or not finite.
+///
+/// ```
+/// use fsw_core::math::{Mat, inverse_symmetric};
+///
+/// let m = Mat::<f64, 3, 3>::new(2.0, 1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 4.0);
+/// let identity = m * inverse_symmetric(&m).unwrap();
+/// assert!((identity - Mat::identity()).abs().max() < 1e-15);
+/// assert!(inverse_symmetric(&Mat::<f64, 3, 3>::zeros()).is_none());
+/// ```
 pub fn inverse_symmetric<T: Real>(m: &Mat<T, 3, 3>) -> Option<Mat<T, 3, 3>> {
     let (xx, xy, xz) = (m[(0, 0)], m[(0, 1)], m[(0, 2)]);
     let (yy, yz, zz) = (m[(1, 1)], m[(1, 2)], m[(2, 2)]);
@@ -72,6 +106,7 @@ pub fn inverse_symmetric<T: Real>(m: &Mat<T, 3, 3>) -> Option<Mat<T, 3, 3>> {
 mod tests {
     use super::*;
 
+    /// Product with the inverse against the identity.
     #[test]
     fn inverse_symmetric_inverts() {
         let m =
@@ -80,12 +115,14 @@ mod tests {
         assert!(e.abs().max() < 1e-15);
     }
 
+    /// Zero matrix and NaN.
     #[test]
     fn a_singular_matrix_has_no_inverse() {
         assert_eq!(inverse_symmetric(&Mat::<f32, 3, 3>::zeros()), None);
         assert_eq!(inverse_symmetric(&Mat::<f32, 3, 3>::repeat(f32::NAN)), None);
     }
 
+    /// `a^× b = a × b`, bit for bit.
     #[test]
     fn skew_is_the_cross_product() {
         let (a, b) = (Vec3::new(1.0, -2.0, 3.0), Vec3::new(0.5, 4.0, -1.0));

@@ -1,9 +1,15 @@
-//! Range checks of scalar parameters: each returns the error that names the field.
+//! Range checks of scalar parameters.
+//!
+//! Input: the field's name and its value. Output: `Ok`, or the [`ConfigError`] that names the field
+//! and the violated condition. NaN is rejected by each check.
 
 use super::scalar::Real;
 use crate::error::{ConfigError, Invalid};
 
-/// The error for `field`, if `value` isn't between `least` and `most`.
+/// Integer within `least ≤ value ≤ most`.
+///
+/// # Errors
+/// [`Invalid::OutOfRange`] with both limits.
 pub(crate) fn within(
     field: &'static str,
     value: usize,
@@ -17,7 +23,10 @@ pub(crate) fn within(
     Ok(())
 }
 
-/// The error for `field`, if `value` isn't finite.
+/// Finite number.
+///
+/// # Errors
+/// [`Invalid::NotFinite`].
 pub(crate) fn finite<T: Real>(field: &'static str, value: T) -> Result<(), ConfigError> {
     if !value.is_finite() {
         return Err(ConfigError { field, reason: Invalid::NotFinite });
@@ -25,7 +34,10 @@ pub(crate) fn finite<T: Real>(field: &'static str, value: T) -> Result<(), Confi
     Ok(())
 }
 
-/// The error for `field`, if `value` isn't finite and above zero.
+/// Finite number above zero.
+///
+/// # Errors
+/// [`Invalid::NotFinite`] or [`Invalid::NotPositive`].
 pub(crate) fn positive<T: Real>(field: &'static str, value: T) -> Result<(), ConfigError> {
     if !value.is_finite() {
         return Err(ConfigError { field, reason: Invalid::NotFinite });
@@ -36,7 +48,10 @@ pub(crate) fn positive<T: Real>(field: &'static str, value: T) -> Result<(), Con
     Ok(())
 }
 
-/// The error for `field`, if `value` isn't finite and at least zero.
+/// Finite number, zero or above.
+///
+/// # Errors
+/// [`Invalid::NotFinite`] or [`Invalid::Negative`].
 pub(crate) fn not_negative<T: Real>(field: &'static str, value: T) -> Result<(), ConfigError> {
     if !value.is_finite() {
         return Err(ConfigError { field, reason: Invalid::NotFinite });

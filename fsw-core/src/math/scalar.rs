@@ -1,5 +1,18 @@
-//! The one scalar trait: everything in this crate is generic over it, and the caller picks
-//! `f32` or `f64` once, at the edge.
+//! Scalar of all formulas: `f32` or `f64`.
+//!
+//! Every item of this crate is generic over one trait, [`Real`]. The caller picks the precision
+//! once, at the edge. Functions come from `libm` on every platform and no operation is fused, so
+//! that host and target agree to the last bit.
+//!
+//! | | `f32` | `f64` |
+//! |---|---|---|
+//! | ε | 2⁻²³ = 1.2e-7 | 2⁻⁵² = 2.2e-16 |
+//! | largest number | 3.4e38 | 1.8e308 |
+//! | smallest normal number | 1.2e-38 | 2.2e-308 |
+//! | exact integers | up to 2²⁴ | up to 2⁵³ |
+//!
+//! Squares of quantities below 1e-19 underflow in `f32`. Formulas with products of small inertias
+//! divide by a typical size first.
 
 use core::fmt::Debug;
 use core::ops::Neg;
@@ -8,9 +21,20 @@ use num_traits::{One, Zero};
 
 /// `f32` or `f64`.
 ///
-/// Deliberately not nalgebra's `RealField`: that trait takes its functions from the platform's
-/// library where `std` is on and from `libm` where it isn't, so host and target could differ in
-/// the last bit. Here both use `libm`, and no operation is fused.
+/// Differs from nalgebra's `RealField` on purpose: that trait takes its functions from the
+/// platform's library where `std` is on and from `libm` elsewhere, and the two differ in the last
+/// bit.
+///
+/// ```
+/// use fsw_core::Real;
+///
+/// /// Kinetic energy of rotation about a principal axis, J.
+/// fn energy_j<T: Real>(moment_kg_m2: T, rate_rad_s: T) -> T {
+///     T::lit(0.5) * moment_kg_m2 * rate_rad_s * rate_rad_s
+/// }
+/// assert_eq!(energy_j(2.0f32, 3.0), 9.0);
+/// assert_eq!(energy_j(2.0f64, 3.0), 9.0);
+/// ```
 pub trait Real:
     Scalar
     + Copy
@@ -24,7 +48,7 @@ pub trait Real:
     + ClosedMulAssign
     + ClosedDivAssign
 {
-    /// Distance from 1 to the next number.
+    /// Distance from 1 to the next larger number: 2⁻²³ or 2⁻⁵².
     const EPSILON: Self;
     /// Largest finite number.
     const MAX: Self;
@@ -32,34 +56,42 @@ pub trait Real:
     /// Name of the type: `f32` or `f64`.
     const NAME: &'static str;
 
-    /// A literal in a formula, rounded to this precision.
+    /// Literal of a formula, rounded to this precision.
     fn lit(value: f64) -> Self;
-    /// Widens to `f64`, without loss.
+    /// Conversion to `f64`, exact.
     fn to_f64(self) -> f64;
-    /// Rounds to single precision, for storage.
+    /// Conversion to `f32`, rounded: for storage.
     fn to_f32(self) -> f32;
-    /// Widens from single precision, without loss.
+    /// Conversion from `f32`, exact.
     fn from_f32(value: f32) -> Self;
-    /// Bits of the IEEE 754 representation; single precision has 32, in the low half.
+    /// Bits of the IEEE 754 representation; those of `f32` are the low 32.
     fn to_bits(self) -> u64;
-    /// Number with these bits. Single precision ignores the high half.
+    /// Number with these bits; `f32` ignores the high 32.
     fn from_bits(bits: u64) -> Self;
-    /// Seconds in a whole number of microseconds.
+    /// Seconds of a difference between two time stamps, µs.
     ///
-    /// The caller subtracts time stamps as integers first, so that single precision loses
-    /// nothing however long the mission lasts.
+    /// Time stamps are subtracted as integers first. Single precision is then exact to rounding,
+    /// however old the epoch is. Differences below 2²⁴ µs (16.8 s) are represented exactly before
+    /// the division.
+    ///
+    /// ```
+    /// use fsw_core::Real;
+    ///
+    /// let (last_us, now_us) = (315_576_000_000_000u64, 315_576_000_100_000u64);
+    /// assert_eq!(f32::seconds(now_us - last_us), 0.1);
+    /// ```
     fn seconds(microseconds: u64) -> Self;
-    /// A count, rounded to this precision.
+    /// Integer, rounded to this precision.
     fn count(number: u32) -> Self;
-    /// Square root (exactly rounded, so the same on every machine).
+    /// Square root, correctly rounded, and so the same on every machine.
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// Neither infinite nor NaN.
+    /// True unless infinite or NaN.
     fn is_finite(self) -> bool;
-    /// The larger of two; the other one where one is NaN.
+    /// Larger of two numbers; the other one where one is NaN.
     fn max(self, other: Self) -> Self;
-    /// The smaller of two; the other one where one is NaN.
+    /// Smaller of two numbers; the other one where one is NaN.
     fn min(self, other: Self) -> Self;
 }
 
@@ -96,8 +128,8 @@ macro_rules! real {
             }
             #[inline]
             fn seconds(microseconds: u64) -> Self {
-                // Up to 16 s a step is below 2^24 µs: exact in f32 before the division. The processor
-                // converts 32 bits in one instruction, and has none for 64.
+                // Halves of 32 bits: the Cortex-M4F converts 32 bits in one instruction and 64 in a
+                // library call.
                 let (high, low) = ((microseconds >> 32) as u32, microseconds as u32);
                 let whole = high as $float * 4_294_967_296.0 + low as $float;
                 whole / 1.0e6

@@ -1,18 +1,56 @@
-//! UD factors of a covariance: `P = U D Uᵀ`, U unit upper triangular, D diagonal.
+//! UD factors of a covariance: `P = U D Uᵀ`, U unit upper triangular, D diagonal. \[Bierman1977\]
 //!
-//! A covariance kept so can't lose symmetry, nor its positive diagonal to rounding, which is
-//! why it flies in single precision. No square root is needed. \[Bierman1977\]
+//! A factorised covariance stays symmetric, and its variances stay positive under rounding, which
+//! makes single precision sufficient. No square root is taken.
+//!
+//! # Operations
+//!
+//! | operation | effect on P | products | source |
+//! |---|---|---|---|
+//! | [`Ud::observe`] | `P − K (h P)`, `h = eᵢᵀ` | about `N² + 5 N` | \[Bierman1977\] section V.3 |
+//! | [`Ud::inflate`] | `P + q eᵢ eᵢᵀ` | about `N²` | \[Agee1972\], \[Bierman1977\] section III.5 |
+//! | [`Ud::transform_first`] | `Φ P Φᵀ` | about 150 | \[Bierman1977\] section VI.4, \[Thornton1976\] |
+//! | [`Ud::times`] | `P b`, without forming P | `N²` | |
+//!
+//! # Meaning of the factors
+//!
+//! `x = U e` with uncorrelated e of variances `dᵢ`. Element `dᵢ` is the variance of component i
+//! given the components after it, and `u_ik` the regression of component i on the innovation of
+//! component k. The order of the components therefore matters: those that are transformed at every
+//! step come first, so that the factors of the others keep their values.
+//!
+//! # Numerical properties
+//!
+//! * Symmetry holds by construction: P is not stored.
+//! * A variance `pᵢᵢ = dᵢ + Σ u_ik² d_k` is a sum of terms that are not negative. It loses no
+//!   digits to cancellation, unlike the difference in `P − K h P`.
+//! * The condition number of `U √D` is the square root of that of P: single precision with
+//!   factors resembles double precision with P.
 
 use super::{Mat, Vec3, scalar::Real, unroll};
 
-/// The factors in one matrix: D on the diagonal, U above it, nothing below.
+/// UD factors of the N×N covariance of N components, each in its own unit.
+///
+/// Both factors share one matrix: D on the diagonal, U above it, zeros below.
+///
+/// ```
+/// use fsw_core::math::ud::Ud;
+///
+/// // Two components of variance 4 and 1; the first is measured with noise variance 1.
+/// let mut p = Ud::diagonal([4.0f32, 1.0]);
+/// let gain = p.observe(0, 1.0);
+/// assert!((gain[0] - 0.8).abs() < 1e-6); // 4 / (4 + 1)
+/// assert!((p.variance(0) - 0.8).abs() < 1e-6); // 4 · 1 / (4 + 1)
+/// assert_eq!(p.variance(1), 1.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ud<T: Real, const N: usize> {
     pub(crate) packed: Mat<T, N, N>,
 }
 
 impl<T: Real, const N: usize> Ud<T, N> {
-    /// Uncorrelated components of these variances (not negative).
+    /// Factors of uncorrelated components with these variances (unit², not negative): U is the
+    /// identity.
     pub fn diagonal(variances: [T; N]) -> Self {
         let mut packed = Mat::zeros();
         for i in 0..N {
@@ -21,31 +59,45 @@ impl<T: Real, const N: usize> Ud<T, N> {
         Self { packed }
     }
 
-    /// The unit upper triangular factor's element above the diagonal, `row < column`.
+    /// Element `u_ik` of U above the diagonal, `row < column`: unit of the row over unit of the
+    /// column.
     #[inline]
     pub fn u(&self, row: usize, column: usize) -> T {
         self.packed[(row, column)]
     }
 
-    /// The diagonal factor's element.
+    /// Element `dᵢ` of D, unit²: the variance of component i given the components after it.
     #[inline]
     pub fn d(&self, index: usize) -> T {
         self.packed[(index, index)]
     }
 
-    /// Sets an element of U, `row < column`.
+    /// Sets `u_ik`, `row < column`.
+    ///
+    /// The covariance of two components that are the last ones is `u_ik d_k`.
     #[inline]
     pub fn set_u(&mut self, row: usize, column: usize, value: T) {
         self.packed[(row, column)] = value;
     }
 
-    /// Sets an element of D.
+    /// Sets `dᵢ`, which must not be negative.
     #[inline]
     pub fn set_d(&mut self, index: usize, value: T) {
         self.packed[(index, index)] = value;
     }
 
-    /// The covariance, N×N.
+    /// Covariance `P = U D Uᵀ`, N×N: `p_ij = Σ_{k ≥ j} u_ik d_k u_jk` for `i ≤ j`, unit of i times
+    /// unit of j.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// let mut p = Ud::diagonal([3.0f64, 2.0]);
+    /// p.set_u(0, 1, 0.5);
+    /// let p = p.covariance();
+    /// assert_eq!(p[(0, 0)], 3.5); // 3 + 0.5² · 2
+    /// assert_eq!((p[(0, 1)], p[(1, 0)], p[(1, 1)]), (1.0, 1.0, 2.0));
+    /// ```
     pub fn covariance(&self) -> Mat<T, N, N> {
         let mut p = Mat::zeros();
         for i in 0..N {
@@ -63,7 +115,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
         p
     }
 
-    /// Variance of one component.
+    /// Variance of one component, `pᵢᵢ = dᵢ + Σ_{k > i} u_ik² d_k`, unit².
     #[inline]
     pub fn variance(&self, component: usize) -> T {
         let mut sum = self.d(component);
@@ -74,9 +126,18 @@ impl<T: Real, const N: usize> Ud<T, N> {
         sum
     }
 
-    /// `P b`.
+    /// Product `P b = U (D (Uᵀ b))`, without forming P.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// let mut p = Ud::diagonal([3.0f64, 2.0]);
+    /// p.set_u(0, 1, 0.5);
+    /// assert_eq!(p.times(&[1.0, 0.0]), [3.5, 1.0]); // first column of P
+    /// ```
     pub fn times(&self, b: &[T; N]) -> [T; N] {
-        // D Uᵀ b from the last on, each before an element of b that it takes is overwritten; then U.
+        // D Uᵀ b in place from the last element down, then U from the first up: each element is
+        // read before it is overwritten.
         let mut x = *b;
         for k in (0..N).rev() {
             for i in 0..k {
@@ -92,16 +153,18 @@ impl<T: Real, const N: usize> Ud<T, N> {
         x
     }
 
-    /// Multiplies the covariance by `share` (not negative).
+    /// Multiplies the covariance by `share` (not negative): only D changes.
     pub fn scale(&mut self, share: T) {
         for i in 0..N {
             self.packed[(i, i)] *= share;
         }
     }
 
-    /// Every factor is finite and no variance negative.
+    /// True where all factors are finite and no element of D is negative.
+    ///
+    /// A filter tests this after each update and resets itself where it fails.
     pub fn is_valid(&self) -> bool {
-        // One infinity or NaN spoils the sum, which costs less than to ask each of them.
+        // The sum is finite only where all terms are: cheaper than a test of each.
         let mut sum = T::zero();
         for column in 0..N {
             for row in 0..column + 1 {
@@ -111,13 +174,33 @@ impl<T: Real, const N: usize> Ud<T, N> {
         sum.is_finite() && (0..N).all(|i| self.d(i) >= T::zero())
     }
 
-    /// Updates the factors with a scalar measurement of one component, `z = x[component] + v`,
-    /// `v` of variance `noise_variance` (positive), and returns the Kalman gain for its
-    /// innovation.
+    /// Measurement update with one component, `z = xᵢ + v`, `v` white of variance `r` =
+    /// `noise_variance` (unit², positive). Returns the Kalman gain K for the innovation
+    /// `ν = z − xᵢ`.
     ///
-    /// \[Bierman1977\] section V.3, with the zeros of such a measurement left out: elements of
-    /// `f = Uᵀ h` before `component` vanish.
-    // One copy for every component: the columns are unrolled, and those before it passed over.
+    /// With `f = Uᵀ h`, `h = eᵢ`, and `α₋₁ = r`, for `j = 0 … N−1`:
+    ///
+    /// `αⱼ = αⱼ₋₁ + fⱼ² dⱼ`, `dⱼ⁺ = dⱼ αⱼ₋₁ / αⱼ`, `λⱼ = −fⱼ / αⱼ₋₁`,
+    ///
+    /// `uⱼ⁺ = uⱼ + λⱼ K̄ⱼ`, `K̄ⱼ₊₁ = K̄ⱼ + dⱼ fⱼ uⱼ`, `K = K̄_N / α_{N−1}`.
+    ///
+    /// `α_{N−1} = hᵀ P h + r` is the innovation variance S. Each `dⱼ` is multiplied by a ratio
+    /// between 0 and 1 and stays positive. \[Bierman1977\] section V.3; elements of f before
+    /// component i vanish and are left out.
+    ///
+    /// Three components of a vector measurement with uncorrelated noise are processed one after the
+    /// other.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// // The second component is measured; the first one follows by its correlation.
+    /// let mut p = Ud::diagonal([1.0f64, 4.0]);
+    /// p.set_u(0, 1, 0.5); // covariance 0.5 · 4 = 2
+    /// let gain = p.observe(1, 4.0);
+    /// assert_eq!(gain, [0.25, 0.5]); // [2, 4] / (4 + 4)
+    /// assert_eq!(p.covariance()[(0, 0)], 1.5); // 2 − 2² / 8
+    /// ```
     #[inline(never)]
     #[allow(clippy::absurd_extreme_comparisons, clippy::reversed_empty_ranges, reason = "unrolled")]
     pub fn observe(&mut self, component: usize, noise_variance: T) -> [T; N] {
@@ -144,9 +227,23 @@ impl<T: Real, const N: usize> Ud<T, N> {
         gain.map(|k| k * scale)
     }
 
-    /// Adds `variance` (not negative) to one component: a random walk.
+    /// Process noise on one component: `P + q eᵢ eᵢᵀ`, `q` = `variance` (unit²; zero or less
+    /// changes nothing).
     ///
-    /// The rank-one update of Agee and Turner, \[Bierman1977\] section III.5.
+    /// With `a = eᵢ` and `c = q`, for `j = N−1 … 0`:
+    ///
+    /// `dⱼ⁺ = dⱼ + c aⱼ²`, `a ← a − aⱼ uⱼ`, `uⱼ⁺ = uⱼ + a (c aⱼ / dⱼ⁺)`, `c ← c dⱼ / dⱼ⁺`.
+    ///
+    /// Rank-one update of \[Agee1972\], \[Bierman1977\] section III.5. Columns after component i
+    /// keep their values and are skipped.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// let mut p = Ud::diagonal([1.0f32, 1.0]);
+    /// p.inflate(1, 0.25);
+    /// assert_eq!((p.variance(0), p.variance(1)), (1.0, 1.25));
+    /// ```
     #[inline(never)]
     pub fn inflate(&mut self, component: usize, variance: T) {
         if variance <= T::zero() {
@@ -155,14 +252,13 @@ impl<T: Real, const N: usize> Ud<T, N> {
         let mut a: [T; N] =
             core::array::from_fn(|i| if i == component { T::one() } else { T::zero() });
         let mut c = variance;
-        // From the last column on, although those after `component` stay as they are.
         unroll!(N, I => {
             let j = N - 1 - I;
             if j <= component {
                 let along = c * a[j];
                 let before = self.d(j);
                 let after = before + along * a[j];
-                // Where nothing is uncertain, and nothing is added, all stays as it is.
+                // Neither variance nor noise in this direction: its factors keep their values.
                 let (per_after, kept) = if after > T::zero() {
                     let per_after = T::one() / after;
                     (per_after, before * per_after)
@@ -183,10 +279,13 @@ impl<T: Real, const N: usize> Ud<T, N> {
 }
 
 impl<T: Real> Ud<T, 9> {
-    /// `P ← Φ P Φᵀ` with `Φ = [[A, B], [0, 1]]`: the first three components become `A x₁ + B x₂`.
+    /// Time update `P ← Φ P Φᵀ`, `Φ = [[A, B], [0, 1]]`: the first three components become
+    /// `A x₁ + B x₂`.
     ///
-    /// In the same blocks `Φ U = [[A U₁₁, A U₁₂ + B U₂₂], [0, U₂₂]]`: the factors of the other six
-    /// stay as they are, and only the 3×3 block `A U₁₁` has to be made triangular again.
+    /// In the same blocks `Φ U = [[A U₁₁, A U₁₂ + B U₂₂], [0, U₂₂]]`. The factors of the other six
+    /// keep their values, and only the 3×3 block `A U₁₁` has to be made triangular again.
+    ///
+    /// `a` is 3×3, `b` 3×6 in the unit of the first block over that of the second.
     #[inline]
     pub fn transform_first(&mut self, a: &Mat<T, 3, 3>, b: &Mat<T, 3, 6>) {
         for column in 3..9 {
@@ -213,8 +312,10 @@ impl<T: Real> Ud<T, 9> {
         self.retriangularise([row(0), row(1), row(2)]);
     }
 
-    /// Weighted Gram-Schmidt from the last row up: U₁₁, D₁ such that
-    /// `U₁₁ D₁' U₁₁ᵀ = W D₁ Wᵀ`. \[Bierman1977\] section VI.4, \[Thornton1976\]
+    /// Weighted Gram-Schmidt from the last row up: U₁₁⁺ and D₁⁺ with `U₁₁⁺ D₁⁺ U₁₁⁺ᵀ = W D₁ Wᵀ`.
+    ///
+    /// `dⱼ⁺ = wⱼ D₁ wⱼᵀ`, `u_ij = wᵢ D₁ wⱼᵀ / dⱼ⁺`, `wᵢ ← wᵢ − u_ij wⱼ`, with `wⱼ` the rows of
+    /// `W = A U₁₁`. \[Bierman1977\] section VI.4, \[Thornton1976\]
     #[inline]
     fn retriangularise(&mut self, mut w: [Vec3<T>; 3]) {
         let d = Vec3::new(self.d(0), self.d(1), self.d(2));
@@ -237,7 +338,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Factors, and their covariance.
+    /// Random factors and the covariance that they form.
     fn random<const N: usize>(x: &[f64]) -> (Ud<f64, N>, Mat<f64, N, N>) {
         let u = Mat::<f64, N, N>::from_fn(|i, k| match k {
             _ if k < i => 0.0,
@@ -256,6 +357,7 @@ mod tests {
     }
 
     proptest! {
+        /// Product of the factors, variances and matrix-vector product against dense algebra.
         #[test]
         fn factors_reassemble_the_covariance(x in prop::array::uniform25(-1.0..1.0f64)) {
             let (ud, p) = random::<5>(&x);
@@ -266,6 +368,7 @@ mod tests {
             prop_assert!((Mat::from(ud.times(&b)) - expected).abs().max() < 1e-12);
         }
 
+        /// Gain and covariance against `K = P h / (hᵀ P h + r)`, `P − K hᵀ P`.
         #[test]
         fn an_observation_is_the_kalman_update(
             x in prop::array::uniform25(-1.0..1.0f64), i in 0..5usize, r in 0.01..1.0f64,
@@ -281,6 +384,7 @@ mod tests {
             prop_assert!((ud.covariance() - joseph).abs().max() < 1e-11);
         }
 
+        /// Covariance against `P + q eᵢ eᵢᵀ`.
         #[test]
         fn inflating_adds_variance_to_one_component(
             x in prop::array::uniform25(-1.0..1.0f64), i in 0..5usize, q in 0.0..1.0f64,
@@ -291,6 +395,7 @@ mod tests {
             prop_assert!((ud.covariance() - p).abs().max() < 1e-11);
         }
 
+        /// Covariance against the dense product `Φ P Φᵀ`, relative to its largest element.
         #[test]
         fn the_transformation_is_the_dense_one(
             x in prop::array::uniform32(-1.0..1.0f64), y in prop::array::uniform27(-1.0..1.0f64),
@@ -307,8 +412,9 @@ mod tests {
         }
     }
 
+    /// An observation of another component leaves a known one known.
     #[test]
-    fn a_known_direction_stays_known() {
+    fn zero_variance_stays_zero() {
         let mut ud = Ud::diagonal([1.0f32, 1.0, 0.0]);
         ud.observe(0, 0.1);
         assert_eq!(ud.variance(2), 0.0);

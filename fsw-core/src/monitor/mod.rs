@@ -1,4 +1,14 @@
-//! 4. Watching the estimate: do the innovations fit, and what has the data shown?
+//! 4. Monitor: consistency and observability of an estimate, whichever estimator it comes from.
+//!
+//! | module | input | output |
+//! |---|---|---|
+//! | [`innovation`] | innovations and their variances | consistent or not; residual RMS |
+//! | [`spikes`] | squared test ratio of each innovation | accept, reject, lock out |
+//! | [`observability`] | covariance, range before the data | observed directions, 0 to 6 |
+//! | [`nearest_physical`] | tensor, covariance | nearest tensor that a body can have |
+//!
+//! No module here depends on an estimator. An estimator owns the state of its monitors and decides
+//! on the reaction.
 
 pub mod innovation;
 pub mod nearest_physical;

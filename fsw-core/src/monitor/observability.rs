@@ -1,41 +1,60 @@
-//! Which of the six directions of the inertia the data has shown.
+//! Observed directions of the inertia: those that the data have made known.
 //!
-//! A direction counts as seen once the data has cut its uncertainty to a tenth of what was held
-//! before. Each element is measured in units of its prior range, so that a tensor of 1e-5 kg m²
-//! and one of 1e3 are judged alike.
+//! Input: covariance P of the six elements, kg² m⁴; sigma σ₀ of each element before the data, kg
+//! m². Output: number of observed directions, observed elements, observed scale.
+//!
+//! Each element is scaled by its prior sigma, `P'ᵢₖ = Pᵢₖ / (σ₀ᵢ σ₀ₖ)`, so that a tensor of 1e-5 kg
+//! m² and one of 1e3 are judged alike. A direction, an eigenvector of P', is observed once the data
+//! have reduced its sigma to a tenth: eigenvalue below 0.01.
 
 use crate::math::{Mat, eigen::symmetric_eigen, scalar::Real};
 
-/// Posterior over prior sigma below which a direction has been seen.
-const SEEN: f64 = 0.1;
+/// Ratio of posterior to prior sigma below which a direction is observed.
+const OBSERVED_RATIO: f64 = 0.1;
 
-/// What the data has shown.
+/// Observed part of the inertia. The default is nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Observed {
     /// Independent directions in the space of the six elements, 0 to 6.
     pub directions: u8,
-    /// Element by element, `jxx jyy jzz jxy jxz jyz`.
+    /// Observed elements, `jxx jyy jzz jxy jxz jyz`.
     pub element: [bool; 6],
-    /// The size of the tensor (its trace), not just its ratios.
+    /// Observed trace: the size of the tensor and not only its ratios.
     pub scale: bool,
 }
 
-/// Compares a covariance of the six elements (kg² m⁴) with the prior sigma of each (kg m²,
-/// positive).
+/// Observed directions from the covariance of the six elements (kg² m⁴) and the prior sigma of each
+/// (kg m², positive).
+///
+/// The trace counts as observed by `tᵀ P t / tᵀ diag(σ₀²) t < 0.01`, `t = (1 1 1 0 0 0)`.
+///
+/// ```
+/// use fsw_core::math::Mat;
+/// use fsw_core::monitor::observability::observed;
+///
+/// // Moments known to 1 % of their prior sigma, products not at all.
+/// let prior_sigma_kg_m2 = [30.0, 30.0, 30.0, 10.0, 10.0, 10.0];
+/// let sigma_kg_m2 = [0.3, 0.3, 0.3, 10.0, 10.0, 10.0f64];
+/// let covariance = Mat::from_diagonal(&sigma_kg_m2.map(|s| s * s).into());
+/// let observed = observed(&covariance, &prior_sigma_kg_m2);
+/// assert_eq!(observed.directions, 3);
+/// assert_eq!(observed.element, [true, true, true, false, false, false]);
+/// assert!(observed.scale);
+/// ```
 #[inline(never)]
 pub fn observed<T: Real>(covariance: &Mat<T, 6, 6>, prior_sigma: &[T; 6]) -> Observed {
     let mut scaled = Mat::<T, 6, 6>::zeros();
     for i in 0..6 {
         for k in 0..6 {
-            // Divided one after the other: the product of two sigmas may underflow in f32.
+            // Two divisions: the product of two sigmas may underflow in f32.
             scaled[(i, k)] = covariance[(i, k)] / prior_sigma[i] / prior_sigma[k];
         }
     }
-    let seen = |variance: T| variance < T::lit(SEEN * SEEN);
+    let is_observed = |variance: T| variance < T::lit(OBSERVED_RATIO * OBSERVED_RATIO);
     let (variances, _) = symmetric_eigen(&scaled);
-    let directions = variances.iter().filter(|v| seen(**v)).count() as u8;
-    let element = core::array::from_fn(|i| seen(scaled[(i, i)]));
+    let directions = variances.iter().filter(|v| is_observed(**v)).count() as u8;
+    let element = core::array::from_fn(|i| is_observed(scaled[(i, i)]));
     let (mut trace, mut prior_trace) = (T::zero(), T::zero());
     for i in 0..3 {
         prior_trace += prior_sigma[i] * prior_sigma[i];
@@ -43,7 +62,7 @@ pub fn observed<T: Real>(covariance: &Mat<T, 6, 6>, prior_sigma: &[T; 6]) -> Obs
             trace += covariance[(i, k)];
         }
     }
-    Observed { directions, element, scale: seen(trace / prior_trace) }
+    Observed { directions, element, scale: is_observed(trace / prior_trace) }
 }
 
 #[cfg(test)]
@@ -56,20 +75,21 @@ mod tests {
         Mat::<f64, 6, 6>::from_diagonal(&PRIOR.map(|s| s * s).into())
     }
 
+    /// Posterior equal to the prior.
     #[test]
-    fn the_prior_alone_shows_nothing() {
+    fn the_prior_alone_observes_nothing() {
         assert_eq!(observed(&prior_covariance(), &PRIOR), Observed::default());
     }
 
     #[test]
-    fn all_six() {
+    fn a_hundredth_of_the_prior_sigma_observes_all_six() {
         let o = observed(&(prior_covariance() * 1e-4), &PRIOR);
         assert_eq!(o, Observed { directions: 6, element: [true; 6], scale: true });
     }
 
+    /// `Jxx − Jyy` known to 1 %, the sum unknown: one direction, no element.
     #[test]
-    fn a_difference_can_be_seen_while_its_terms_are_not() {
-        // Jxx − Jyy known to 1 %, their sum not at all.
+    fn a_difference_is_observable_without_its_terms() {
         let mut p = prior_covariance();
         p[(0, 1)] = 0.9999 * p[(0, 0)];
         p[(1, 0)] = p[(0, 1)];
@@ -79,8 +99,9 @@ mod tests {
         assert!(!o.scale);
     }
 
+    /// Prior sigma of 3e-8 kg m², in single precision.
     #[test]
-    fn tiny_bodies_are_judged_like_large_ones_in_single_precision() {
+    fn the_result_is_independent_of_size_in_single_precision() {
         let prior = PRIOR.map(|s| s as f32 * 1e-9);
         let p = prior_covariance().map(|x| (x * 1e-18 * 1e-4) as f32);
         assert_eq!(observed(&p, &prior).directions, 6);

@@ -7,6 +7,21 @@
 //!
 //! Assumption: a spike is a fault of one sample. A run of [`Config::lockout_after`] of them has its
 //! cause in the prediction instead: a deployment, a docking, a diverged filter.
+//!
+//! | `r²` | run before | decision | run after |
+//! |---|---|---|---|
+//! | `≤ limit²`, or NaN | n | [`Decision::Accept`] | 0 |
+//! | `> limit²` | `n + 1 < lockout_after` | [`Decision::Reject`] | n + 1 |
+//! | `> limit²` | `n + 1 ≥ lockout_after` | [`Decision::LockOut`] | n + 1 |
+//!
+//! ```
+//! use fsw_core::monitor::spikes::{Config, Decision, SpikeGate};
+//!
+//! let config = Config { limit_sigma: 6.0f32, lockout_after: 10 };
+//! let mut gate = SpikeGate::default();
+//! assert_eq!(gate.judge(2.5 * 2.5, &config), Decision::Accept);
+//! assert_eq!(gate.judge(8.0 * 8.0, &config), Decision::Reject);
+//! ```
 
 use crate::error::ConfigError;
 use crate::math::range::positive;

@@ -2,10 +2,17 @@
 //!
 //! Implemented here, so that the algebra does not depend on checkpoints. Fields of these types are
 //! visible within the crate for this purpose alone.
+//!
+//! | type | condition on reading |
+//! |---|---|
+//! | [`SquareRootInformation`] | weights not negative |
+//! | [`Ud`] | variances not negative, factors below 1e12 |
+//! | [`Kernel`] | window within the capacity |
+//! | [`Differentiator`] | ring index and number of samples within their limits |
 
 use crate::math::savgol::{Differentiator, Fit, Growth, Kernel};
 use crate::math::scalar::Real;
-use crate::math::square_root_information::{Left, SquareRootInformation};
+use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::ud::Ud;
 
 crate::persist!(
@@ -13,7 +20,7 @@ crate::persist!(
     if |this| (0..N).all(|i| this.factor[i][i] >= T::zero())
 );
 
-crate::persist!([T: Real] Left<T> { value, weight });
+crate::persist!([T: Real] RecursiveResidual<T> { value, weight });
 
 /// Bound on the magnitude of a stored UD factor: the variances that follow from factors below it are
 /// finite in single precision.

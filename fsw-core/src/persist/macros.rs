@@ -1,17 +1,51 @@
-//! How a type is kept: its parts, one after the other. A macro, so that a part that was forgotten
-//! doesn't compile.
+//! Implementation of [`Persist`](super::Persist) by a list of fields.
+//!
+//! A macro, so that a forgotten field does not compile. It expands to two functions:
+//!
+//! | function | struct | enum |
+//! |---|---|---|
+//! | `layout` | hash of the type's name, and of name and layout of each field | the same with each variant and tag |
+//! | `persist` | the configured fields, then the state, then the condition | tag, fields of the variant, condition |
+//!
+//! The name of the type in the hash is the one written in the macro, generics included.
+//!
+//! A variant that differs from the present one is constructed from blank values first and then read
+//! into.
 
-/// Keeps a type, part by part in the order given.
+/// Implements [`Persist`](crate::persist::Persist) for a struct or an enum, field by field in the
+/// order given.
 ///
 /// ```text
 /// persist!([generics] Type { field, field; unchanged field, field } if |this| condition);
-/// persist!([generics] enum Type { 0 => Variant, 1 => Other(item: Item), 2 => Third { part: Part } }
-///     if |this| condition);
+/// persist!([generics] enum Type {
+///     0 => Variant, 1 => Other(item: Item), 2 => Third { part: Part }
+/// } if |this| condition);
 /// ```
 ///
-/// All fields of a struct must be named, or it doesn't compile. Those after `unchanged` are
-/// configuration; without them the type is also
-/// [`Blank`](crate::persist::Blank). What fails the condition is refused.
+/// All fields of a struct must be listed. Those after `unchanged` are configuration: compared, not
+/// overwritten. A struct without configuration, and every enum, also implements
+/// [`Blank`](crate::persist::Blank). A value that violates the condition is rejected.
+///
+/// ```
+/// use fsw_core::checkpoint::{FromWords, ToWords, transfer};
+///
+/// struct Counter {
+///     limit: u32,
+///     count: u32,
+/// }
+/// fsw_core::persist!([] Counter { count; unchanged limit } if |this| this.count <= this.limit);
+///
+/// let mut words = [0; 2];
+/// transfer(&mut Counter { limit: 10, count: 7 }, &mut ToWords::new(&mut words)).unwrap();
+/// let mut restored = Counter { limit: 10, count: 0 };
+/// transfer(&mut restored, &mut FromWords::new(&words)).unwrap();
+/// assert_eq!(restored.count, 7);
+///
+/// // Another configuration is rejected.
+/// let mut other = Counter { limit: 20, count: 0 };
+/// let rejected = transfer(&mut other, &mut FromWords::new(&words)).unwrap_err();
+/// assert_eq!(rejected.place, "configuration");
+/// ```
 #[macro_export]
 macro_rules! persist {
     ([$($generics:tt)*] enum $type:ty { $(
@@ -121,7 +155,7 @@ macro_rules! persist {
 
             #[inline(never)]
             fn persist(&mut self, archive: &mut $crate::persist::Archive<'_>) {
-                // Without `..`: a field that isn't named doesn't compile.
+                // Without `..`: a field that is not listed does not compile.
                 let Self { $($configured,)* $($field),+ } = self;
                 $crate::persist!(@unchanged archive $($configured)*);
                 $($crate::persist::Persist::persist($field, archive);)+

@@ -32,6 +32,34 @@ mod macros;
 mod values;
 
 /// State that can be transferred to and from a stream of words.
+///
+/// Implemented by [`persist!`](crate::persist!) for nearly all types. By hand where a part of the
+/// state is left out of the stream, for instance unused places of a buffer:
+///
+/// ```
+/// use fsw_core::persist::{Archive, Persist, mix, name};
+///
+/// /// Up to eight values, of which `len` are in use.
+/// struct Buffer {
+///     len: usize,
+///     values: [f32; 8],
+/// }
+///
+/// impl Persist for Buffer {
+///     fn layout() -> u32 {
+///         mix(name("Buffer"), <[f32; 8]>::layout())
+///     }
+///
+///     fn persist(&mut self, archive: &mut Archive<'_>) {
+///         self.len.persist(archive);
+///         let Some(used) = self.values.get_mut(..self.len) else {
+///             self.len = 0;
+///             return archive.refuse("Buffer");
+///         };
+///         used.iter_mut().for_each(|value| value.persist(archive));
+///     }
+/// }
+/// ```
 pub trait Persist {
     /// Hash of the type's layout in the stream: names and types of its fields, in their order.
     fn layout() -> u32
@@ -43,12 +71,32 @@ pub trait Persist {
 }
 
 /// A value to be overwritten: the place into which an optional part or a variant is read.
+///
+/// Zero for numbers, `None` for an option, the first variant of an enum.
 pub trait Blank {
     /// A value without meaning.
     fn blank() -> Self;
 }
 
 /// Medium of the words: memory that is written to, or read from.
+///
+/// The two directions are two implementations. A third one may count the words of a state:
+///
+/// ```
+/// use fsw_core::checkpoint::{Words, transfer};
+///
+/// struct Count(u32);
+///
+/// impl Words for Count {
+///     fn transfer(&mut self, _: &mut u32) -> bool {
+///         self.0 += 1;
+///         true
+///     }
+/// }
+/// let mut count = Count(0);
+/// transfer(&mut [1.0f64, 2.0], &mut count).unwrap();
+/// assert_eq!(count.0, 4);
+/// ```
 pub trait Words {
     /// Writes `word`, or replaces it by the word read at this place. False at the end of the medium.
     fn transfer(&mut self, word: &mut u32) -> bool;
@@ -57,17 +105,24 @@ pub trait Words {
 /// Rejection of a word, with its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Invalid {
+pub struct InvalidWord {
     /// Name of the type that rejected its value; `configuration` where a configured value differs;
     /// `end` where the medium holds fewer words than the state.
     pub place: &'static str,
 }
 
 /// Connects a state with its words.
+///
+/// | situation | effect of [`word`](Self::word) |
+/// |---|---|
+/// | state, medium is written to | the word is stored |
+/// | state, medium is read from | the word is replaced by the stored one |
+/// | configuration | the word is compared with the stored one, or stored |
+/// | after a rejection | none |
 pub struct Archive<'a> {
     words: &'a mut dyn Words,
     is_configuration: bool,
-    refused: Option<Invalid>,
+    refused: Option<InvalidWord>,
 }
 
 impl<'a> Archive<'a> {
@@ -95,7 +150,7 @@ impl<'a> Archive<'a> {
     /// Rejects the last word. The first rejection counts, and ends the transfer.
     #[inline(never)]
     pub fn refuse(&mut self, place: &'static str) {
-        self.refused.get_or_insert(Invalid { place });
+        self.refused.get_or_insert(InvalidWord { place });
     }
 
     /// Declares the following words as configuration or as state. Returns the previous setting.
@@ -107,12 +162,12 @@ impl<'a> Archive<'a> {
     ///
     /// # Errors
     /// The first rejection.
-    pub fn finish(self) -> Result<(), Invalid> {
+    pub fn finish(self) -> Result<(), InvalidWord> {
         self.refused.map_or(Ok(()), Err)
     }
 }
 
-/// 32-bit FNV-1a hash of a name.
+/// 32-bit FNV-1a hash of a name: offset basis 0x811c9dc5, prime 0x01000193.
 pub const fn name(text: &str) -> u32 {
     let bytes = text.as_bytes();
     let (mut hash, mut i) = (0x811c_9dc5_u32, 0);
@@ -123,7 +178,7 @@ pub const fn name(text: &str) -> u32 {
     hash
 }
 
-/// Hash of two hashes, in this order.
+/// Hash of two hashes, in this order: `(rotl(a, 5) xor b) · 0x9e3779b1`, modulo 2³².
 pub const fn mix(a: u32, b: u32) -> u32 {
     (a.rotate_left(5) ^ b).wrapping_mul(0x9e37_79b1)
 }

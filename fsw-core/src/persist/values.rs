@@ -1,14 +1,33 @@
-//! What state is made of in the end: numbers, and what holds them.
+//! Numbers and containers of numbers as words.
 //!
-//! A whole number takes a word, or two, the low one first; a float the words of its bits.
+//! | type | words | rejected on reading |
+//! |---|---|---|
+//! | `bool` | one, 0 or 1 | any other value |
+//! | `u8`, `u16`, `usize` | one | a value beyond the type |
+//! | `u32` | one | – |
+//! | `u64` | two, low word first | – |
+//! | `f32`, `f64` | bits: one word, or two with the low one first | infinity, NaN |
+//! | `Option` | tag 0 or 1, then the value if there is one | any other tag |
+//! | array, matrix, pair | elements in order; a matrix by columns | – |
 //!
-//! Numbers and rows of them are passed by functions that aren't inlined: in an image they then stand once,
-//! and a state is a list of calls.
+//! The layout of a container contains that of its elements and its length.
+//!
+//! Functions for numbers and arrays are not inlined: each stands once in an image, and a state is a
+//! list of calls.
+//!
+//! ```
+//! use fsw_core::checkpoint::{ToWords, transfer};
+//!
+//! let mut state = (Some(1.0f32), [2u64, 3]);
+//! let mut words = [0; 6];
+//! transfer(&mut state, &mut ToWords::new(&mut words)).unwrap();
+//! assert_eq!(words, [1, 0x3f80_0000, 2, 0, 3, 0]);
+//! ```
 
 use super::{Archive, Blank, Persist, mix, name};
 use crate::math::{Mat, scalar::Real};
 
-/// Of a number that words stand for: how it becomes words and, if it can be, comes of them.
+/// Implements [`Persist`] for an integer or a flag: conversion to words and, where possible, back.
 macro_rules! persist_number {
     ($number:ident: $zero:expr, |$value:ident, $archive:ident| $passed:expr) => {
         impl Persist for $number {
@@ -48,7 +67,7 @@ persist_number!(bool: false, |value, archive| match one(value.into(), archive) {
     1 => Some(true),
     _ => None,
 });
-/// A float: the words of its bits. A number that is not finite is rejected.
+/// Bits of a float. A number that is not finite is rejected.
 impl<T: Real> Persist for T {
     fn layout() -> u32 {
         const { name(T::NAME) }
@@ -77,17 +96,20 @@ impl<T: Real> Blank for T {
     }
 }
 
+/// Transfers one word.
 fn one(mut word: u32, archive: &mut Archive<'_>) -> u32 {
     archive.word(&mut word);
     word
 }
 
+/// Transfers two words, low word first.
 fn two(value: u64, archive: &mut Archive<'_>) -> u64 {
     let low = one(value as u32, archive);
     let high = one((value >> 32) as u32, archive);
     u64::from(high) << 32 | u64::from(low)
 }
 
+/// Transfers the elements of an array.
 #[inline(never)]
 fn each<P: Persist>(row: &mut [P], archive: &mut Archive<'_>) {
     for element in row {
@@ -95,7 +117,7 @@ fn each<P: Persist>(row: &mut [P], archive: &mut Archive<'_>) {
     }
 }
 
-/// A tag, 0 or 1, then the value if there is one.
+/// Tag, 0 or 1, then the value if there is one.
 impl<P: Persist + Blank> Persist for Option<P> {
     fn layout() -> u32 {
         mix(const { name("Option") }, P::layout())
@@ -113,12 +135,14 @@ impl<P: Persist + Blank> Persist for Option<P> {
     }
 }
 
+/// No value.
 impl<P> Blank for Option<P> {
     fn blank() -> Self {
         None
     }
 }
 
+/// Elements in order.
 impl<P: Persist, const N: usize> Persist for [P; N] {
     fn layout() -> u32 {
         mix(mix(const { name("array") }, N as u32), P::layout())
@@ -135,6 +159,7 @@ impl<P: Blank, const N: usize> Blank for [P; N] {
     }
 }
 
+/// Elements by columns.
 impl<T: Real, const R: usize, const C: usize> Persist for Mat<T, R, C> {
     fn layout() -> u32 {
         mix(mix(mix(const { name("matrix") }, R as u32), C as u32), T::layout())
@@ -151,6 +176,7 @@ impl<T: Real, const R: usize, const C: usize> Blank for Mat<T, R, C> {
     }
 }
 
+/// First element, second element.
 impl<P: Persist, Q: Persist> Persist for (P, Q) {
     fn layout() -> u32 {
         mix(mix(const { name("pair") }, P::layout()), Q::layout())

@@ -1,15 +1,15 @@
-//! What counts: on the target instructions, on the host nothing.
+//! Instruction counter on the target, its stand-in on the host.
 
 #[cfg(target_os = "none")]
 pub use fsw_target::arch::instructions::InstructionCounter as Counter;
 
-/// Does the work, and counts nothing: a host's instructions are of no interest.
+/// Stand-in that runs the work and counts nothing.
 #[cfg(not(target_os = "none"))]
 pub struct Counter;
 
 #[cfg(not(target_os = "none"))]
 impl Counter {
-    /// Does `work`; zero.
+    /// Runs `work`; always zero.
     pub fn count(&mut self, mut work: impl FnMut()) -> u32 {
         work();
         0

@@ -1,4 +1,4 @@
-//! The estimators, each on each flight.
+//! Instruction counts of the estimators, each on each flight.
 
 use crate::counter::Counter;
 use crate::flights::{self, Flight};
@@ -12,29 +12,29 @@ use fsw_steps::{BLOCKS, Step, Window9, Window12, Window15, Window18};
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::stand_in::recording::cubesat_pyramid::CRAFT;
 
-/// What the window may be asked for besides: one sigma of the ranges that are searched, far above
-/// what a small satellite has.
+/// Disturbances estimated by `window-15` and `window-18`, one sigma: far above those of a small
+/// satellite.
 const DISTURBANCE_TORQUE_N_M: f32 = 1e-4;
 const GYRO_BIAS_RAD_S: f32 = 1e-2;
 
-/// What a drawing of the CubeSat might say: moments a tenth off, no products.
+/// Prior as from a CAD model of the CubeSat: moments within a tenth, no products.
 const PRIOR: Prior<f32> = Prior {
     inertia_kg_m2: [0.06, 0.1, 0.11, 0.0, 0.0, 0.0],
     sigma_kg_m2: [0.006, 0.01, 0.01, 0.004, 0.004, 0.004],
 };
 
-/// What is too vague to start from: the filter aligns itself on the motion, and on this.
+/// Prior too wide for a start without alignment.
 const VAGUE: Prior<f32> = Prior {
     inertia_kg_m2: [0.1, 0.1, 0.1, 0.0, 0.0, 0.0],
     sigma_kg_m2: [0.05, 0.05, 0.05, 0.02, 0.02, 0.02],
 };
 
-/// Fuel: 1 % of a moment in an hour.
+/// Random walk of propellant use: 1 % of a moment per hour.
 const INERTIA_WALK_KG_M2_SQRT_S: f32 = 1e-3 / 60.0;
 
-/// What is too large for the stack.
+/// Data too large for the stack.
 pub struct Places {
-    /// Of whatever is counted.
+    /// Tally of the current flight.
     pub tally: Tally,
     window_9: Option<Window9>,
     window_12: Option<Window12>,
@@ -43,7 +43,7 @@ pub struct Places {
 }
 
 impl Places {
-    /// Nothing in them.
+    /// Places without estimators.
     pub const fn new() -> Self {
         Self {
             tally: Tally::new(),
@@ -55,7 +55,7 @@ impl Places {
     }
 }
 
-/// Flies them one after the other; a few lines of the log for each.
+/// Steps every estimator through every flight, and logs the counts.
 pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigError> {
     let wheels = CRAFT.wheels()?;
     let noise = CRAFT.gyro_noise_rad_s;
@@ -88,7 +88,7 @@ pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigE
     bench.fly("window-18", window_18, |place| in_place(place, wheels).reset(config))
 }
 
-/// The window of this place, built there: the stack has no room for one.
+/// The window in this place, built in place: it exceeds the stack.
 fn in_place<const U: usize>(
     place: &mut Option<Window<f32, WHEELS, BLOCKS, U>>,
     wheels: WheelArray<f32, WHEELS>,
@@ -102,7 +102,7 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// An estimator that begins afresh with each flight, in `place`.
+    /// Counts an estimator in `place`, started again by `begin` for each flight.
     fn fly<E: Step>(
         &mut self,
         name: &'static str,
@@ -124,7 +124,7 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// The same of one that is small enough for the stack.
+    /// As [`fly`](Self::fly), for an estimator that fits the stack.
     fn fly_new<E: Step>(
         &mut self,
         name: &'static str,
@@ -136,6 +136,7 @@ impl Bench<'_> {
         })
     }
 
+    /// Counts and logs one flight.
     fn count<E: Step>(
         &mut self,
         name: &'static str,
@@ -159,7 +160,7 @@ impl Bench<'_> {
     }
 }
 
-/// One whole step, as the flight loop calls it.
+/// One whole step, called as by the flight loop.
 #[inline(never)]
 fn step<E: Step>(estimator: &mut E, sample: &Sample<f32, WHEELS>) -> Outcome {
     core::hint::black_box(estimator).step_fast(core::hint::black_box(sample))

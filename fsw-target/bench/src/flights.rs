@@ -1,9 +1,8 @@
-//! What is flown: the committed recording, and flights that are made up as they go, longer and with
-//! everything in them that costs a step more than usual.
+//! Flights of the bench: the committed recording, and two longer synthetic flights with every event
+//! that makes a step more expensive.
 //!
-//! The truth of a made-up flight is this crate's own gyrostat, integrated from sample to sample;
-//! what the gyro says of it has white noise, and faults where the plan has them. Nothing of it is
-//! counted.
+//! The truth of a synthetic flight is the gyrostat of fsw-core, integrated from sample to sample. The
+//! gyro adds white noise, and the plan adds faults. None of it is counted.
 
 use crate::noise::Noise;
 use fsw_core::dynamics::gyrostat::Gyrostat;
@@ -13,69 +12,69 @@ use fsw_core::{Inertia, Sample, Vec3, WheelArray};
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS};
 
-/// Ten samples a second, as in the recording.
+/// Sample interval, as in the recording.
 const PERIOD_US: u64 = 100_000;
 const PERIOD_S: f32 = 0.1;
 
-/// The CubeSat of the recording: scenario `cubesat-pyramid`.
+/// Inertia of the recording's CubeSat, scenario `cubesat-pyramid`.
 const CUBESAT_KG_M2: [f32; 6] = [0.058, 0.104, 0.118, -0.0021, 0.0016, 0.0028];
-/// The same with its panels out.
+/// Inertia with deployed panels.
 const DEPLOYED_KG_M2: [f32; 6] = [0.064, 0.125, 0.143, -0.0021, 0.0016, 0.0028];
 
-/// How its wheels shake it: mean speeds, rad/s, and about them two sines for each wheel, so slow and
-/// so fast, in hundredths of a hertz.
+/// Excitation by the wheels: mean speed, rad/s, and two sines per wheel, slow and fast, with
+/// frequencies in 0.01 Hz.
 const MEAN_SPEED_RAD_S: [f32; WHEELS] = [200.0, -200.0, 200.0, -200.0];
 const SLOW_CENTIHERTZ: [u32; WHEELS] = [5, 7, 6, 4];
 const FAST_CENTIHERTZ: [u32; WHEELS] = [17, 13, 19, 23];
 const SLOW_RAD_S: f32 = 90.0;
 const FAST_RAD_S: f32 = 35.0;
 
-/// A hundredth of a hertz turns once in so many half samples.
+/// Period of 0.01 Hz, half samples.
 const HALF_SAMPLES: u32 = 2_000;
 
-/// Shaking starts and ends over so many samples, so that no wheel jumps.
+/// Duration of the ramps of an excitation, samples.
 const RAMP: u32 = 50;
 
-/// A flight: what happens when, by sample number.
+/// Events of a flight by sample number.
 pub struct Plan {
-    /// For the table.
+    /// Name in the table.
     pub name: &'static str,
-    /// How long.
+    /// Number of samples.
     pub samples: u32,
     rate_rad_s: [f32; 3],
-    /// From which sample to which the wheels shake.
-    shaking: &'static [(u32, u32)],
-    /// From which sample to which a thruster fires, and with what torque, N m.
+    /// First and last sample of each excitation by the wheels.
+    excitation: &'static [(u32, u32)],
+    /// First and last sample of each thrust, and its torque, N m.
     thrust: &'static [(u32, u32, [f32; 3])],
-    /// From when on the panels are out.
+    /// First sample with deployed panels.
     deployed_from: u32,
     faults: &'static [(u32, Fault)],
 }
 
-/// What may be wrong with a sample.
+/// Fault of a sample.
 #[derive(Clone, Copy, PartialEq)]
 enum Fault {
-    /// A rate a thousand sigma off.
+    /// A rate off by a thousand sigma.
     Spike,
     NotFinite,
     Saturated,
-    /// Reads what it read before.
+    /// A repeated reading.
     Stuck,
-    /// Doesn't come.
+    /// A missing sample.
     Lost,
-    /// Its time stamp is that of the one before.
+    /// A repeated time stamp.
     OutOfOrder,
-    /// Comes a third of a period late.
+    /// A delay by a third of the sample interval.
     Late,
 }
 
-/// Rest, a manoeuvre with every fault in it, rest; a manoeuvre in which a panel deploys, rest; and
-/// one so long that a window of 512 blocks fills and has to merge them.
+/// Rest, an excitation with every fault, rest; an excitation with a panel deployment, rest; and an
+/// excitation so long that a window of 512 blocks fills and merges blocks.
 pub const MISSION: Plan = Plan {
     name: "mission",
     samples: 8_000,
     rate_rad_s: [0.0; 3],
-    shaking: &[(100, 1_400), (2_000, 3_000), (3_700, 8_000)],
+    excitation: &[(100, 1_400), (2_000, 3_000), (3_700, 8_000)],
     thrust: &[(7_000, 7_030, [2e-3, -1e-3, 1e-3]), (7_200, 7_230, [-2e-3, 1e-3, -1e-3])],
     deployed_from: 2_600,
     faults: &[
@@ -92,12 +91,12 @@ pub const MISSION: Plan = Plan {
     ],
 };
 
-/// Many turns of a body that tumbles fast, thrusters and all: what stores the most blocks.
+/// Many turns of a fast tumbling body with thrusts: the flight that stores the most blocks.
 pub const TUMBLE: Plan = Plan {
     name: "tumble",
     samples: 4_000,
     rate_rad_s: [0.5, -0.3, 0.6],
-    shaking: &[(200, 4_000)],
+    excitation: &[(200, 4_000)],
     thrust: &[
         (300, 330, [2e-3, 1e-3, 0.0]),
         (600, 630, [-2e-3, 0.0, 1e-3]),
@@ -108,11 +107,11 @@ pub const TUMBLE: Plan = Plan {
     faults: &[],
 };
 
-/// The gyro repeats itself for so long, and is silent for so long.
+/// Samples with repeated readings, and missing samples.
 const STUCK: core::ops::Range<u32> = 840..860;
 const SILENT: core::ops::Range<u32> = 900..950;
 
-/// A made-up flight, sample by sample.
+/// Synthetic flight, sample by sample.
 pub struct Flight {
     plan: &'static Plan,
     wheels: WheelArray<f32, WHEELS>,
@@ -123,7 +122,7 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// Before its first sample.
+    /// A flight before its first sample.
     pub fn new(plan: &'static Plan, wheels: WheelArray<f32, WHEELS>) -> Self {
         let rate_rad_s = Vec3::from(plan.rate_rad_s);
         Self { plan, wheels, rate_rad_s, last_measured: rate_rad_s, noise: Noise::new(), next: 0 }
@@ -137,7 +136,7 @@ impl Iterator for Flight {
         while self.next < self.plan.samples {
             let sample = self.sample();
             let is_lost = self.plan.fault(self.next) == Some(Fault::Lost);
-            self.fly_on();
+            self.advance();
             if !is_lost {
                 return Some(sample);
             }
@@ -147,7 +146,7 @@ impl Iterator for Flight {
 }
 
 impl Flight {
-    /// What the sensors say now.
+    /// Readings of the sensors at this sample.
     fn sample(&mut self) -> Sample<f32, WHEELS> {
         let noise_rad_s = CRAFT.gyro_noise_rad_s;
         let noise = Vec3::from_fn(|_, _| self.noise.standard() * noise_rad_s);
@@ -172,8 +171,8 @@ impl Flight {
         sample
     }
 
-    /// On to the next sample.
-    fn fly_on(&mut self) {
+    /// Integrates to the next sample.
+    fn advance(&mut self) {
         let drive = |half_samples: u32, torque_n_m: Vec3<f32>| Drive {
             torque_n_m,
             wheel_momentum_n_m_s: self
@@ -198,7 +197,7 @@ impl Flight {
         }
     }
 
-    /// The inertia changes at once; the momentum of the body does not, nor that of the wheels.
+    /// Deployment: the inertia changes at once, at constant momentum of body and wheels.
     fn deploy(&mut self) {
         let momentum = Inertia::new(CUBESAT_KG_M2).matrix_kg_m2() * self.rate_rad_s;
         if let Some(inverse) = Inertia::new(DEPLOYED_KG_M2).inverse() {
@@ -228,9 +227,9 @@ impl Plan {
         firing.map_or(Vec3::zeros(), |(_, _, torque)| Vec3::from(*torque))
     }
 
-    /// So many half samples after the start.
+    /// Wheel speeds at a time in half samples.
     fn wheel_speed_rad_s(&self, half_samples: u32) -> [f32; WHEELS] {
-        let share: f32 = self.shaking.iter().map(|phase| ramp(half_samples, *phase)).sum();
+        let share: f32 = self.excitation.iter().map(|phase| ramp(half_samples, *phase)).sum();
         core::array::from_fn(|i| {
             let slow = SLOW_RAD_S * sine(SLOW_CENTIHERTZ[i] * half_samples);
             let fast = FAST_RAD_S * sine(FAST_CENTIHERTZ[i] * half_samples);
@@ -239,15 +238,15 @@ impl Plan {
     }
 }
 
-/// From 0 to 1 and back, smoothly, between two samples.
+/// Smooth rise from 0 to 1 and back, between two samples.
 fn ramp(half_samples: u32, (from, to): (u32, u32)) -> f32 {
     let after = |start: u32| half_samples as f32 * 0.5 - start as f32;
     let x = (after(from).min(-after(to)) / RAMP as f32).clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Of an angle in turns over [`HALF_SAMPLES`]: the Taylor series up to the ninth power, which errs by
-/// 4e-6 at a quarter turn. libm's would take doubles, which the chip hasn't.
+/// Sine of an angle in turns / [`HALF_SAMPLES`]: Taylor series up to the ninth power, error 4e-6 at a
+/// quarter turn. The sine of libm uses doubles, which the chip emulates.
 fn sine(angle: u32) -> f32 {
     let turns = (angle % HALF_SAMPLES) as f32 / HALF_SAMPLES as f32;
     let x = match turns {
@@ -259,7 +258,7 @@ fn sine(angle: u32) -> f32 {
     x * (1.0 - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0))))
 }
 
-/// The committed flight.
+/// The committed recording.
 pub fn recorded() -> impl Iterator<Item = Sample<f32, WHEELS>> {
     ROWS.iter().map(|row| Sample {
         time_us: row.time_us,

@@ -2,12 +2,13 @@
 //!
 //! | | |
 //! |---|---|
-//! | purpose | the instruction budgets: the most expensive step of a whole flight, and the median |
-//! | where | QEMU with `-icount shift=8` only, see `fsw_target::arch::instructions`; `cargo bench-target` |
-//! | log | defmt, on USART1: a line `count …` for each estimator and flight, others with details |
-//! | end | success once all is counted, failure where counting isn't exact |
+//! | purpose | instruction budgets: most expensive and median step of whole flights |
+//! | machine | only QEMU with `-icount shift=8`, see `fsw_target::arch::instructions`; `cargo bench-target` |
+//! | log | defmt, on USART1: a line `count …` per estimator and flight, lines `outcome …` with details |
+//! | end | success after the last count, failure if counts are not exact |
 //!
-//! Built for the host, it flies the same flights and counts nothing: `cargo run -p fsw-bench` shows what became of their samples.
+//! The host program `cargo run -p fsw-bench` steps the same flights without counting, and logs the
+//! outcomes of their samples.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -21,12 +22,12 @@ mod tally;
 use counter::Counter;
 use estimators::Places;
 
-/// Everything, in the order of the table.
+/// Counts everything, in the order of the table.
 fn count_all(counter: &mut Counter, places: &mut Places) -> Result<(), &'static str> {
     covariance::count_all(counter, &mut places.tally)?;
     estimators::fly_all(counter, places).map_err(|error| {
         fsw_target::log_line!("{:?}", error);
-        "an estimator refused its configuration"
+        "an estimator rejected its configuration"
     })
 }
 

@@ -1,12 +1,12 @@
-//! Noise for the made-up flights: small, and the same in every run.
+//! Gyro noise of the synthetic flights, reproducible.
 
-/// Marsaglia's xorshift of 32 bits (J. Stat. Softw. 8(14), 2003).
+/// Xorshift generator of 32 bits (Marsaglia, J. Stat. Softw. 8(14), 2003).
 pub struct Noise {
     state: u32,
 }
 
 impl Noise {
-    /// Always the same sequence.
+    /// The generator at its fixed seed.
     pub fn new() -> Self {
         Self { state: 2_463_534_242 } // Marsaglia's seed
     }
@@ -18,7 +18,8 @@ impl Noise {
         self.state as f32 / u32::MAX as f32
     }
 
-    /// Zero mean, unit variance, near enough to normal: the sum of twelve uniform numbers, less six.
+    /// Approximately normal number of zero mean and unit variance: the sum of twelve uniform numbers,
+    /// minus six.
     pub fn standard(&mut self) -> f32 {
         (0..12).map(|_| self.uniform()).sum::<f32>() - 6.0
     }

@@ -1,15 +1,15 @@
-//! The counts of a flight's steps, and what they come to.
+//! Counts of a flight's steps: worst, median, and by outcome.
 
 use fsw_core::Outcome;
 use fsw_target::log_line;
 
-/// Steps of which the median is taken: those of the longest flight.
+/// Number of counts kept for the median: the longest flight.
 const STEPS: usize = 8_192;
 
-/// Different outcomes of a flight, at most: there are 19.
+/// Largest number of different outcomes of a flight; there are 19.
 const OUTCOMES: usize = 24;
 
-/// What the steps of one flight cost.
+/// Counts of one flight.
 pub struct Tally {
     counts: [u32; STEPS],
     steps: usize,
@@ -17,7 +17,7 @@ pub struct Tally {
     by_outcome: [Worst; OUTCOMES],
 }
 
-/// The most expensive of so many steps, and which one it was.
+/// Most expensive of a number of steps.
 #[derive(Clone, Copy)]
 struct Worst {
     outcome: &'static str,
@@ -38,7 +38,7 @@ impl Worst {
 }
 
 impl Tally {
-    /// No step yet.
+    /// An empty tally.
     pub const fn new() -> Self {
         Self {
             counts: [0; STEPS],
@@ -48,13 +48,13 @@ impl Tally {
         }
     }
 
-    /// No step yet, of another flight.
+    /// Empties the tally for another flight.
     pub fn clear(&mut self) {
         (self.steps, self.worst) = (0, Worst::NONE);
         self.by_outcome = [Worst::NONE; OUTCOMES];
     }
 
-    /// Adds the instructions of the next step.
+    /// Adds the instruction count of the next step.
     pub fn add(&mut self, instructions: u32) {
         if let Some(place) = self.counts.get_mut(self.steps) {
             *place = instructions;
@@ -63,7 +63,7 @@ impl Tally {
         self.steps += 1;
     }
 
-    /// The same, with what the step said of its sample.
+    /// As [`add`](Self::add), with the outcome of the step.
     pub fn add_outcome(&mut self, instructions: u32, outcome: &Outcome) {
         let name = outcome.name();
         let is_it = |worst: &&mut Worst| worst.steps == 0 || worst.outcome == name;
@@ -74,8 +74,7 @@ impl Tally {
         self.add(instructions);
     }
 
-    /// Lines of the log, as `target_tools::bench` reads them: one for the flight, then one for
-    /// each outcome.
+    /// Logs the lines for `target_tools::bench`: one for the flight, then one per outcome.
     pub fn report(&mut self, name: &'static str, flight: &'static str, status: &'static str) {
         let kept = self.steps.min(STEPS);
         let counts = self.counts.get_mut(..kept).unwrap_or_default();

@@ -1,10 +1,10 @@
-//! `failures`: fails in each way that there is, restarts as the flight image does, and tells.
+//! `failures`: produces every kind of failure in turn, each followed by a restart as in flight.
 //!
 //! | | |
 //! |---|---|
-//! | purpose | test of the fault handlers, the restart, and the stack's place in memory |
-//! | log | defmt, on RTT and on USART1: each failure as it is caught, and again in the next life |
-//! | end | success in the life after the last failure; failure if a static was overwritten |
+//! | purpose | test of fault handlers, restart, and stack limit |
+//! | log | defmt, on RTT and on USART1: each failure when caught, and again after the restart |
+//! | end | success after the last failure; failure if a static was overwritten |
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -20,13 +20,13 @@ mod on_target {
 
     fsw_target::ends_by!(failed);
 
-    /// What the statics hold.
+    /// Value of the statics.
     const PATTERN: u32 = 0xc0de_cafe;
 
-    /// Statics that an overflowing stack would overwrite: it goes on until it leaves the RAM.
+    /// Statics in the way of a stack that overflows to the end of the RAM.
     static STATICS: [AtomicU32; 256] = [const { AtomicU32::new(PATTERN) }; 256];
 
-    /// Looks at the statics while the failure is fresh, then ends as the flight image does.
+    /// Checks the statics after a failure, then restarts as the flight image does.
     fn failed(failure: Failure) -> ! {
         if STATICS.iter().any(|word| word.load(Ordering::Relaxed) != PATTERN) {
             defmt::error!("statics were overwritten");
@@ -41,41 +41,41 @@ mod on_target {
         if let Some(board) = Board::take() {
             log::init(board.link.into_log_output());
         }
-        defmt::info!("life {=u32}, ended last by {}", last_run.failures, last_run.failure);
+        defmt::info!("start {=u32}, last failure {}", last_run.failures, last_run.failure);
         match last_run.failures {
-            0 => defmt::info!("{=f32}", descend(0.0)),
-            1 => defmt::info!("{=u32}", leap()),
+            0 => defmt::info!("{=f32}", recurse(0.0)),
+            1 => defmt::info!("{=u32}", overflow_at_once()),
             2 => cortex_m::asm::udf(),
-            3 => SCB::set_pendst(), // nothing serves SysTick
+            3 => SCB::set_pendst(), // SysTick has no handler
             4 => defmt::info!("{=u8}", index_out_of_bounds()),
             _ => succeed(),
         }
-        defmt::error!("that should have failed");
+        defmt::error!("expected failure did not occur");
         exit::failure()
     }
 
-    /// Calls itself for ever, which the compiler is kept from seeing. With floating point, so that
-    /// the fault has those registers to save too.
+    /// Recursion without end, hidden from the compiler. Uses floating point, so that the fault also
+    /// saves those registers.
     #[inline(never)]
-    fn descend(depth: f32) -> f32 {
+    fn recurse(depth: f32) -> f32 {
         let frame = black_box([depth; 10]);
-        if black_box(true) { descend(depth + 1.0) + frame.iter().sum::<f32>() } else { depth }
+        if black_box(true) { recurse(depth + 1.0) + frame.iter().sum::<f32>() } else { depth }
     }
 
-    /// Needs more stack than there is at once, and uses the far end of it only.
+    /// One frame larger than the stack, accessed at its far end only.
     #[inline(never)]
-    fn leap() -> u32 {
+    fn overflow_at_once() -> u32 {
         black_box([0_u32; 25_000])[7]
     }
 
-    /// Reads past the end of an array, which the compiler is kept from seeing.
+    /// Read past the end of an array, hidden from the compiler.
     fn index_out_of_bounds() -> u8 {
         let elements = black_box([1_u8, 2, 3]);
         let index = black_box(7_usize);
         elements[index]
     }
 
-    /// After a life's start the stack has been used, but not all of it.
+    /// Checks that the stack is used in part, and ends the image.
     fn succeed() -> ! {
         let used_bytes = stack::high_water_bytes();
         defmt::info!("stack: {=u32} of {=u32} bytes used", used_bytes, stack::size_bytes());
@@ -88,5 +88,5 @@ mod on_target {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("fails on the target only: cargo qemu failures");
+    println!("failures runs on the target only: cargo qemu failures");
 }

@@ -2,14 +2,14 @@
 //!
 //! | | |
 //! |---|---|
-//! | purpose | estimates the inertia from a BMI088 and four wheel tachometers, for ever |
-//! | rate | 100 samples a second, each stepped before the next |
+//! | purpose | estimation of the inertia from the gyro and four wheel tachometers |
+//! | rate | 100 samples/s, each stepped before the next |
 //! | spacecraft | `craft.toml`, at the root of this crate |
-//! | telemetry | space packets on USART1, 115200 baud: estimate and status once a second; commands there too |
-//! | log | defmt on RTT, for a probe; it is not mirrored, since the port is telemetry's |
-//! | end | none: a failure restarts it and is told afterwards |
+//! | telemetry | space packets on USART1, 115200 baud: estimate and status once a second; telecommands on the same port |
+//! | log | defmt on RTT, for a probe; USART1 carries telemetry only |
+//! | end | none: a failure restarts the image and is reported after the restart |
 //!
-//! The same file runs in QEMU: no gyro answers there, which is reported, and the loop goes on.
+//! The same ELF file runs in QEMU, without a gyro: the status reports it, and the loop continues.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -19,8 +19,8 @@ mod on_target {
     use fsw_target::board::{
         Board, CheckpointFlash, GyroBus, GyroDataReady, Link, Services, WheelCaptures,
     };
-    use fsw_target::drivers::gyro::bmi088::{Bmi088, Settings};
     use fsw_target::drivers::gyro::bus::Spi;
+    use fsw_target::drivers::gyro::fitted::{Chip, Settings};
     use fsw_target::drivers::wheel_tach::{Config, WheelTach};
     use fsw_target::flight::computer::{Computer, Parts, Reporting};
     use fsw_target::flight::craft::{CRAFT, WHEELS};
@@ -33,21 +33,22 @@ mod on_target {
 
     fsw_target::ends_by!(exit::restart_after);
 
-    /// Edges of a turn, both flanks of one channel: twelve pulses, as of a motor with six pole pairs
-    /// and Hall sensors.
+    /// Edges per turn, both edges of one channel: twelve pulses, as from Hall sensors on a motor with
+    /// six pole pairs.
     const EDGES_PER_TURN: u16 = 24;
-    /// The fastest wheel, rad/s: 6000 rpm. Half the time between its edges is the shortest that counts.
+    /// Highest wheel speed, rad/s: 6000 rpm.
     const FASTEST_RAD_S: f32 = 628.0;
+    /// Shortest interval between edges, s: half of that at the highest speed.
     const SHORTEST_EDGE_S: f32 =
         0.5 * core::f32::consts::TAU / (FASTEST_RAD_S * EDGES_PER_TURN as f32);
-    /// A wheel without an edge for so long stands still, s: it turns by less than 0.52 rad/s.
+    /// Time without an edge after which a wheel counts as standing, s: below 0.52 rad/s.
     const ZERO_AFTER_S: f32 = 0.5;
 
     struct OnStm32f405;
 
     impl Parts for OnStm32f405 {
         type DataReady = GyroDataReady;
-        type Gyro = Bmi088<Spi<GyroBus>>;
+        type Gyro = Chip<Spi<GyroBus>>;
         type Wheels = WheelTach<WheelCaptures, WHEELS>;
         type Torque = CommandedTorque;
         type Link = Link;
@@ -55,18 +56,17 @@ mod on_target {
         type Board = Services;
     }
 
-    /// In static memory, so that the loop has the stack for itself. They are built where they stay,
-    /// the estimators when they go on board: there is no room for them on the stack.
+    /// Estimator and computer in static memory, built in place: they exceed the stack.
     static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
         ConstStaticCell::new(SelectedEstimator::uninitialised());
     static COMPUTER: StaticCell<Option<Computer<'static, OnStm32f405>>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        // One after the other: neither takes the stack of both.
-        let Some(computer) = estimators().and_then(bring_up) else {
-            // What this image is built of doesn't fit together: a test would have shown it.
-            defmt::error!("the board is taken, or the craft or its tachometers are refused");
+        // Two functions in sequence: each uses the stack alone.
+        let Some(computer) = estimator().and_then(bring_up) else {
+            // The image is inconsistent in itself; the tests exclude this.
+            defmt::error!("board already taken, or craft or tachometer configuration rejected");
             exit::restart_after(Failure { kind: Kind::Panic, at: 0, from: 0 })
         };
         computer.start();
@@ -75,8 +75,7 @@ mod on_target {
         }
     }
 
-    /// The computer on its board. A function of its own: what it takes of the stack is free again for
-    /// the loop.
+    /// Computer on its board. Not inlined: its stack is free again in the loop.
     #[inline(never)]
     fn bring_up(
         estimator: &'static mut SelectedEstimator,
@@ -94,7 +93,7 @@ mod on_target {
         let captures = board.captures.start(SHORTEST_EDGE_S);
         let sensors = Sensors {
             data_ready: board.data_ready,
-            gyro: Bmi088::new(Spi::new(board.gyro_bus), Settings::default()),
+            gyro: Chip::new(Spi::new(board.gyro_bus), Settings::default()),
             wheels: WheelTach::new(captures, &tachometers).ok()?,
             torque: CommandedTorque::default(),
         };
@@ -108,14 +107,15 @@ mod on_target {
         )))
     }
 
+    /// Configured estimator. Not inlined: its stack is free again in the loop.
     #[inline(never)]
-    fn estimators() -> Option<&'static mut SelectedEstimator> {
+    fn estimator() -> Option<&'static mut SelectedEstimator> {
         let estimator = ESTIMATOR.try_take()?;
         estimator.configure(CRAFT).ok()?;
         Some(estimator)
     }
 
-    /// No sensor where there is no wheel.
+    /// Edges per turn of a wheel; zero for a place without a wheel.
     fn edges_per_turn(spin_inertia_kg_m2: f32) -> u16 {
         if spin_inertia_kg_m2 > 0.0 { EDGES_PER_TURN } else { 0 }
     }
@@ -123,5 +123,7 @@ mod on_target {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("`flight` runs on the board: cargo target build -p fsw-target --bin flight");
+    println!(
+        "flight runs on the target only; build: cargo target build -p fsw-target --bin flight"
+    );
 }

@@ -1,16 +1,16 @@
-//! `panics`: an image that panics, to show that a failure reaches whoever runs the image.
+//! `panics`: panics at once. The failure must reach the caller of the image.
 //!
 //! | | |
 //! |---|---|
-//! | purpose | test of the log, the panic handler and the exit status |
-//! | log | defmt, on RTT and on USART1: where it panicked |
+//! | purpose | test of log, panic handler and exit status |
+//! | log | defmt, on RTT and on USART1: location of the panic |
 //! | end | always a failure |
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use core::hint::black_box;
 
-/// Reads past the end of an array, which the compiler is kept from seeing.
+/// Read past the end of an array, hidden from the compiler.
 fn index_out_of_bounds() -> u8 {
     let elements = black_box([1_u8, 2, 3]);
     let index = black_box(7_usize);

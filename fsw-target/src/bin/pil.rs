@@ -2,14 +2,14 @@
 //!
 //! | | |
 //! |---|---|
-//! | purpose | shows that the flight computer does on its processor what it does on a PC, sample by sample |
-//! | rate | lock-step: as fast as the simulator answers |
+//! | purpose | comparison of the flight computer on its processor with the one on a PC, sample by sample |
+//! | rate | lock-step with the simulator |
 //! | sensors | on USART2 (PA2, PA3, 115200 baud 8N1): see `fsw_target::stand_in::tunnel` |
-//! | telemetry | on USART1 (PA9, PA10, 115200 baud 8N1), as in flight: an estimate after each sample; commands |
+//! | telemetry | on USART1 (PA9, PA10, 115200 baud 8N1), as in flight: an estimate after each sample; telecommands |
 //! | log | defmt on RTT |
-//! | end | stands still once the flight is over, or the simulator silent; a failure restarts it |
+//! | end | halts after the last sample, or when the simulator is silent; a failure restarts the image |
 //!
-//! `host-sim pil` builds it, runs it in QEMU and plays the sensors.
+//! `host-sim pil` builds this image, runs it in QEMU and simulates the sensors.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -24,14 +24,13 @@ mod on_target {
     use fsw_target::stand_in::tunnel::{Setup, Tunnel, TunnelError};
     use static_cell::{ConstStaticCell, StaticCell};
 
-    // The simulator sees that it starts again, and says so.
+    // The simulator detects and reports the restart.
     fsw_target::ends_by!(exit::restart_after);
 
     type Line = Tunnel<board::Tunnel>;
     type PilComputer = Computer<'static, Tunnelled<'static, board::Tunnel, board::Link>>;
 
-    // As in the flight image: in static memory, so that the stack is what it is in flight, and built where
-    // they stay.
+    // In static memory and built in place, as in the flight image, so that the stack is the same.
     static LINE: StaticCell<Line> = StaticCell::new();
     static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
         ConstStaticCell::new(SelectedEstimator::uninitialised());
@@ -41,10 +40,10 @@ mod on_target {
     fn main() -> ! {
         if let Some((line, link)) = lines() {
             match fly(line, link) {
-                Ok(()) => defmt::info!("the flight is over"),
+                Ok(()) => defmt::info!("end of the flight"),
                 Err(why) => {
                     defmt::error!("{=str}", why);
-                    // If that isn't heard either, the log has it.
+                    // The log keeps the reason if the line fails too.
                     let _ = line.report_failure(why);
                 }
             }
@@ -54,13 +53,17 @@ mod on_target {
         }
     }
 
+    /// Tunnel and link of the board.
     #[inline(never)]
     fn lines() -> Option<(&'static Line, board::Link)> {
         let board = Board::take()?;
         Some((LINE.init_with(|| Tunnel::new(board.tunnel)), board.link))
     }
 
-    /// Flies until there are no further samples; the error says what was wrong.
+    /// Steps all samples of the simulator.
+    ///
+    /// # Errors
+    /// The reason, for simulator and log.
     fn fly(line: &'static Line, link: board::Link) -> Result<(), &'static str> {
         let computer = set_up(line, link)?;
         computer.start();
@@ -70,23 +73,22 @@ mod on_target {
         }
         match line.end() {
             Some(TunnelError::No) => Ok(()),
-            _ => Err("the simulator doesn't answer"),
+            _ => Err("no answer from the simulator"),
         }
     }
 
-    /// One after the other: none takes the stack of all, and the loop that of none.
+    /// Computer with its estimator. Calls in sequence: each uses the stack alone.
     #[inline(never)]
     fn set_up(
         line: &'static Line,
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let setup = line.hello().map_err(|_| "no setup from the simulator")?;
-        let estimator = estimators(&setup).ok_or("the estimators refuse the craft")?;
+        let estimator = self::estimator(&setup).ok_or("the estimator rejects the craft")?;
         bring_up(line, &setup, estimator, link)
     }
 
-    /// The computer at the end of its line. A function of its own: what it takes of the stack is free again
-    /// for the loop.
+    /// Computer on the tunnel. Not inlined: its stack is free again in the loop.
     #[inline(never)]
     fn bring_up(
         line: &'static Line,
@@ -94,15 +96,15 @@ mod on_target {
         estimator: &'static mut SelectedEstimator,
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
-        let place = COMPUTER.try_init(None).ok_or("the computer is there already")?;
+        let place = COMPUTER.try_init(None).ok_or("the computer exists already")?;
         let computer = parts::computer(line, setup, estimator, link, stack::high_water_bytes)
-            .map_err(|_| "the sensors can't be as they are set up")?;
+            .map_err(|_| "the sensors reject their setup")?;
         Ok(place.insert(computer))
     }
 
-    /// A function of its own: what it takes of the stack is free again for the loop.
+    /// Configured estimator. Not inlined: its stack is free again in the loop.
     #[inline(never)]
-    fn estimators(setup: &Setup) -> Option<&'static mut SelectedEstimator> {
+    fn estimator(setup: &Setup) -> Option<&'static mut SelectedEstimator> {
         let estimator = ESTIMATOR.try_take()?;
         estimator.configure(setup.craft()).ok()?;
         Some(estimator)
@@ -111,5 +113,5 @@ mod on_target {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("pil runs on the target: host-sim pil SCENARIO");
+    println!("pil runs on the target only: host-sim pil SCENARIO");
 }

@@ -1,15 +1,15 @@
-//! `replay`: flies the committed recording and reports the estimate, bit by bit.
+//! `replay`: steps the committed recording and logs the estimate, bit by bit.
 //!
 //! | | |
 //! |---|---|
-//! | purpose | shows that target and host compute the same; the first image to flash on a board |
-//! | rate | as fast as the core can; the recording carries its own time stamps (10 Hz) |
+//! | purpose | comparison of target and host, bit by bit; the first image to flash on a board |
+//! | rate | as fast as the core allows; time stamps from the recording (10 Hz) |
 //! | estimator | nine-state joint filter in UD form, `f32`, four wheels |
-//! | log | defmt, on RTT and on USART1 (PA9, 115200 baud): progress, then all bits at the end |
-//! | end | success if every sample was taken and the estimate converged, failure otherwise |
+//! | log | defmt, on RTT and on USART1 (PA9, 115200 baud): progress, then state and covariance as bits |
+//! | end | success if every sample was accepted and the estimate converged, failure otherwise |
 //!
-//! `cargo qemu` runs it in QEMU, `cargo board` on a board. Built for the host, the same program
-//! prints the same lines: `cargo run -p fsw-target --bin replay`.
+//! `cargo qemu replay` runs it in QEMU, `cargo board replay` on a board. The host program prints the
+//! same lines: `cargo run -p fsw-target --bin replay`.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -18,15 +18,18 @@ use fsw_target::flight::flight_loop::Tick;
 use fsw_target::log_line;
 use fsw_target::stand_in::replay::{self, ReplayLoop};
 
-/// Samples between two progress lines: ten seconds of a flight at 10 Hz.
+/// Samples per progress line: ten seconds at 10 Hz.
 const SAMPLES_PER_LINE: u32 = 100;
 
-/// Flies the recording to its end; the error says what was wrong.
+/// Steps the recording to its end.
+///
+/// # Errors
+/// The reason, for the log.
 fn fly() -> Result<(), &'static str> {
     let recording = replay::recording();
     let mut flight = replay::flight_loop(&recording).map_err(|error| {
         log_line!("{:?}", error);
-        "the craft file was refused"
+        "the estimator rejects the craft file"
     })?;
 
     let mut samples: u32 = 0;
@@ -34,8 +37,8 @@ fn fly() -> Result<(), &'static str> {
         match flight.tick() {
             Tick::Idle => break,
             Tick::Stepped { .. } => samples += 1,
-            Tick::GyroFailed(_) | Tick::WheelsFailed(_) => return Err("a sensor failed"),
-            Tick::Overtaken => return Err("a sample was overtaken"),
+            Tick::GyroFailed(_) | Tick::WheelsFailed(_) => return Err("a sensor reading failed"),
+            Tick::Overtaken => return Err("a sample was lost to a newer one"),
         }
         if samples.is_multiple_of(SAMPLES_PER_LINE) {
             log_progress(samples, &flight);
@@ -59,8 +62,8 @@ fn log_progress(samples: u32, flight: &ReplayLoop) {
     );
 }
 
-/// Every state and covariance element as the bits of its `f32`, one matrix row a line: what the
-/// test compares between host and target.
+/// Logs every element of state and covariance as the bits of its `f32`, one matrix row per line, for
+/// the comparison of host and target.
 fn log_result(flight: &ReplayLoop) {
     log_bits("state", 0, flight.estimator().0.state());
     let rows: [[f32; 9]; 9] = flight.estimator().0.covariance().transpose().into();
@@ -89,7 +92,7 @@ fn log_bits(name: &'static str, row: usize, values: [f32; 9]) {
 
 fn verdict(samples: u32, flight: &ReplayLoop) -> Result<(), &'static str> {
     if flight.counters().outcomes.accepted != samples {
-        return Err("samples were refused");
+        return Err("samples were rejected");
     }
     match flight.estimator().estimate().status {
         Status::Converged => Ok(()),

@@ -36,7 +36,7 @@ mod tests;
 
 use core::mem;
 use embedded_storage::nor_flash::NorFlash;
-use fsw_core::checkpoint::{Invalid, Persist, fingerprint};
+use fsw_core::checkpoint::{InvalidWord, Persist, fingerprint};
 use half::{Half, keep_newest};
 use record::{CHUNK, Record};
 use stream::Stream;
@@ -53,13 +53,13 @@ pub enum Error<E> {
     TooLarge,
     /// The state has an invalid value, or was saved under another configuration. After a load the
     /// state is unspecified and must be reset.
-    Invalid(Invalid),
+    Invalid(InvalidWord),
     /// The flash does not read back as written. The next save uses another place.
     NotStored,
 }
 
-impl<E> From<Invalid> for Error<E> {
-    fn from(why: Invalid) -> Self {
+impl<E> From<InvalidWord> for Error<E> {
+    fn from(why: InvalidWord) -> Self {
         Self::Invalid(why)
     }
 }

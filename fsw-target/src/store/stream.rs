@@ -6,7 +6,7 @@ use super::Error;
 use super::record::{CHUNK, CRC, Chunk, Record, WORDS, bytes_of, read, tail_of, write};
 use crc::{Digest, NoTable};
 use embedded_storage::nor_flash::NorFlash;
-use fsw_core::checkpoint::{self, Invalid, Persist, Words};
+use fsw_core::checkpoint::{self, InvalidWord, Persist, Words};
 
 /// Passage of a state, word by word.
 pub struct Stream<'a, F: NorFlash> {
@@ -84,7 +84,7 @@ impl<'a, F: NorFlash> Stream<'a, F> {
         }
         passed?;
         if self.direction != Direction::Count && self.words != self.end {
-            return Err(Error::Invalid(Invalid { place: "length" }));
+            return Err(Error::Invalid(InvalidWord { place: "length" }));
         }
         Ok(())
     }

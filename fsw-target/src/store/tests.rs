@@ -350,7 +350,7 @@ fn impossible_operations_are_errors() {
     let mut store = open(Flash::erased(CAPACITY));
     assert_eq!(store.save(&mut [0u32; 120]), Err(Error::TooLarge));
     store.save(&mut [0u32; 8 * (512 / 32 - 3)]).unwrap();
-    let not_a_number = Error::Invalid(Invalid { place: "f32" });
+    let not_a_number = Error::Invalid(InvalidWord { place: "f32" });
     assert_eq!(store.save(&mut [f32::NAN]), Err(not_a_number));
 }
 
@@ -403,7 +403,7 @@ fn joint_ekf() -> JointEkfUd<f32, WHEELS> {
     JointEkfUd::new(joint_ekf::Config::new(CRAFT.gyro_noise_rad_s), wheels()).unwrap()
 }
 
-fn ekf_sgf() -> EkfSgf<f32, WHEELS> {
+fn ekf_sgf_rls() -> EkfSgf<f32, WHEELS> {
     let prior = Prior { inertia_kg_m2: [0.05, 0.05, 0.03, 0.0, 0.0, 0.0], sigma_kg_m2: [0.02; 6] };
     EkfSgf::new(ekf_sgf::Config::kim_2013(CRAFT.gyro_noise_rad_s, prior), wheels()).unwrap()
 }
@@ -443,6 +443,6 @@ fn continues_after_resets<E: Estimator<f32, WHEELS> + Persist>(
 fn estimators_continue_bit_for_bit_after_resets() {
     let resets: Vec<usize> = (0..600).step_by(13).collect();
     continues_after_resets(joint_ekf, &resets);
-    continues_after_resets(ekf_sgf, &resets);
+    continues_after_resets(ekf_sgf_rls, &resets);
     continues_after_resets(window, &resets);
 }

@@ -1,28 +1,28 @@
-//! What the firmware may cost: every budget of the project with its number, and nowhere else.
+//! Budgets of the firmware: instructions, flash, RAM and stack. The only place of these numbers.
 //!
-//! Cortex-M4F, `f32`, profile `firmware`. The numbers are requirements, not measurements: at 168 MHz
-//! and 100 Hz a step of 6,000 instructions takes well below 1 % of the time.
+//! Cortex-M4F, `f32`, profile `firmware`. The numbers are requirements, not measurements. A step of
+//! 6,000 instructions at 168 MHz and 100 Hz takes well below 1 % of the time.
 
-/// What is held against a limit.
+/// Figure under a budget.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Figure {
-    /// Instructions of the most expensive step of all flights.
+    /// Instructions of the most expensive step over all flights.
     WorstStep,
-    /// The most expensive step over the median step of the same flight.
+    /// Ratio of the most expensive step to the median step of the same flight.
     Spread,
 }
 
-/// A limit on one figure of what `bin/bench` counts under a name.
+/// Limit of one figure of the image `bench`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Budget {
-    /// The name in the bench's log.
+    /// Name in the log of the bench.
     pub name: &'static str,
-    /// Which of its figures.
+    /// Figure under the limit.
     pub figure: Figure,
-    /// Not more than this is asked for: instructions, or a ratio.
+    /// Requirement: instructions, or a ratio.
     pub at_most: f64,
-    /// Not more than this is let pass. Where what is asked for is out of reach as yet, this is what has
-    /// been reached, so that it gets no worse unseen.
+    /// Limit of the check. Equal to the requirement once that is met; before, the value reached, so
+    /// that a regression is noticed.
     pub held: f64,
 }
 
@@ -34,7 +34,7 @@ const fn spread(name: &'static str, at_most: f64) -> Budget {
     Budget { name, figure: Figure::Spread, at_most, held: at_most }
 }
 
-/// Of what is counted in QEMU.
+/// Instruction budgets, counted in QEMU.
 pub const INSTRUCTIONS: [Budget; 13] = [
     worst_step("covariance-ud", 3_600.0),
     worst_step("covariance-ud-walk", 4_600.0),
@@ -51,19 +51,19 @@ pub const INSTRUCTIONS: [Budget; 13] = [
     worst_step("window-18", 12_000.0),
 ];
 
-/// A limit on bytes: what is asked for, and what is let pass, as of a [`Budget`].
+/// Limit in bytes; fields as in [`Budget`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bytes {
-    /// Not more than this is asked for.
+    /// Requirement.
     pub at_most: u64,
-    /// Not more than this is let pass.
+    /// Limit of the check.
     pub held: u64,
 }
 
-/// Flash of the flight image, all estimators in it.
+/// Flash of the flight image with all estimators.
 pub const FLIGHT_FLASH: Bytes = Bytes { at_most: 64 * 1024, held: 152 * 1024 };
 
-/// Flash of flight images that have one estimator each: the feature's name of fsw-target.
+/// Flash of flight images with one estimator, by the feature of fsw-target.
 pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
     ("window", Bytes { at_most: 64 * 1024, held: 112 * 1024 }),
     ("joint-ekf", Bytes { at_most: 64 * 1024, held: 64 * 1024 }),
@@ -72,12 +72,12 @@ pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
 
 /// Static RAM of the flight image, bytes.
 pub const FLIGHT_STATIC_RAM: u64 = 24 * 1024;
-/// The most stack that the flight image may ever use, bytes.
+/// Largest stack depth of the flight image, bytes.
 pub const FLIGHT_STACK: u32 = 4 * 1024;
-/// What interrupts may add to the depth of the loop, bytes. Four levels can stand one upon the other: a
-/// serial port, the captures, data ready, a clock that fails. Each takes 104 bytes for registers, the FPU's
-/// among them, four to align, and its handler's own: 16, 56, 16 and 8.
+/// Stack of nested interrupts, bytes. Four priorities can nest: serial port, captures, data ready,
+/// clock failure. Each takes 104 bytes for registers, those of the FPU included, four for alignment,
+/// and the frame of its handler: 16, 56, 16 and 8.
 ///
-/// A measured mark has as many of them in it as came at its deepest, which is seldom any. So it is
-/// held to what is left.
+/// A measured high-water mark rarely includes an interrupt at the deepest point of the loop. The mark
+/// must therefore stay below [`FLIGHT_STACK`] minus this number.
 pub const INTERRUPTS_STACK: u32 = 4 * 108 + 16 + 56 + 16 + 8;

@@ -1,64 +1,63 @@
-//! An estimate of cycles, from what QEMU executed and what the processor's manual says of each
-//! instruction.
+//! Estimate of processor cycles, from a QEMU trace and the instruction timings of the manual.
 //!
-//! QEMU counts instructions, and knows nothing of time. Its log (`-d in_asm,exec,nochain`) has the text of
-//! each block of instructions, once, and the address of each block that it enters. So every instruction
-//! of a step is known, and whether each branch was taken. An instruction costs what the tables of the
-//! Cortex-M4 Technical Reference Manual say (ARM DDI 0439B, 3.3.1 and 7.2.3):
+//! QEMU counts instructions but has no timing model. Its log (`-d in_asm,exec,nochain`) contains the
+//! disassembly of each block of instructions once, and the address of each block entered. This gives
+//! every instruction of a step, and whether each branch was taken. Cycles per instruction are from the
+//! Cortex-M4 Technical Reference Manual (ARM DDI 0439B, 3.3.1 and 7.2.3):
 //!
 //! | instruction | cycles |
 //! |---|---|
-//! | data processing, multiplication (`umull` and `mla` too), moves to and from the FPU, `vadd`, `vmul`, `vcvt`, `vcmp` | 1 |
-//! | `vmla` and its kin | 3 |
+//! | data processing, multiplication (with `umull` and `mla`), moves to and from the FPU, `vadd`, `vmul`, `vcvt`, `vcmp` | 1 |
+//! | `vmla` and the other fused and chained forms | 3 |
 //! | `vdiv`, `vsqrt` | 14 |
 //! | `sdiv`, `udiv`: 2 to 12 | 7 |
-//! | load (`ldr`, `vldr`): 2, and 1 right after another load or store, which it overlaps | 1 or 2 |
-//! | store (`str`: write buffer) | 1 |
-//! | `vstr` | 2, overlapping as a load |
-//! | N registers at once (`ldm`, `push`, `vpop`, `ldrd` …) | 1 + N |
-//! | branch taken: 1 + P, P from 1 to 3 for refilling the pipeline | 1 + 2 |
-//! | branch not taken, `it`, an instruction of another condition | 1 |
+//! | load (`ldr`, `vldr`): 2, or 1 directly after another load or store | 1 or 2 |
+//! | store (`str`, through the write buffer) | 1 |
+//! | `vstr`: 2, or 1 directly after another load or store | 1 or 2 |
+//! | N registers (`ldm`, `push`, `vpop`, `ldrd` …) | 1 + N |
+//! | branch taken: 1 + P, pipeline refill P from 1 to 3 | 1 + 2 |
+//! | branch not taken, `it`, instruction of a false condition | 1 |
 //!
-//! P is 2 but for the range that goes with it. Left out: flash wait states, which the STM32F405's
-//! accelerator hides only where code runs straight or is in its cache of 1 KiB (at 168 MHz a miss costs
-//! five cycles); the cycle that is lost where an instruction of the FPU needs the result of the one
-//! before; interrupts. So it is an estimate from below, no measurement.
+//! P = 2 gives the estimate; P = 1 and 3 give its range. Not included: flash wait states, which the
+//! STM32F405's accelerator hides only in straight code and in its cache of 1 KiB (a miss costs five
+//! cycles at 168 MHz); the stall of an FPU instruction that needs the previous result; interrupts. The
+//! result is a lower estimate, not a measurement.
 
 use anyhow::{Result, ensure};
 use std::collections::HashMap;
 use std::io::BufRead;
 
-/// Cycles that refill the pipeline after a branch: least, assumed, most.
+/// Pipeline refill after a branch, cycles: least, assumed, most.
 const REFILL: [u32; 3] = [1, 2, 3];
 
-/// What an instruction costs.
+/// Cost of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Cost {
-    /// Without refilling the pipeline.
+    /// Cycles without pipeline refill.
     cycles: u32,
-    /// Whether it overlaps the next one of its kind.
+    /// Whether it is a load or store that overlaps the next one.
     is_access: bool,
 }
 
-/// Cycles of some code, with each of the assumptions of a refill.
+/// Cycles of executed code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Cycles {
-    /// Least, assumed, most.
+    /// Cycles by pipeline refill: least, assumed, most.
     pub of_refill: [u32; 3],
-    /// Instructions that they are of.
+    /// Number of instructions.
     pub instructions: u32,
 }
 
-/// A block of instructions that QEMU translated.
+/// A translated block of instructions.
 #[derive(Debug, Clone, Default)]
 struct Block {
-    /// Each, with the address after it.
+    /// Address after each instruction, and its cost.
     instructions: Vec<(u32, Cost)>,
-    /// Where the last one branches to.
+    /// Branch target of the last instruction.
     target: Option<u32>,
 }
 
-/// The cost of an instruction as it stands in a disassembly, `vmul.f32 s0, s0, s1`.
+/// Cost of an instruction in a disassembly, such as `vmul.f32 s0, s0, s1`.
 fn cost(mnemonic: &str, operands: &str) -> Cost {
     let name = mnemonic.split('.').next().unwrap_or(mnemonic);
     let cost = |cycles| Cost { cycles, is_access: false };
@@ -83,7 +82,7 @@ fn cost(mnemonic: &str, operands: &str) -> Cost {
     }
 }
 
-/// How many registers a list names: `{r4, r5}`, `{s16-s19}`; a double one counts twice.
+/// Number of words in a register list, such as `{r4, r5}` or `{s16-s19}`; a double counts twice.
 fn registers(operands: &str) -> u32 {
     let list = operands.split(['{', '}']).nth(1).unwrap_or_default();
     let number = |register: &str| register.trim().get(1..)?.parse::<u32>().ok();
@@ -96,25 +95,25 @@ fn registers(operands: &str) -> u32 {
         .sum()
 }
 
-/// What a trace of QEMU says of every call of some functions.
+/// Parser of a QEMU trace: cycles of every call of some functions.
 pub struct Trace {
-    /// Where the functions begin.
+    /// Entry addresses of the functions.
     entries: Vec<u32>,
     blocks: HashMap<u32, Block>,
-    /// The block whose text is being read.
+    /// Block whose disassembly is being read.
     reading: Option<(u32, Block)>,
-    /// The block that is being executed.
+    /// Block being executed.
     running: Option<u32>,
-    /// The call that is under way: where it returns to.
+    /// Return address of the call in progress.
     returns_to: Option<u32>,
     now: Cycles,
     was_access: bool,
-    /// Each call in its order.
+    /// Cycles of each call, in order.
     pub calls: Vec<Cycles>,
 }
 
 impl Trace {
-    /// Before the first line, of the functions that begin at these addresses.
+    /// A parser of calls of the functions at these addresses.
     pub fn new(entries: Vec<u32>) -> Self {
         Self {
             entries,
@@ -128,10 +127,10 @@ impl Trace {
         }
     }
 
-    /// Reads a log to its end.
+    /// Reads a trace to its end.
     ///
     /// # Errors
-    /// It can't be read, or none of the functions was called.
+    /// The trace is unreadable, or contains no call of the functions.
     pub fn read(&mut self, mut log: impl BufRead) -> Result<()> {
         let mut line = Vec::new();
         while log.read_until(b'\n', &mut line)? > 0 {
@@ -140,7 +139,10 @@ impl Trace {
             }
             line.clear();
         }
-        ensure!(!self.calls.is_empty(), "QEMU's log has none of the steps");
+        ensure!(
+            !self.calls.is_empty(),
+            "the QEMU trace contains no call of the counted steps: are step_fast and step_covariance inlined?"
+        );
         Ok(())
     }
 
@@ -158,7 +160,7 @@ impl Trace {
         }
     }
 
-    /// A line of a block's text, `08000254:  f240 0127  movw     r1, #0x27`.
+    /// Reads a line of disassembly, such as `08000254:  f240 0127  movw     r1, #0x27`.
     fn take_text(&mut self, text: &str) {
         let Some((address, rest)) = text.split_once(':') else { return };
         let Some(address) = hexadecimal(address) else { return };
@@ -177,14 +179,14 @@ impl Trace {
 
     fn close_text(&mut self) {
         let Some((start, block)) = self.reading.take() else { return };
-        // QEMU translates a block anew that it has to leave early; the whole one stays in use.
+        // QEMU translates a block again after leaving it early; the complete block stays in use.
         let known = self.blocks.entry(start).or_default();
         if known.instructions.len() < block.instructions.len() {
             *known = block;
         }
     }
 
-    /// Execution goes on at `address`: what ran until now is known to its end.
+    /// Execution reaches `address`, which completes the block before.
     fn enter(&mut self, address: u32) {
         let last = self.running.replace(address);
         let end = last.and_then(|last| self.run(last, address));
@@ -199,11 +201,11 @@ impl Trace {
         }
     }
 
-    /// Counts a block after which execution went on at `next`. Returns the address after it.
+    /// Counts a block that continues at `next`. Returns the address after the block.
     fn run(&mut self, start: u32, next: u32) -> Option<u32> {
         let block = self.blocks.get(&start)?;
         let end = block.instructions.last().map_or(start, |(after, _)| *after);
-        // A block that was left before its end went on in its middle; so does a loop, by a branch.
+        // A block left before its end continues in its middle; so does a loop, by a branch.
         let is_taken = block.target == Some(next);
         if self.returns_to.is_none() {
             return Some(end);
@@ -255,7 +257,7 @@ mod tests {
         assert_eq!(cycles("vldmia", "r0!, {s0-s3}"), 5);
     }
 
-    /// A function of six instructions that calls none, and loops once.
+    /// A leaf function of six instructions with one loop.
     const LOG: &str = "\
 IN: caller
 0x08000100:  f000 f87e  bl       #0x8000200
@@ -289,7 +291,7 @@ Trace 0: 0x7f [00800408/08000104/00000110/ff020200] caller
         assert_eq!(trace.calls, [expected]);
     }
 
-    /// A loop that begins in the middle of the first block that reaches it.
+    /// A loop that starts in the middle of the block that first reaches it.
     const LOOP: &str = "\
 IN: caller
 0x08000100:  f000 f87e  bl       #0x8000200

@@ -1,4 +1,4 @@
-//! A firmware image, from source to ELF file.
+//! Build of firmware images: from source to ELF file.
 
 use crate::toolchain::Toolchain;
 use anyhow::{Context, Result, bail};
@@ -6,26 +6,26 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-/// Cargo feature of the board that the images are built for.
+/// Board of the images, by its cargo feature.
 pub const BOARD: &str = "stm32f405";
 
-/// The folder of the workspace's Cargo.toml.
+/// Root folder of the workspace.
 pub fn workspace_root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.ancestors().nth(2).unwrap_or(here).into()
 }
 
-/// Builds the image `bin` of fsw-target as it is flashed, and returns its ELF file.
+/// Builds the image `bin` of fsw-target with the profile `firmware`. Returns its ELF file.
 pub fn build(bin: &str) -> Result<PathBuf> {
     build_with(bin, &[])
 }
 
-/// The same with more arguments to cargo, as for features.
+/// As [`build`], with further arguments to cargo, such as features.
 pub fn build_with(bin: &str, arguments: &[&str]) -> Result<PathBuf> {
     build_of("fsw-target", bin, arguments)
 }
 
-/// The same for an image of any package.
+/// As [`build_with`], for an image of any package.
 pub fn build_of(package: &str, bin: &str, arguments: &[&str]) -> Result<PathBuf> {
     let output = Toolchain::find()?
         .cargo("build")?
@@ -35,15 +35,15 @@ pub fn build_of(package: &str, bin: &str, arguments: &[&str]) -> Result<PathBuf>
         .current_dir(workspace_root())
         .stderr(Stdio::inherit())
         .output()
-        .context("could not start cargo for the firmware")?;
+        .context("cargo for the firmware did not start")?;
     if !output.status.success() {
-        bail!("the firmware image {bin} did not build");
+        bail!("build of the firmware image {bin} failed, see the messages above");
     }
     executable(&String::from_utf8_lossy(&output.stdout))
-        .with_context(|| format!("cargo built no firmware image {bin}"))
+        .with_context(|| format!("cargo reported no executable for the firmware image {bin}"))
 }
 
-/// The file that cargo says it linked: the build messages name it, wherever the target folder is.
+/// Executable named in cargo's build messages, independent of the target folder.
 fn executable(messages: &str) -> Option<PathBuf> {
     messages
         .lines()

@@ -1,59 +1,73 @@
-//! What is inside an ELF image: the functions and data that the linker kept.
+//! Content of an ELF image: symbols and memory sections kept by the linker.
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::path::Path;
 
-/// Parts of names that flight code should not contain: panics (slice index, unwrap, division by
-/// zero, overflow), heap allocation, and double precision, which a Cortex-M4F emulates.
+/// Parts of symbol names that flight code must not contain: panics (slice index, unwrap, division by
+/// zero, overflow), heap allocation, and double precision, which a Cortex-M4F emulates in software.
 const UNWANTED: [&str; 7] =
     ["panicking", "panic_", "_failed", "rust_begin_unwind", "__rust_alloc", "__rg_", "__aeabi_d"];
 
-/// The (mangled) names of all symbols of the image `elf`.
+/// Mangled names of all symbols of the image `elf`.
 pub fn symbols(elf: &Path) -> Result<Vec<String>> {
-    let bytes = std::fs::read(elf).with_context(|| format!("could not read {}", elf.display()))?;
-    let file = object::File::parse(&*bytes).with_context(|| elf.display().to_string())?;
+    let bytes = read(elf)?;
+    let file = parse(elf, &bytes)?;
     let names = file.symbols().filter_map(|symbol| symbol.name().ok().map(String::from));
-    // defmt keeps the text of the log in symbols, as JSON: text, not code.
-    Ok(names.filter(|name| !name.starts_with('{')).collect())
+    Ok(names.filter(|name| !is_log_text(name)).collect())
 }
 
-/// Where the functions of the image `elf` begin whose (mangled) names contain one of these.
+/// Addresses of the functions of the image `elf` with one of `names` in their mangled name.
 pub fn functions(elf: &Path, names: &[&str]) -> Result<Vec<u32>> {
-    let bytes = std::fs::read(elf).with_context(|| format!("could not read {}", elf.display()))?;
-    let file = object::File::parse(&*bytes).with_context(|| elf.display().to_string())?;
-    let is_wanted = |name: &str| !name.starts_with('{') && names.iter().any(|n| name.contains(n));
+    let bytes = read(elf)?;
+    let file = parse(elf, &bytes)?;
+    let is_wanted = |name: &str| !is_log_text(name) && names.iter().any(|n| name.contains(n));
     let wanted = file.symbols().filter(|symbol| symbol.name().is_ok_and(is_wanted));
-    // The lowest bit says that it is Thumb code.
+    // The lowest bit marks Thumb code.
     Ok(wanted.map(|symbol| symbol.address() as u32 & !1).collect())
 }
 
-/// What an image takes of the chip's memory, bytes.
+/// Memory taken by an image, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Memory {
-    /// Flash: code, constants, and the first values of variables.
+    /// Flash: code, constants, and initial values of variables.
     pub flash: u64,
-    /// RAM of variables, without the stack.
+    /// RAM: variables, without the stack.
     pub static_ram: u64,
 }
 
-/// What the image `elf` takes.
+/// Memory taken by the image `elf`.
 ///
 /// # Errors
-/// It can't be read, or has no code.
+/// The file is unreadable, or has no code.
 pub fn memory(elf: &Path) -> Result<Memory> {
-    let bytes = std::fs::read(elf).with_context(|| format!("could not read {}", elf.display()))?;
-    let file = object::File::parse(&*bytes).with_context(|| elf.display().to_string())?;
+    let bytes = read(elf)?;
+    let file = parse(elf, &bytes)?;
     let size = |name: &str| file.section_by_name(name).map_or(0, |section| section.size());
     let code = size(".text");
-    ensure!(code > 0, "{} has no code", elf.display());
+    ensure!(code > 0, "{} has no .text section: not a firmware image", elf.display());
     Ok(Memory {
         flash: size(".vector_table") + code + size(".rodata") + size(".data"),
         static_ram: size(".data") + size(".bss") + size(".uninit"),
     })
 }
 
-/// Whether flight code should not contain this symbol.
+/// Bytes of the image `elf`.
+pub(crate) fn read(elf: &Path) -> Result<Vec<u8>> {
+    std::fs::read(elf).with_context(|| format!("cannot read {}", elf.display()))
+}
+
+/// Symbols and sections in the bytes of the image `elf`.
+fn parse<'a>(elf: &Path, bytes: &'a [u8]) -> Result<object::File<'a>> {
+    object::File::parse(bytes).with_context(|| format!("{} is not an ELF file", elf.display()))
+}
+
+/// Whether the symbol is a log text: defmt stores them in symbols, as JSON.
+fn is_log_text(symbol: &str) -> bool {
+    symbol.starts_with('{')
+}
+
+/// Whether the symbol must not be in flight code.
 pub fn is_unwanted(symbol: &str) -> bool {
     UNWANTED.iter().any(|part| symbol.contains(part))
 }
@@ -63,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn knows_the_symbols_of_a_panic() {
+    fn symbols_of_panics_are_unwanted() {
         assert!(is_unwanted("_RNvNtCs1_4core9panicking18panic_bounds_check"));
         assert!(is_unwanted("__aeabi_dmul"));
         assert!(!is_unwanted("__aeabi_memcpy"));

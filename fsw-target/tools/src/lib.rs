@@ -1,13 +1,14 @@
-//! Firmware on a PC: what the tests, the simulator and the `cargo qemu` alias share.
+//! Firmware tools on a PC, shared by tests, simulator and the cargo aliases.
 //!
-//! The firmware's way from source to a result, in order: [`toolchain`] finds a compiler for the
-//! Cortex-M, [`firmware`] builds an image with it, [`image`] looks into the image, [`qemu`] runs it
-//! and decodes its log; [`machine`] runs one that doesn't end, and leaves its serial ports to us;
-//! [`mod@bench`] has one count instructions, and holds them against the [`budgets`]; [`cycles`] estimates
-//! what they take of the time.
+//! From source to result: [`toolchain`] finds a compiler for the Cortex-M, [`firmware`] builds an
+//! image, [`image`] reads its symbols and sections, [`qemu`] runs it and decodes its log. [`machine`]
+//! runs an image without an end, with its serial ports as sockets. [`mod@bench`] counts instructions
+//! and compares them with the [`budgets`]; [`cycles`] estimates processor cycles. [`command`] turns a
+//! result into the exit code of a cargo alias.
 
 pub mod bench;
 pub mod budgets;
+pub mod command;
 pub mod cycles;
 pub mod firmware;
 pub mod image;

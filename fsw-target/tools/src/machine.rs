@@ -1,8 +1,7 @@
-//! An image in QEMU with its serial ports in our hands: what a ground station, or a simulated
-//! sensor, sees of it.
+//! An image in QEMU with its serial ports as sockets, for a ground station or simulated sensors.
 //!
-//! Such an image doesn't end by itself and uses no semihosting. Each port is a socket in a folder
-//! of its own; dropping the [`Machine`] ends QEMU.
+//! The image runs without end and uses no semihosting. Each port is a socket in a temporary folder.
+//! Dropping the [`Machine`] ends QEMU.
 
 use crate::qemu::{MACHINE, QEMU};
 use anyhow::{Context, Result, bail};
@@ -12,25 +11,24 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// QEMU connects within milliseconds of its start; a busy machine may take far longer.
+/// Limit of the connection time. QEMU connects within milliseconds on an idle machine.
 const CONNECT_LIMIT: Duration = Duration::from_secs(20);
 
 /// A running image.
 #[derive(Debug)]
 pub struct Machine {
     qemu: Child,
-    /// Holds the sockets.
+    /// Folder of the sockets.
     _folder: TempDir,
 }
 
 impl Machine {
-    /// Starts the image `elf` on the flight computer's chip. The first of the P streams is USART1,
-    /// the next USART2, and so on.
+    /// Starts the image `elf` on an STM32F405. The P streams are USART1, USART2 and so on.
     ///
     /// # Errors
-    /// No QEMU, or one that doesn't connect.
+    /// QEMU is missing, or does not connect.
     pub fn start<const P: usize>(elf: &Path) -> Result<(Self, [UnixStream; P])> {
-        let folder = tempfile::tempdir().context("no folder for the serial ports' sockets")?;
+        let folder = tempfile::tempdir().context("no temporary folder for the serial ports")?;
         let mut command = Command::new(QEMU);
         command
             .args(["-machine", MACHINE, "-display", "none", "-monitor", "none", "-kernel"])
@@ -41,15 +39,15 @@ impl Machine {
         for port in 0..P {
             let path = folder.path().join(format!("usart{}", port + 1));
             let listener = UnixListener::bind(&path)
-                .with_context(|| format!("no socket {}", path.display()))?;
+                .with_context(|| format!("cannot create the socket {}", path.display()))?;
             listener.set_nonblocking(true)?;
             command.arg("-serial").arg(format!("unix:{}", path.display()));
             listeners.push(listener);
         }
-        let qemu = command
-            .spawn()
-            .with_context(|| format!("no {QEMU}: install it (Debian: apt-get install {QEMU})"))?;
-        // From here on QEMU is ended whatever goes wrong.
+        let qemu = command.spawn().with_context(|| {
+            format!("cannot start {QEMU}: install it (Debian: apt-get install {QEMU})")
+        })?;
+        // From here on, dropping the machine ends QEMU.
         let mut machine = Self { qemu, _folder: folder };
         let mut streams = Vec::new();
         for listener in &listeners {
@@ -57,7 +55,7 @@ impl Machine {
         }
         match streams.try_into() {
             Ok(streams) => Ok((machine, streams)),
-            Err(_) => bail!("not every serial port was connected"),
+            Err(_) => bail!("QEMU connected fewer serial ports than {P}"),
         }
     }
 
@@ -70,7 +68,7 @@ impl Machine {
                     return Ok(stream);
                 }
                 Err(error) if error.kind() != std::io::ErrorKind::WouldBlock => {
-                    return Err(error).context("a serial port could not be connected");
+                    return Err(error).context("connection of a serial port failed");
                 }
                 Err(_) => {}
             }
@@ -78,7 +76,7 @@ impl Machine {
                 bail!("QEMU ended before it connected its serial ports: {status}");
             }
             if Instant::now() > deadline {
-                bail!("QEMU did not connect its serial ports in {} s", CONNECT_LIMIT.as_secs());
+                bail!("QEMU did not connect its serial ports within {} s", CONNECT_LIMIT.as_secs());
             }
             std::thread::sleep(Duration::from_millis(1));
         }
@@ -87,7 +85,7 @@ impl Machine {
 
 impl Drop for Machine {
     fn drop(&mut self) {
-        // It may have ended by itself; nothing more can be done about one that can't be ended.
+        // Errors are ignored: QEMU may have ended before.
         let _ = self.qemu.kill();
         let _ = self.qemu.wait();
     }

@@ -1,9 +1,10 @@
-//! An image in QEMU: its log, decoded, and its status.
+//! An image in QEMU: decoded log and exit status.
 //!
-//! The image logs by defmt on the first serial port and ends by semihosting, which becomes QEMU's
-//! exit status. A run that doesn't end is ended after a time limit.
+//! The image logs by defmt on the first serial port and ends by semihosting, as QEMU's exit status. A
+//! time limit ends every other run.
 
 use crate::cycles::Trace;
+use crate::image;
 use anyhow::{Context, Result, bail};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 use std::io::{BufReader, Read};
@@ -12,29 +13,29 @@ use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// The QEMU machine that has the flight computer's chip, an STM32F405.
+/// QEMU machine with an STM32F405.
 pub const MACHINE: &str = "netduinoplus2";
 
-/// A program that emulates the chip.
+/// QEMU program.
 pub(crate) const QEMU: &str = "qemu-system-arm";
 
-/// What an image said, and how it ended.
+/// Result of a run.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// The lines of its log, without levels.
+    /// Log lines, without levels.
     pub lines: Vec<String>,
-    /// Whether it reported success.
+    /// Whether the image reported success.
     pub success: bool,
 }
 
-/// Runs the image `elf` on `machine` until it ends, or fails after `limit`. Each log line is
-/// given to `on_line` as it arrives.
+/// Runs the image `elf` on `machine` to its end, or to the time `limit`, which is an error. Passes
+/// each log line to `on_line` as it arrives.
 pub fn run(elf: &Path, machine: &str, limit: Duration, on_line: impl FnMut(&str)) -> Result<Run> {
     run_with(elf, machine, &[], limit, on_line, None)
 }
 
-/// Like [`run`], but virtual time advances by 256 ns with each instruction, so that a timer of the
-/// machine counts instructions: exactly, and the same in every run.
+/// As [`run`], with 256 ns of virtual time per instruction: a timer of the machine then counts
+/// instructions, exactly and reproducibly.
 pub fn run_counting(
     elf: &Path,
     machine: &str,
@@ -44,7 +45,7 @@ pub fn run_counting(
     run_with(elf, machine, &COUNTING, limit, on_line, None)
 }
 
-/// Like [`run_counting`], and `trace` reads what is executed. It takes about a microsecond a block.
+/// As [`run_counting`], with an execution trace, read by `trace`: about a microsecond per block.
 pub fn run_tracing(elf: &Path, machine: &str, limit: Duration, trace: &mut Trace) -> Result<Run> {
     let options = [&COUNTING[..], &["-d", "in_asm,exec,nochain"]].concat();
     run_with(elf, machine, &options, limit, |_| {}, Some(trace))
@@ -60,7 +61,7 @@ fn run_with(
     mut on_line: impl FnMut(&str),
     trace: Option<&mut Trace>,
 ) -> Result<Run> {
-    let image = std::fs::read(elf).with_context(|| format!("could not read {}", elf.display()))?;
+    let image = image::read(elf)?;
     let table = Table::parse(&image)?
         .with_context(|| format!("{} has no defmt log table", elf.display()))?;
     let mut decoder = table.new_stream_decoder();
@@ -68,39 +69,33 @@ fn run_with(
     let errors = if trace.is_some() { Stdio::piped() } else { Stdio::inherit() };
     let (mut qemu, serial) = start(elf, machine, options, errors)?;
     let chunks = read_in_background(serial);
-    let deadline = Instant::now() + limit;
 
     let mut lines = Vec::new();
     std::thread::scope(|scope| {
         let reading = trace
             .zip(qemu.stderr.take())
             .map(|(trace, log)| scope.spawn(|| trace.read(BufReader::new(log))));
-        loop {
-            match chunks.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
-                Ok(chunk) => {
-                    decoder.received(&chunk);
-                    for line in decode(decoder.as_mut()) {
-                        on_line(&line);
-                        lines.push(line);
-                    }
-                }
-                Err(RecvTimeoutError::Disconnected) => break,
-                Err(RecvTimeoutError::Timeout) => {
-                    stop(&mut qemu)?;
-                    bail!("the image was still running after {} s", limit.as_secs());
-                }
+        let received = receive(&chunks, limit, |chunk| {
+            decoder.received(chunk);
+            for line in decode(decoder.as_mut()) {
+                on_line(&line);
+                lines.push(line);
             }
+        });
+        if received.is_err() {
+            stop(&mut qemu)?;
+            return received;
         }
         if let Some(Ok(read)) = reading.map(|reading| reading.join()) {
             read?;
         }
         Ok(())
     })?;
-    let status: ExitStatus = qemu.wait().context("could not wait for QEMU")?;
+    let status: ExitStatus = qemu.wait().context("waiting for QEMU failed")?;
     Ok(Run { lines, success: status.success() })
 }
 
-/// Starts QEMU with the image's serial port on a pipe.
+/// Starts QEMU with the first serial port on a pipe.
 fn start(
     elf: &Path,
     machine: &str,
@@ -117,12 +112,14 @@ fn start(
         .stdout(Stdio::piped())
         .stderr(errors)
         .spawn()
-        .with_context(|| format!("no {QEMU}: install it (Debian: apt-get install {QEMU})"))?;
-    let serial = child.stdout.take().context("QEMU's serial port is not connected")?;
+        .with_context(|| {
+            format!("cannot start {QEMU}: install it (Debian: apt-get install {QEMU})")
+        })?;
+    let serial = child.stdout.take().context("the serial port of QEMU is not connected")?;
     Ok((child, serial))
 }
 
-/// Reads on a thread of its own, so that waiting can have an end.
+/// Reads on a thread, so that waiting for a chunk can time out.
 fn read_in_background(mut serial: ChildStdout) -> Receiver<Vec<u8>> {
     let (sender, receiver) = mpsc::channel();
     std::thread::spawn(move || {
@@ -136,8 +133,21 @@ fn read_in_background(mut serial: ChildStdout) -> Receiver<Vec<u8>> {
     receiver
 }
 
-/// The lines that are complete by now. A frame that is broken shows as a line, so that a test
-/// which expects another one fails with its cause in sight.
+/// Passes the chunks to `take` until the sender ends, or fails after `limit`.
+fn receive(chunks: &Receiver<Vec<u8>>, limit: Duration, mut take: impl FnMut(&[u8])) -> Result<()> {
+    let deadline = Instant::now() + limit;
+    loop {
+        match chunks.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+            Ok(chunk) => take(&chunk),
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            Err(RecvTimeoutError::Timeout) => {
+                bail!("the image did not end within {} s", limit.as_secs())
+            }
+        }
+    }
+}
+
+/// Complete log lines received. A corrupt frame becomes a line of its own.
 fn decode(decoder: &mut dyn StreamDecoder) -> Vec<String> {
     let mut lines = Vec::new();
     loop {
@@ -150,7 +160,7 @@ fn decode(decoder: &mut dyn StreamDecoder) -> Vec<String> {
 }
 
 fn stop(qemu: &mut Child) -> Result<()> {
-    qemu.kill().context("could not stop QEMU")?;
-    qemu.wait().context("could not wait for QEMU")?;
+    qemu.kill().context("stopping QEMU failed")?;
+    qemu.wait().context("waiting for QEMU failed")?;
     Ok(())
 }

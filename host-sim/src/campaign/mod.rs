@@ -1,12 +1,17 @@
-//! Monte Carlo: many draws of the gyro's noise, and of what the scenario disperses.
+//! Monte Carlo campaign over the gyro noise and the dispersion of a scenario.
 //!
-//! Run `i` has the seed `first_seed + i`, and all that differs from run to run follows from that.
-//! Truth and bound don't depend on the noise: the few that a scenario has are simulated once, unless
-//! each run draws a spacecraft of its own. Runs are spread over rayon's threads and put back in order, and each draws from a generator of its
-//! own, so the numbers are the same however many threads there are.
+//! ```text
+//! Scenario ─► truths ─► simulation: log ─► estimation ─► score ─► statistics
+//! ```
+//!
+//! Run `i` has the seed `first_seed + i`, and every difference between runs follows from the seed.
+//! Truth and bound are independent of the gyro noise: those of a scenario are simulated once, unless
+//! each run draws its own spacecraft. Runs are spread over rayon's threads and sorted afterwards.
+//! Each draws from its own generator, so that the results are independent of the number of threads.
 
-pub mod statistics;
-pub mod truths;
+mod score;
+mod statistics;
+mod truths;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -14,94 +19,107 @@ use std::time::{Duration, Instant};
 use rayon::iter::{ParallelBridge, ParallelIterator};
 use thiserror::Error;
 
-use crate::estimation::{EstimatorName, Precision, SetUpError, Setup, fly, set_up};
+use crate::estimation::{EstimatorName, Precision, SetUpError, Setup, estimate_log, set_up};
 use crate::input::Scenario;
 use crate::simulation::log_of;
 use crate::truth::IntegrationFailed;
-use statistics::{Score, Verdict, Yardstick};
-pub use truths::Truths;
+pub use score::{MAX_CONSISTENT_SIGMAS, MAX_CONVERGED_BOUNDS, MAX_OBSERVED_SHARE};
+pub use score::{Reference, Score, Verdict};
+pub use statistics::{Statistics, nees_95, reduce};
+pub use truths::{Truth, Truths};
 
-/// What to fly, with what, how often.
+/// Scenario, estimator and number of runs.
 #[derive(Clone, Copy, Debug)]
 pub struct Campaign<'a> {
-    /// The scenario.
+    /// Scenario.
     pub scenario: &'a Scenario,
     /// Its truths and bounds.
     pub truths: &'a Truths,
-    /// The estimator under test.
+    /// Estimator under test.
     pub estimator: EstimatorName,
     /// Its arithmetic.
     pub precision: Precision,
-    /// Seed of the first run's noise.
+    /// Seed of the first run.
     pub first_seed: u64,
-    /// How many runs.
+    /// Number of runs.
     pub runs: u64,
 }
 
-/// One run of a campaign.
+/// Result of one run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Run {
-    /// Its number, from zero.
+pub struct CampaignRun {
+    /// Index from zero.
     pub index: u64,
-    /// Seed of its noise and of its dispersion: `run --seed` flies it again.
+    /// Seed of gyro noise and dispersion: `run --seed` repeats the run.
     pub seed: u64,
-    /// The truth that it flew, and its bound.
-    pub yardstick: Yardstick,
-    /// What came of it.
+    /// Truth and bound of the run.
+    pub reference: Reference,
+    /// Final estimate compared with the reference.
     pub score: Score,
-    /// How often the estimator gave up and started anew: its state was no longer finite, its inertia
-    /// had no inverse, or too many spikes came in a row.
+    /// Number of restarts: the state was not finite, the inertia had no inverse, or too many spikes
+    /// came in a row.
     pub restarts: u32,
-    /// How often it dropped what it knew before, since new data contradicted it.
+    /// Number of times that the estimator discarded its knowledge because new data contradicted it.
     pub changes: u32,
-    /// Whether its last residuals look like white noise; none where that isn't tested.
+    /// The last residuals are consistent with white noise; none where the estimator does not test
+    /// it.
     pub residuals_white: Option<bool>,
-    /// Samples that the estimator was given.
+    /// Samples processed by the estimator.
     pub steps: u64,
-    /// Time that it took over them; sensors and set-up don't count.
+    /// Time spent in the estimator, without sensors and set-up.
     pub estimator_time: Duration,
 }
 
-/// A run could not be flown.
+/// Reason why a run has no result.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RunFailed {
-    /// Its estimator.
+    /// The estimator cannot be set up.
     #[error(transparent)]
     SetUp(#[from] SetUpError),
-    /// The motion of a spacecraft of its own.
+    /// The motion of the run's own spacecraft cannot be integrated.
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
 }
 
 impl Campaign<'_> {
-    /// Flies the runs on all of rayon's threads, and calls `done` after each.
+    /// Runs the campaign on all of rayon's threads. `done` is called after each run.
     ///
-    /// Once `stop` is set no further run is begun. Runs are begun in order and those begun are
-    /// completed, so what comes back is what a campaign of fewer runs would have given.
-    pub fn fly(&self, stop: &AtomicBool, done: impl Fn() + Sync) -> Result<Vec<Run>, RunFailed> {
-        let fly_one = |index| {
-            let run = self.run(index);
+    /// No run starts once `stop` is set. Runs start in order and those started are completed, so
+    /// that a stopped campaign equals a campaign of fewer runs.
+    ///
+    /// # Errors
+    /// The error of any run.
+    pub fn run_all(
+        &self,
+        stop: &AtomicBool,
+        done: impl Fn() + Sync,
+    ) -> Result<Vec<CampaignRun>, RunFailed> {
+        let run_one = |index| {
+            let run = self.run_one(index);
             done();
             run
         };
-        let mut runs: Vec<Run> = (0..self.runs)
+        let mut runs: Vec<CampaignRun> = (0..self.runs)
             .take_while(|_| !stop.load(Ordering::Relaxed))
             .par_bridge()
-            .map(fly_one)
+            .map(run_one)
             .collect::<Result<_, _>>()?;
         runs.sort_unstable_by_key(|run| run.index);
         Ok(runs)
     }
 
-    /// Flies one of the runs.
-    pub fn run(&self, index: u64) -> Result<Run, RunFailed> {
-        // Seeds go round at the end of the numbers rather than run out.
+    /// Performs the run of this index.
+    ///
+    /// # Errors
+    /// See [`RunFailed`].
+    pub fn run_one(&self, index: u64) -> Result<CampaignRun, RunFailed> {
+        // Seeds wrap around at the largest number.
         let seed = self.first_seed.wrapping_add(index);
         let scenario = self.scenario.of_seed(seed);
         let truth = self.truths.of_run(&scenario, seed)?;
-        let yardstick = truth.yardstick;
+        let reference = truth.reference;
         let log = log_of(&scenario, &truth.flight, seed);
-        let on_board = set_up(&Setup {
+        let estimator = set_up(&Setup {
             estimator: self.estimator,
             precision: self.precision,
             craft: &scenario.craft(),
@@ -110,22 +128,21 @@ impl Campaign<'_> {
             refuse_spikes: true,
         })?;
         let begun = Instant::now();
-        let flown = fly(&log, on_board, |_, _, _| ());
+        let result = estimate_log(&log, estimator, |_, _, _| ());
         let estimator_time = begun.elapsed();
-        let mut score = yardstick.score(&flown.estimate);
-        // Of a spacecraft that the scenario names, what the motion doesn't show is its point.
-        if matches!(self.truths, Truths::OfEachRun) && !yardstick.is_shown() {
-            score.verdict = Verdict::NotShown;
+        let mut score = reference.score(&result.estimate);
+        // A scenario with a given spacecraft may leave elements unobserved on purpose.
+        if matches!(self.truths, Truths::PerRun) && !reference.is_observed() {
+            score.verdict = Verdict::Unobserved;
         }
-        let restarts = flown.counts.divergence_resets + flown.counts.lockout_resets;
-        Ok(Run {
+        Ok(CampaignRun {
             index,
             seed,
-            yardstick,
+            reference,
             score,
-            restarts,
-            changes: flown.changes(),
-            residuals_white: flown.estimate.residuals_white,
+            restarts: result.counts.divergence_resets + result.counts.lockout_resets,
+            changes: result.changes(),
+            residuals_white: result.estimate.residuals_white,
             steps: log.len() as u64,
             estimator_time,
         })
@@ -139,10 +156,9 @@ mod tests {
     use crate::input::scenario::change::SuddenChange;
     use crate::input::scenario::dispersion::{Dispersion, InitialSpread};
 
-    use super::statistics::Verdict;
     use super::*;
 
-    /// The CubeSat, and copies of it a tenth and two tenths lighter, flown from anywhere.
+    /// The CubeSat with inertia factors and dispersed initial estimates.
     fn scenario() -> Scenario {
         let mut scenario = Scenario::load("cubesat-pyramid").unwrap();
         scenario.dispersion = Dispersion {
@@ -154,12 +170,12 @@ mod tests {
                 rate_sigma_rad_s: 1e-3,
                 sigma_kg_m2: [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
             }),
-            spacecraft: None,
+            ..Dispersion::default()
         };
         scenario
     }
 
-    /// Flies it, and stops after so many runs.
+    /// Index, seed and score of each run, of a campaign stopped after `stop_after` runs.
     fn scores(estimator: EstimatorName, runs: u64, stop_after: u64) -> Vec<(u64, u64, Score)> {
         let scenario = scenario();
         let campaign = Campaign {
@@ -176,7 +192,7 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let runs = campaign.fly(&stop, done).unwrap();
+        let runs = campaign.run_all(&stop, done).unwrap();
         runs.iter().map(|run| (run.index, run.seed, run.score)).collect()
     }
 
@@ -186,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_number_of_threads_changes_nothing() {
+    fn result_is_independent_of_the_number_of_threads() {
         let one = on_threads(1, 12);
         assert_eq!(one, on_threads(3, 12));
         for (i, (index, seed, score)) in one.iter().enumerate() {
@@ -197,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn each_run_is_measured_with_its_own_truth() {
+    fn each_run_is_compared_with_its_own_truth() {
         let truth = scenario().spacecraft.inertia_kg_m2;
         for (_, seed, score) in on_threads(2, 6) {
             let factor = [1.0, 0.9, 0.8][seed as usize % 3];
@@ -209,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_that_no_body_has_is_survived() {
+    fn unphysical_initial_estimate_gives_a_verdict() {
         for estimator in [EstimatorName::JointEkfPublished, EstimatorName::JointEkfUnaligned] {
             let scores = scores(estimator, 40, u64::MAX);
             assert_eq!(scores.len(), 40);
@@ -219,13 +235,13 @@ mod tests {
     }
 
     #[test]
-    fn a_run_counts_how_often_what_was_known_was_dropped() {
-        let still = Scenario::load("cubesat-pyramid").unwrap();
-        // Twice the inertia from half-time on: no sample fits what the filter knew.
-        let mut doubled = still.clone();
+    fn sudden_change_is_counted() {
+        let constant = Scenario::load("cubesat-pyramid").unwrap();
+        // Twice the inertia from half-time on: samples contradict the earlier estimate.
+        let mut doubled = constant.clone();
         doubled.changes.sudden = vec![SuddenChange {
             time_s: 30.0,
-            inertia_kg_m2: still.spacecraft.inertia_kg_m2.map(|j| 2.0 * j),
+            inertia_kg_m2: constant.spacecraft.inertia_kg_m2.map(|j| 2.0 * j),
         }];
         let run = |scenario: &Scenario| {
             let campaign = Campaign {
@@ -236,17 +252,17 @@ mod tests {
                 first_seed: 3,
                 runs: 1,
             };
-            campaign.run(0).unwrap()
+            campaign.run_one(0).unwrap()
         };
-        assert_eq!(run(&still).changes, 0);
+        assert_eq!(run(&constant).changes, 0);
         let run = run(&doubled);
         assert!(run.changes > 0);
         let true_kg_m2 = run.score.inertia_kg_m2[0] - run.score.error_kg_m2[0];
-        assert!((true_kg_m2 - 2.0 * still.spacecraft.inertia_kg_m2[0]).abs() < 1e-12);
+        assert!((true_kg_m2 - 2.0 * constant.spacecraft.inertia_kg_m2[0]).abs() < 1e-12);
     }
 
     #[test]
-    fn a_stopped_campaign_is_a_shorter_one() {
+    fn stopped_campaign_equals_a_shorter_one() {
         let stopped = scores(EstimatorName::JointEkf, 1_000_000, 5);
         assert!((5..1000).contains(&stopped.len()), "{}", stopped.len());
         assert_eq!(stopped, on_threads(2, stopped.len() as u64));

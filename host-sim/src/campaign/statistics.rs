@@ -1,157 +1,44 @@
-//! What many runs come to: their errors beside the truth and the bound, and whether the covariance
-//! that the estimator reports is honest.
+//! Statistics over the runs of a campaign: bias and RMS error compared with the bound, and NEES
+//! compared with its chi-square interval.
 //!
-//! A run is scored against its own [`Yardstick`], so that runs may differ in spacecraft, and may
-//! come from anywhere: all that is asked of one is its last [`Estimate`].
-//!
-//! Diverged runs are counted and left out of every other figure: a single one would drown the rest
-//! in any mean. So are those whose drawn spacecraft doesn't move enough to show its inertia.
+//! Diverged runs are counted and left out of every other figure, since a single one dominates any
+//! mean. Runs with an unobserved spacecraft are left out as well.
 
-use fsw_core::{Estimate, Real, Status};
-use nalgebra::{Matrix6, Vector6};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// An error of more bounds than this on any element has not converged on the truth, whatever the
-/// estimator says of it: no estimate that makes good use of the data comes near.
-pub const FAR: f64 = 20.0;
+use super::score::{Score, Verdict};
 
-/// An error that is as far as that, and of more than this many of the estimator's own sigmas, is
-/// diverged: far off, and sure of it. Honest sigmas are exceeded so far once in 2 million.
-pub const SURE: f64 = 5.0;
-
-/// An element whose bound is above this share of the mean moment isn't shown by the motion.
-pub const SHOWN: f64 = 0.1;
-
-/// Degrees of freedom of one run's error: the six elements.
+/// Degrees of freedom of the error of one run: the six elements.
 const DEGREES: f64 = 6.0;
 
-/// What runs are measured with. Elements are ordered `jxx jyy jzz jxy jxz jyz`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Yardstick {
-    /// The true elements at the end of the flight, kg m².
-    pub truth_kg_m2: [f64; 6],
-    /// Cramér-Rao bound of each, one sigma, kg m²; none where the motion doesn't show it.
-    pub bound_kg_m2: [Option<f64>; 6],
-}
-
-/// One run beside the truth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Score {
-    /// What the estimator says of its estimate.
-    pub status: Status,
-    /// Estimated elements, kg m².
-    pub inertia_kg_m2: [f64; 6],
-    /// One sigma of each by the estimator's covariance, kg m².
-    pub sigma_kg_m2: [f64; 6],
-    /// Estimated minus true, kg m².
-    pub error_kg_m2: [f64; 6],
-    /// The same over the bound; none where there is no bound.
-    pub error_over_bound: [Option<f64>; 6],
-    /// Normalised estimation error squared, six degrees of freedom; none where the covariance
-    /// isn't positive definite.
-    pub nees: Option<f64>,
-    /// What the run came to.
-    pub verdict: Verdict,
-}
-
-/// What a run came to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// It says so, and every error is within [`FAR`] bounds, where there is one.
-    Converged,
-    /// Neither: it says that it hasn't seen all, or is far off with a sigma to match.
-    NotConverged,
-    /// It says so; or an error isn't finite, or is beyond both [`FAR`] bounds and [`SURE`] of its own
-    /// sigmas, if its covariance is one at all.
-    Diverged,
-    /// Its spacecraft was drawn, and the motion doesn't show all six elements: see [`SHOWN`]. A
-    /// campaign says so, not the score by itself.
-    NotShown,
-}
-
-impl Yardstick {
-    /// Whether the motion shows all six elements.
-    pub fn is_shown(&self) -> bool {
-        let mean_moment = self.truth_kg_m2[..3].iter().sum::<f64>() / 3.0;
-        self.bound_kg_m2.iter().all(|bound| bound.is_some_and(|bound| bound < SHOWN * mean_moment))
-    }
-
-    /// Sets an estimate beside the truth.
-    pub fn score<T: Real>(&self, estimate: &Estimate<T>) -> Score {
-        let inertia_kg_m2 = estimate.inertia.elements_kg_m2().map(T::to_f64);
-        let error: [f64; 6] = std::array::from_fn(|i| inertia_kg_m2[i] - self.truth_kg_m2[i]);
-        let error_over_bound: [Option<f64>; 6] =
-            std::array::from_fn(|i| self.bound_kg_m2[i].map(|bound| error[i] / bound));
-        let sigma_kg_m2 = estimate.sigma_kg_m2().map(T::to_f64);
-        let nees = nees(&error, &estimate.covariance_kg2_m4.map(T::to_f64));
-        let trusted = nees.map(|_| sigma_kg_m2);
-        Score {
-            status: estimate.status,
-            inertia_kg_m2,
-            sigma_kg_m2,
-            error_kg_m2: error,
-            error_over_bound,
-            nees,
-            verdict: self.verdict(estimate.status, &error, trusted.as_ref()),
-        }
-    }
-
-    /// `sigma` is none where the covariance isn't positive definite, and so excuses nothing. An
-    /// element without a bound is far by its sigma alone.
-    fn verdict(&self, status: Status, error: &[f64; 6], sigma: Option<&[f64; 6]>) -> Verdict {
-        let is_far =
-            |i: usize| self.bound_kg_m2[i].is_none_or(|bound| error[i].abs() > FAR * bound);
-        let is_sure = |i: usize| sigma.is_none_or(|sigma| error[i].abs() > SURE * sigma[i]);
-        let is_finite = error.iter().all(|x| x.is_finite());
-        if status == Status::Diverged || !is_finite || (0..6).any(|i| is_far(i) && is_sure(i)) {
-            Verdict::Diverged
-        } else if status == Status::Converged
-            && !(0..6).any(|i| self.bound_kg_m2[i].is_some() && is_far(i))
-        {
-            Verdict::Converged
-        } else {
-            Verdict::NotConverged
-        }
-    }
-}
-
-/// `eᵀ P⁻¹ e` by the Cholesky factor of the symmetric part of `P`. A `P` that has none is no
-/// covariance, and its inverse means nothing.
-fn nees(error_kg_m2: &[f64; 6], covariance_kg2_m4: &Matrix6<f64>) -> Option<f64> {
-    let symmetric = (covariance_kg2_m4 + covariance_kg2_m4.transpose()) * 0.5;
-    let whitened =
-        symmetric.cholesky()?.l().solve_lower_triangular(&Vector6::from(*error_kg_m2))?;
-    Some(whitened.norm_squared()).filter(|nees| nees.is_finite())
-}
-
-/// What the runs come to. All figures but the counts are of the runs that are used, and none where
-/// there are none.
+/// Statistics of the runs. All figures but the counts are over the runs used, and none if there are
+/// none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
-    /// How many runs there are.
+    /// Number of runs.
     pub runs: usize,
-    /// How many are neither diverged nor not shown.
+    /// Number of runs neither diverged nor unobserved.
     pub used: usize,
-    /// How many have a spacecraft whose motion doesn't show it: see [`Verdict`].
-    pub not_shown: usize,
-    /// How many diverged: see [`Verdict`].
+    /// Number of runs with [`Verdict::Unobserved`].
+    pub unobserved: usize,
+    /// Number of runs with [`Verdict::Diverged`].
     pub diverged: usize,
-    /// How many of those used have not converged.
+    /// Number of runs with [`Verdict::NotConverged`]; these are used.
     pub not_converged: usize,
     /// RMS error of each element, kg m².
     pub rmse_kg_m2: [Option<f64>; 6],
     /// Mean error of each element, kg m².
     pub bias_kg_m2: [Option<f64>; 6],
-    /// RMS of each run's error over its own bound; none where any run has no bound.
+    /// RMS of the error of each run over its own bound; none where any run has no bound.
     pub rmse_over_bound: [Option<f64>; 6],
-    /// Mean of each run's error over its own bound; none where any run has no bound.
+    /// Mean of the error of each run over its own bound; none where any run has no bound.
     pub bias_over_bound: [Option<f64>; 6],
-    /// Mean NEES over its degrees of freedom: 1 for an honest covariance, above for an overconfident
-    /// one.
+    /// Mean NEES over its degrees of freedom: 1 for a consistent covariance, above 1 for an
+    /// overconfident one.
     pub nees_per_dof: Option<f64>,
-    /// How many runs that mean is of: those used whose covariance is positive definite.
+    /// Number of runs in that mean: those used with a positive definite covariance.
     pub nees_runs: usize,
-    /// Where the mean of that many should lie, 95 % of the time, if the covariance is honest.
+    /// Interval that contains that mean with 95 % probability if the covariance is consistent.
     pub nees_95: Option<[f64; 2]>,
 }
 
@@ -163,62 +50,83 @@ impl Statistics {
     }
 }
 
-/// Reduces the scores in their order: the same scores give the same bits.
+/// Statistics of the scores, summed in their order: the same scores give the same bits.
 pub fn reduce<'a>(scores: impl IntoIterator<Item = &'a Score>) -> Statistics {
-    let mut runs = 0;
-    let (mut not_shown, mut diverged, mut not_converged) = (0, 0, 0);
-    let mut error = [Moments::default(); 6];
-    let mut over_bound = [Moments::default(); 6];
-    let mut nees = Moments::default();
+    let mut sums = Sums::default();
     for score in scores {
-        runs += 1;
+        sums.add(score);
+    }
+    sums.statistics()
+}
+
+/// Counts and moments of the scores.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    runs: usize,
+    unobserved: usize,
+    diverged: usize,
+    not_converged: usize,
+    error: [Moments; 6],
+    over_bound: [Moments; 6],
+    nees: Moments,
+}
+
+impl Sums {
+    fn add(&mut self, score: &Score) {
+        self.runs += 1;
         match score.verdict {
             Verdict::Converged => {}
-            Verdict::NotConverged => not_converged += 1,
+            Verdict::NotConverged => self.not_converged += 1,
             Verdict::Diverged => {
-                diverged += 1;
-                continue;
+                self.diverged += 1;
+                return;
             }
-            Verdict::NotShown => {
-                not_shown += 1;
-                continue;
+            Verdict::Unobserved => {
+                self.unobserved += 1;
+                return;
             }
         }
         for i in 0..6 {
-            error[i].add(score.error_kg_m2[i]);
+            self.error[i].add(score.error_kg_m2[i]);
             if let Some(ratio) = score.error_over_bound[i] {
-                over_bound[i].add(ratio);
+                self.over_bound[i].add(ratio);
             }
         }
-        if let Some(one) = score.nees {
-            nees.add(one / DEGREES);
+        if let Some(nees) = score.nees {
+            self.nees.add(nees / DEGREES);
         }
     }
-    let used = error[0].count;
-    let bounded = |i: usize| Some(&over_bound[i]).filter(|moments| moments.count == used);
-    Statistics {
-        runs,
-        used,
-        not_shown,
-        diverged,
-        not_converged,
-        rmse_kg_m2: error.map(|moments| moments.rms()),
-        bias_kg_m2: error.map(|moments| moments.mean()),
-        rmse_over_bound: std::array::from_fn(|i| bounded(i)?.rms()),
-        bias_over_bound: std::array::from_fn(|i| bounded(i)?.mean()),
-        nees_per_dof: nees.mean(),
-        nees_runs: nees.count,
-        nees_95: nees_95(nees.count),
+
+    fn statistics(&self) -> Statistics {
+        let used = self.error[0].count;
+        let bounded = |i: usize| Some(&self.over_bound[i]).filter(|moments| moments.count == used);
+        Statistics {
+            runs: self.runs,
+            used,
+            unobserved: self.unobserved,
+            diverged: self.diverged,
+            not_converged: self.not_converged,
+            rmse_kg_m2: self.error.map(|moments| moments.rms()),
+            bias_kg_m2: self.error.map(|moments| moments.mean()),
+            rmse_over_bound: std::array::from_fn(|i| bounded(i)?.rms()),
+            bias_over_bound: std::array::from_fn(|i| bounded(i)?.mean()),
+            nees_per_dof: self.nees.mean(),
+            nees_runs: self.nees.count,
+            nees_95: nees_95(self.nees.count),
+        }
     }
 }
 
-/// Where the mean NEES per degree of freedom of so many runs lies 95 % of the time, if each is
-/// chi-square with six degrees of freedom: the quantiles at 2.5 % and 97.5 % of chi-square with
-/// `6 · runs` degrees of freedom, over that number. None for no runs.
+/// Interval that contains the mean NEES per degree of freedom of `runs` runs with 95 % probability,
+/// if each NEES is chi-square with six degrees of freedom; none for no runs.
+///
+/// `[χ²₀.₀₂₅(n), χ²₀.₉₇₅(n)] / n`, `n = 6 · runs`, since the sum of independent chi-square variables
+/// is chi-square with the sum of their degrees of freedom. Source: Y. Bar-Shalom, X. R. Li,
+/// T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*, 2001, section 5.4.2.
 pub fn nees_95(runs: usize) -> Option<[f64; 2]> {
     let degrees = DEGREES * runs as f64;
     let distribution = ChiSquared::new(degrees).ok()?;
-    Some([0.025, 0.975].map(|share| distribution.inverse_cdf(share) / degrees))
+    Some([0.025, 0.975].map(|probability| distribution.inverse_cdf(probability) / degrees))
 }
 
 /// Count, sum and sum of squares.
@@ -247,130 +155,60 @@ impl Moments {
 
 #[cfg(test)]
 mod tests {
-    use fsw_core::Inertia;
-    use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
-    use fsw_core::{Estimator, WheelArray};
+    use fsw_core::Status;
 
     use super::*;
-
-    const YARDSTICK: Yardstick = Yardstick {
-        truth_kg_m2: [10.0, 11.0, 12.0, 0.0, 0.0, 0.0],
-        bound_kg_m2: [Some(0.1), Some(0.1), Some(0.1), Some(0.01), Some(0.01), None],
-    };
-
-    /// An estimate this far from the truth, of uncorrelated elements with this sigma, kg m².
-    fn estimate(error: [f64; 6], sigma: f64, status: Status) -> Estimate<f64> {
-        let wheels = WheelArray::<f64, 0>::new([], []).unwrap();
-        let blank = JointEkfUd::<f64, 0>::new(Config::new(1e-4), wheels).unwrap().estimate();
-        Estimate {
-            inertia: Inertia::new(std::array::from_fn(|i| YARDSTICK.truth_kg_m2[i] + error[i])),
-            covariance_kg2_m4: Matrix6::from_diagonal_element(sigma * sigma),
-            status,
-            ..blank
-        }
-    }
-
-    fn score(error: [f64; 6], sigma: f64) -> Score {
-        YARDSTICK.score(&estimate(error, sigma, Status::Converged))
-    }
-
-    fn near(found: Option<f64>, expected: f64) {
-        let found = found.unwrap();
-        assert!((found - expected).abs() < 1e-9 * expected.abs().max(1.0), "{found}, {expected}");
-    }
+    use crate::campaign::score::Reference;
+    use crate::campaign::score::fixture::{REFERENCE, assert_near, estimate, score};
 
     #[test]
-    fn a_score_is_error_over_bound_and_over_sigma() {
-        let score = score([0.2, 0.0, -0.1, 0.02, 0.0, 0.5], 0.1);
-        assert_eq!(score.verdict, Verdict::Converged);
-        near(score.error_over_bound[0], 2.0);
-        near(score.error_over_bound[2], -1.0);
-        near(score.error_over_bound[3], 2.0);
-        assert_eq!(score.error_over_bound[5], None);
-        near(Some(score.sigma_kg_m2[4]), 0.1);
-        // 4 + 1 + 0.04 + 25.
-        near(score.nees, 30.04);
-    }
-
-    #[test]
-    fn nees_heeds_correlation() {
-        // Variances 2 and correlation ½ of two elements: eᵀ P⁻¹ e = (2 + 2 − 2) / 3 for e = (1, 1).
-        let mut covariance = Matrix6::identity();
-        (covariance[(0, 0)], covariance[(1, 1)]) = (2.0, 2.0);
-        (covariance[(0, 1)], covariance[(1, 0)]) = (1.0, 1.0);
-        near(nees(&[1.0, 1.0, 0.0, 0.0, 0.0, 0.0], &covariance), 2.0 / 3.0);
-    }
-
-    #[test]
-    fn what_is_no_covariance_has_no_nees() {
-        let mut covariance = Matrix6::identity();
-        covariance[(2, 2)] = -1.0;
-        assert_eq!(nees(&[1.0; 6], &covariance), None);
-        assert_eq!(nees(&[1.0; 6], &Matrix6::zeros()), None);
-        assert_eq!(nees(&[1.0; 6], &Matrix6::repeat(f64::NAN)), None);
-    }
-
-    #[test]
-    fn figures_are_of_the_runs_that_did_not_diverge() {
+    fn figures_exclude_diverged_runs() {
         let partial = estimate([-0.3, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1, Status::Partial);
         let scores = [
             score([0.1, 0.0, 0.0, 0.02, 0.0, 0.4], 0.1),
-            YARDSTICK.score(&partial),
-            // Beyond 20 bounds and sigmas, whatever it says of itself; and diverged by its own word.
+            REFERENCE.score(&partial),
+            // Beyond 20 bounds and 5 sigmas, reported as converged; then reported as diverged.
             score([0.0, 2.1, 0.0, 0.0, 0.0, 0.0], 0.1),
-            YARDSTICK.score(&estimate([0.0; 6], 0.1, Status::Diverged)),
+            REFERENCE.score(&estimate([0.0; 6], 0.1, Status::Diverged)),
             score([f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0], 0.1),
-            // Not finite where there is no bound either.
+            // Not finite on an element without a bound.
             score([0.0, 0.0, 0.0, 0.0, 0.0, f64::INFINITY], 0.1),
         ];
         let statistics = reduce(&scores);
         assert_eq!((statistics.runs, statistics.used, statistics.diverged), (6, 2, 4));
         assert_eq!(statistics.not_converged, 1);
-        near(statistics.rmse_kg_m2[0], 0.05f64.sqrt());
-        near(statistics.bias_kg_m2[0], -0.1);
-        near(statistics.rmse_over_bound[0], 5.0f64.sqrt());
-        near(statistics.bias_over_bound[0], -1.0);
-        near(statistics.rmse_over_bound[3], 2.0f64.sqrt());
-        near(statistics.rmse_kg_m2[5], 0.08f64.sqrt());
+        assert_near(statistics.rmse_kg_m2[0], 0.05f64.sqrt());
+        assert_near(statistics.bias_kg_m2[0], -0.1);
+        assert_near(statistics.rmse_over_bound[0], 5.0f64.sqrt());
+        assert_near(statistics.bias_over_bound[0], -1.0);
+        assert_near(statistics.rmse_over_bound[3], 2.0f64.sqrt());
+        assert_near(statistics.rmse_kg_m2[5], 0.08f64.sqrt());
         assert_eq!(statistics.rmse_over_bound[5], None);
         // (1 + 0.04 + 16 and 9) / 2 / 6.
-        near(statistics.nees_per_dof, 26.04 / 12.0);
+        assert_near(statistics.nees_per_dof, 26.04 / 12.0);
         assert_eq!(statistics.nees_runs, 2);
     }
 
     #[test]
-    fn what_the_motion_does_not_show_is_counted_and_no_more() {
-        let seen = Yardstick { bound_kg_m2: [Some(0.1); 6], ..YARDSTICK };
-        assert!(seen.is_shown() && !YARDSTICK.is_shown());
+    fn figures_exclude_unobserved_runs() {
+        let observed = Reference { bound_kg_m2: [Some(0.1); 6], ..REFERENCE };
+        assert!(observed.is_observed() && !REFERENCE.is_observed());
         // A tenth of the mean moment is 1.1.
-        assert!(!Yardstick { bound_kg_m2: [Some(1.2); 6], ..YARDSTICK }.is_shown());
-        let hidden = Score { verdict: Verdict::NotShown, ..score([9.0; 6], 0.1) };
-        let kept = seen.score(&estimate([0.1, 0.2, 0.3, 0.1, 0.2, 0.3], 0.1, Status::Converged));
-        let statistics = reduce([&hidden, &kept]);
-        assert_eq!((statistics.runs, statistics.used, statistics.not_shown), (2, 1, 1));
+        assert!(!Reference { bound_kg_m2: [Some(1.2); 6], ..REFERENCE }.is_observed());
+        let unobserved = Score { verdict: Verdict::Unobserved, ..score([9.0; 6], 0.1) };
+        let errors = [0.1, 0.2, 0.3, 0.1, 0.2, 0.3];
+        let used = observed.score(&estimate(errors, 0.1, Status::Converged));
+        let statistics = reduce([&unobserved, &used]);
+        assert_eq!((statistics.runs, statistics.used, statistics.unobserved), (2, 1, 1));
         assert_eq!(statistics.diverged, 0);
-        near(statistics.rmse_kg_m2[1], 0.2);
+        assert_near(statistics.rmse_kg_m2[1], 0.2);
         // 1, 4 and 9 twice, over six.
-        near(statistics.rmse_over_bound_of_all(), (28.0f64 / 6.0).sqrt());
-        assert_eq!(reduce([&hidden]).rmse_over_bound_of_all(), None);
+        assert_near(statistics.rmse_over_bound_of_all(), (28.0f64 / 6.0).sqrt());
+        assert_eq!(reduce([&unobserved]).rmse_over_bound_of_all(), None);
     }
 
     #[test]
-    fn far_off_and_owning_up_to_it_is_not_diverged() {
-        // Jxy is 25 bounds off.
-        let error = [0.0, 0.0, 0.0, 0.25, 0.0, 0.0];
-        assert_eq!(score(error, 0.06).verdict, Verdict::NotConverged);
-        assert_eq!(score(error, 0.04).verdict, Verdict::Diverged);
-        // Without a bound only the sigma tells.
-        let error = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-        assert_eq!(score(error, 0.3).verdict, Verdict::Converged);
-        assert_eq!(score(error, 0.1).verdict, Verdict::Diverged);
-        // A covariance that isn't one is no excuse.
-        assert_eq!(score([2.1; 6], f64::NAN).verdict, Verdict::Diverged);
-    }
-
-    #[test]
-    fn nothing_comes_of_no_runs() {
+    fn figures_are_none_without_used_runs() {
         for scores in [&[][..], &[score([9.0; 6], 0.1)]] {
             let statistics = reduce(scores);
             assert_eq!((statistics.used, statistics.diverged), (0, scores.len()));
@@ -381,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn the_interval_is_that_of_the_tables() {
+    fn nees_interval_matches_tabulated_quantiles() {
         // Runs, and the tabulated quantiles of chi-square with 6 · runs degrees of freedom.
         for (runs, low, high) in [
             (1, 1.237_344, 14.449_375),
@@ -397,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn the_interval_narrows_as_a_normal_distribution_for_many_runs() {
+    fn nees_interval_approaches_a_normal_distribution() {
         // Mean 1, variance 2 / (6 · runs); the skewness shifts both ends by about 1e-5.
         let [low, high] = nees_95(10_000).unwrap();
         let half = 1.959_964 * (2.0f64 / 60_000.0).sqrt();

@@ -1,82 +1,81 @@
-//! The motions that the runs of a campaign fly, each with its bound.
+//! True motions of a campaign, each with its reference.
 
 use std::borrow::Cow;
 
+use super::score::Reference;
 use crate::input::Scenario;
 use crate::truth::{Flight, IntegrationFailed};
 
-use super::statistics::Yardstick;
-
-/// A motion, and what its runs are measured with.
+/// A true motion and the reference of its runs.
 #[derive(Clone, Debug)]
 pub struct Truth {
-    /// The true inertia and its bound.
-    pub yardstick: Yardstick,
-    /// The motion.
+    /// True inertia and bound.
+    pub reference: Reference,
+    /// Motion.
     pub flight: Flight,
 }
 
-/// Every truth of a scenario.
+/// All truths of a scenario.
 #[derive(Clone, Debug)]
 pub enum Truths {
-    /// The few that the scenario's dispersion makes, in its order.
-    Few(Vec<Truth>),
-    /// Each run's own, which exists only while it is flown.
-    OfEachRun,
+    /// Truths shared by the runs, one per inertia factor of the scenario's dispersion, in its order.
+    Shared(Vec<Truth>),
+    /// Each run draws its own spacecraft; its truth is simulated with the run.
+    PerRun,
 }
 
 impl Truth {
     fn simulate(scenario: &Scenario) -> Result<Self, IntegrationFailed> {
         let flight = Flight::simulate(scenario)?;
-        let yardstick = Yardstick {
+        let reference = Reference {
             truth_kg_m2: scenario.final_inertia_kg_m2(),
             bound_kg_m2: flight.bound.sigma_kg_m2,
         };
-        Ok(Self { yardstick, flight })
+        Ok(Self { reference, flight })
     }
 }
 
 impl Truths {
-    /// Simulates the few there are, unless each run has its own.
+    /// Simulates the shared truths; nothing if each run draws its own spacecraft.
     pub fn simulate(scenario: &Scenario) -> Result<Self, IntegrationFailed> {
         if scenario.dispersion.spacecraft.is_some() {
-            return Ok(Self::OfEachRun);
+            return Ok(Self::PerRun);
         }
         let one = |index| Truth::simulate(&scenario.of_truth(index));
-        Ok(Self::Few((0..scenario.dispersion.truths()).map(one).collect::<Result<_, _>>()?))
+        Ok(Self::Shared((0..scenario.dispersion.truths()).map(one).collect::<Result<_, _>>()?))
     }
 
-    /// That of a run, by its seed and the scenario of that seed.
+    /// Truth of the run with this seed. `scenario` is the scenario of that seed.
     pub fn of_run(
         &self,
         scenario: &Scenario,
         seed: u64,
     ) -> Result<Cow<'_, Truth>, IntegrationFailed> {
         match self {
-            Self::Few(all) => {
+            Self::Shared(all) => {
                 Ok(Cow::Borrowed(&all[scenario.dispersion.truth_of(seed) % all.len()]))
             }
-            Self::OfEachRun => Truth::simulate(scenario).map(Cow::Owned),
+            Self::PerRun => Truth::simulate(scenario).map(Cow::Owned),
         }
     }
 
-    /// What stands for all of them in a report; of truths that are each run's own, for those that
-    /// these `flown` runs had.
-    pub fn typical(&self, flown: impl Iterator<Item = Yardstick>) -> Yardstick {
+    /// Mean of the true elements and RMS of the bounds, for a report. Where each run draws its own
+    /// spacecraft, `of_runs` are the references averaged.
+    pub fn typical(&self, of_runs: impl Iterator<Item = Reference>) -> Reference {
         match self {
-            Self::Few(all) => typical(all.iter().map(|truth| truth.yardstick).collect()),
-            Self::OfEachRun => typical(flown.collect()),
+            Self::Shared(all) => typical(all.iter().map(|truth| truth.reference).collect()),
+            Self::PerRun => typical(of_runs.collect()),
         }
     }
 }
 
-/// The mean of the true elements, and the RMS of the bounds, where all have one.
-fn typical(all: Vec<Yardstick>) -> Yardstick {
-    let mean = |of: &dyn Fn(&Yardstick) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-    let has_bound = |i: usize| all.iter().all(|yardstick| yardstick.bound_kg_m2[i].is_some());
-    let square = |y: &Yardstick, i: usize| y.bound_kg_m2[i].map_or(0.0, |bound| bound * bound);
-    Yardstick {
-        truth_kg_m2: std::array::from_fn(|i| mean(&|y| y.truth_kg_m2[i])),
-        bound_kg_m2: std::array::from_fn(|i| has_bound(i).then(|| mean(&|y| square(y, i)).sqrt())),
+/// Mean of the true elements and RMS of the bounds; no bound where any reference has none.
+fn typical(all: Vec<Reference>) -> Reference {
+    let mean = |of: &dyn Fn(&Reference) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+    let has_bound = |i: usize| all.iter().all(|reference| reference.bound_kg_m2[i].is_some());
+    let square = |r: &Reference, i: usize| r.bound_kg_m2[i].map_or(0.0, |bound| bound * bound);
+    Reference {
+        truth_kg_m2: std::array::from_fn(|i| mean(&|r| r.truth_kg_m2[i])),
+        bound_kg_m2: std::array::from_fn(|i| has_bound(i).then(|| mean(&|r| square(r, i)).sqrt())),
     }
 }

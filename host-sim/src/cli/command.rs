@@ -1,19 +1,19 @@
-//! `command`: a telecommand as the bytes that go over the serial line.
+//! `command`: a telecommand as the bytes of its frame, for the serial line.
 
 use std::io::{self, IsTerminal, Write};
 #[cfg(unix)]
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Subcommand, ValueEnum, value_parser};
+use clap::{Args, Subcommand, value_parser};
 use fsw_core::Prior;
-use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::Command;
 use fsw_target::link::frame::Frame;
 use fsw_target::link::packet::SequenceCount;
 use fsw_target::link::wire::Coded;
 
 use super::Failure;
+use super::flight_estimator::FlightEstimator;
 use crate::input::Craft;
 use crate::report::packet::hex;
 
@@ -21,83 +21,75 @@ use crate::report::packet::hex;
 #[command(arg_required_else_help = false)]
 pub struct Arguments {
     #[command(subcommand)]
-    command: Asked,
-    /// Sequence count of the command, which must be 1 to 8191 ahead of that of the last accepted one,
-    /// modulo 16384: see the computer's status. Left out: a start_sequence goes before the command, so
-    /// that it is accepted whatever was sent before.
+    telecommand: Telecommand,
+    /// Sequence count of the telecommand, 1 to 8191 ahead of the last accepted one modulo 16384;
+    /// without it, a start_sequence precedes the telecommand, so that any count is accepted
+    ///
+    /// The computer's status has the sequence count of the last accepted telecommand.
     #[arg(long, value_name = "N", global = true, value_parser = value_parser!(u16).range(..16_384))]
     sequence: Option<u16>,
 }
 
-/// What the flight computer is asked to do.
 #[derive(Debug, Subcommand)]
-enum Asked {
-    /// Do nothing; that it was accepted shows in the next status.
+enum Telecommand {
+    /// No action; the next status shows its acceptance
     Ping,
-    /// Count from this command's sequence count on, whatever it is.
+    /// Accept the sequence count of this telecommand as the last one
     StartSequence,
-    /// Start the selected estimator afresh; the prior stays.
+    /// Restart the selected estimator with its prior
     Reset,
-    /// Believe this of the inertia beforehand, and start the selected estimator afresh with it.
+    /// Set the prior of the inertia, and restart the selected estimator with it
     SetPrior(PriorArguments),
-    /// Begin a window with the next sample.
+    /// Open a window with the next sample
     OpenWindow,
-    /// End the window that is open.
+    /// Close the open window
     CloseWindow,
-    /// Step this estimator from now on, from a fresh start.
+    /// Select the estimator for the following samples, and restart it
     Select {
-        /// Which.
-        estimator: SelectedEstimator,
+        /// Estimator of the flight image
+        estimator: FlightEstimator,
     },
-    /// Write the estimator's state to flash.
+    /// Write the state of the estimator to flash
     SaveCheckpoint,
-    /// Send the estimator's state.
+    /// Send the state of the estimator
     DumpCheckpoint,
-    /// Send reports so often.
+    /// Set the period of the telemetry reports
     SetTelemetryPeriod {
-        /// Milliseconds between two reports of a kind, 50 to 3600000.
+        /// Time between two reports of a kind, ms, 50 to 3600000
         #[arg(value_name = "MS", allow_negative_numbers = true)]
         ms: u32,
     },
-    /// The external torque that acts from now on, body axes; each within 100 N m.
+    /// Set the external torque from now on, body axes, each component within ±100 N m
     SetTorque {
-        /// About x, N m.
+        /// About x, N m
         #[arg(allow_hyphen_values = true)]
         x_n_m: f32,
-        /// About y, N m.
+        /// About y, N m
         #[arg(allow_hyphen_values = true)]
         y_n_m: f32,
-        /// About z, N m.
+        /// About z, N m
         #[arg(allow_hyphen_values = true)]
         z_n_m: f32,
     },
 }
 
-/// From a craft file, or number by number.
+/// A prior from a craft file, or from numbers.
 #[derive(Debug, Args)]
 struct PriorArguments {
-    /// A craft file with a [prior].
+    /// Craft file with a [prior]
     #[arg(long, value_name = "CRAFT.toml", conflicts_with_all = ["inertia_kg_m2", "sigma_kg_m2"], required_unless_present_all = ["inertia_kg_m2", "sigma_kg_m2"])]
     craft: Option<PathBuf>,
-    /// jxx jyy jzz jxy jxz jyz, kg m².
+    /// Elements jxx jyy jzz jxy jxz jyz, kg m²
     #[arg(long = "inertia", value_names = ["JXX", "JYY", "JZZ", "JXY", "JXZ", "JYZ"], allow_hyphen_values = true, requires = "sigma_kg_m2")]
     inertia_kg_m2: Vec<f32>,
-    /// One sigma of each, kg m².
+    /// One sigma of each element, kg m²
     #[arg(long = "sigma", value_names = ["JXX", "JYY", "JZZ", "JXY", "JXZ", "JYZ"], allow_hyphen_values = true, requires = "inertia_kg_m2")]
     sigma_kg_m2: Vec<f32>,
 }
 
-/// The estimators in the flight image.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum SelectedEstimator {
-    Window,
-    JointEkf,
-    EkfSgfRls,
-}
-
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let command = arguments.command.command()?;
-    command.check().map_err(Failure::RefusedCommand)?;
+    let command = arguments.telecommand.command()?;
+    command.check().map_err(Failure::InvalidCommand)?;
     let line = match arguments.sequence {
         Some(count) => framed(&command, count),
         None if command == Command::StartSequence => framed(&command, 0),
@@ -105,24 +97,26 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
 
     eprintln!("note: {}, {} bytes: {}", command.function().code().1, line.len(), hex(&line));
-    let mut out = io::stdout();
-    if is_terminal_of_the_user() {
-        eprintln!("note: a terminal shows no bytes; send them on, as in `> /dev/ttyUSB0`");
+    if stdout_is_the_users_terminal() {
+        eprintln!(
+            "note: the bytes are not printed to a terminal; redirect stdout, as in > /dev/ttyUSB0"
+        );
         return Ok(());
     }
+    let mut out = io::stdout();
     out.write_all(&line).and_then(|()| out.flush()).map_err(Failure::Print)
 }
 
-/// Whether the command's bytes would go to a screen. A serial port is a terminal as well: it is told apart
-/// by not being the one that messages go to, or keys come from.
-fn is_terminal_of_the_user() -> bool {
+/// Standard output is the terminal of the user rather than a serial port, which is a terminal as
+/// well: the user's terminal is also stderr or stdin.
+fn stdout_is_the_users_terminal() -> bool {
     let is_users = [("stderr", io::stderr().is_terminal()), ("stdin", io::stdin().is_terminal())]
         .into_iter()
         .any(|(name, is_terminal)| is_terminal && device(name) == device("stdout"));
     io::stdout().is_terminal() && is_users
 }
 
-/// Which device a standard stream is; none where that can't be told.
+/// Device number of a standard stream; none where the system has no such number.
 fn device(stream: &str) -> Option<u64> {
     #[cfg(unix)]
     return Path::new("/dev").join(stream).metadata().ok().map(|file| file.rdev());
@@ -136,7 +130,7 @@ fn framed(command: &Command, sequence_count: u16) -> Vec<u8> {
     frame.map(|frame| frame.bytes().to_vec()).unwrap_or_default()
 }
 
-impl Asked {
+impl Telecommand {
     fn command(&self) -> Result<Command, Failure> {
         Ok(match self {
             Self::Ping => Command::Ping,
@@ -145,11 +139,7 @@ impl Asked {
             Self::SetPrior(prior) => Command::SetPrior(prior.prior()?),
             Self::OpenWindow => Command::OpenWindow,
             Self::CloseWindow => Command::CloseWindow,
-            Self::Select { estimator } => Command::Select(match estimator {
-                SelectedEstimator::Window => EstimatorId::Window,
-                SelectedEstimator::JointEkf => EstimatorId::JointEkf,
-                SelectedEstimator::EkfSgfRls => EstimatorId::EkfSgfRls,
-            }),
+            Self::Select { estimator } => Command::Select(estimator.id),
             Self::SaveCheckpoint => Command::SaveCheckpoint,
             Self::DumpCheckpoint => Command::DumpCheckpoint,
             Self::SetTelemetryPeriod { ms } => Command::SetTelemetryPeriod { ms: *ms },
@@ -174,7 +164,7 @@ impl PriorArguments {
     }
 }
 
-/// As many numbers as the command line was checked for.
+/// The numbers of an option whose count clap has checked.
 fn array<const N: usize>(numbers: &[f32]) -> [f32; N] {
     std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(f32::NAN))
 }

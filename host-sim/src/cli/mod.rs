@@ -1,15 +1,17 @@
-//! The command line: one file for each verb, and what they share.
+//! The command line: one file per verb, which parses, calls the library and prints.
 //!
-//! Results go to stdout; errors and notes to stderr. Exit code 0: done; 1: a run that could not
-//! finish; 2: bad input.
+//! Results go to stdout; errors and notes go to stderr. Exit code 0: complete; 1: a run that could
+//! not finish; 2: bad input.
 
-mod campaign;
 mod command;
 mod crlb;
 mod estimate;
+mod failure;
+mod flight_estimator;
 mod mc;
 #[cfg(unix)]
 mod pil;
+mod progress;
 mod replay;
 mod run;
 mod tables;
@@ -20,18 +22,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
-use fsw_target::link::command::CommandError;
 use serde::Serialize;
-use thiserror::Error;
 
-use crate::campaign::RunFailed;
-use crate::estimation::{EstimatorName, Precision, SetUpError};
-use crate::input::InputError;
-use crate::papers::PapersFailed;
-use crate::report::OutputError;
-use crate::truth::IntegrationFailed;
+use crate::estimation::Method;
+use failure::{BAD_INPUT, Failure};
 
-/// Simulate a spacecraft or replay its log, and estimate its inertia tensor with the flight core.
+/// Simulate a spacecraft or replay its log, and estimate its inertia tensor with the flight core
 #[derive(Debug, Parser)]
 #[command(version, arg_required_else_help = false)]
 pub struct Cli {
@@ -41,158 +37,97 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Simulate one flight, estimate, and set the estimate beside the truth and the bound.
+    /// Simulate one flight, estimate, and compare with the truth and the Cramér-Rao bound
+    ///
+    /// Example: host-sim run stsat3-spin-up --out report
     Run(run::Arguments),
-    /// Many flights that differ in gyro noise, and in what the scenario disperses: RMS error and bias
-    /// beside the bound, and NEES.
+    /// Monte Carlo campaign: RMS error and bias compared with the bound, and NEES
     ///
-    /// A run has converged if it says so and each error is within 20 bounds. It has diverged, and is
-    /// left out of the figures, if it says so, or if an error isn't finite, or is beyond 20 bounds and
-    /// five of the estimator's own sigmas: far off, and sure of it. Where runs have different truths,
-    /// the table shows their mean and the RMS of their bounds, and each run is measured with its own.
+    /// Example: host-sim mc cubesat-pyramid --runs 1000 --out runs.csv
     ///
-    /// Where each run draws its own spacecraft (`mc random-spacecraft`), those whose motion leaves the
-    /// bound of an element above a tenth of the mean moment are counted, and left out of the figures.
+    /// Runs differ in gyro noise and in the dispersion of the scenario. A run has converged if the
+    /// estimator reports so and each error is within 20 bounds. It has diverged if the estimator
+    /// reports so, if an error is not finite, or if an error exceeds both 20 bounds and 5 of the
+    /// estimator's own sigmas. Diverged runs are counted and left out of the figures. Where runs
+    /// have different truths, each is compared with its own; the table shows the mean of the truths
+    /// and the RMS of the bounds.
     ///
-    /// A change is found in a run where the estimator dropped what it knew before, at least once, since
-    /// new data contradicted it. Residuals aren't white where they don't look like the gyro's noise at
-    /// the end of a run; not every estimator tests that.
+    /// Where each run draws its own spacecraft (mc random-spacecraft), runs with a bound above a
+    /// tenth of the mean moment on any element are counted as not shown, and left out of the figures.
     ///
-    /// Where the inertia changes in flight, the truth is that at the end, and the bound is of what follows
-    /// the last sudden change.
+    /// A run counts as changed if the estimator discarded its knowledge at least once because new
+    /// data contradicted it. Residuals are not white if they differ from the gyro noise at the end
+    /// of the run; not every estimator tests this.
     ///
-    /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used, or
-    /// as many as the environment variable RAYON_NUM_THREADS says: the numbers are the same.
+    /// Where the inertia changes in flight, the truth is at the end of the flight, and the bound is
+    /// of the data after the last sudden change.
+    ///
+    /// Ctrl-C stops the campaign; the result is of the completed runs. All cores are used, or the
+    /// number in the environment variable RAYON_NUM_THREADS; the result is the same.
     Mc(mc::Arguments),
-    /// The tables of five papers: published, reproduced, and what is possible.
+    /// Tables of five papers: published, reproduced, and the bound
     ///
-    /// Ctrl-C ends it early, and what is complete by then is its result. All cores are used; the
-    /// numbers are the same on any number of them.
+    /// Example: host-sim tables --runs 1000 --out papers
+    ///
+    /// Ctrl-C stops the runs; the result is of the completed ones. All cores are used; the result is
+    /// the same on any number of cores.
     Tables(tables::Arguments),
-    /// Estimate from a recorded log.
+    /// Estimate from a recorded log
+    ///
+    /// Example: host-sim replay --craft craft.toml log.csv --out report
     Replay(replay::Arguments),
-    /// The Cramér-Rao bound of a scenario: what no unbiased estimator can beat.
+    /// Cramér-Rao bound of a scenario: the smallest sigma of any unbiased estimator
+    ///
+    /// Example: host-sim crlb microsat-slew
     Crlb(crlb::Arguments),
-    /// What a flight computer says on its serial line: one line for each telemetry packet.
+    /// Telemetry packets of a flight computer's serial line, one line each
     ///
-    /// A port must be set to raw first: stty -F /dev/ttyUSB0 115200 raw -echo. What is damaged or
-    /// missing is noted on stderr; in text, counts of zero are left out. With --json each line is a
-    /// document of its own.
+    /// Example: host-sim telemetry /dev/ttyUSB0
+    ///
+    /// Set the port to raw mode first: stty -F /dev/ttyUSB0 115200 raw -echo. Damaged and missing
+    /// packets are noted on stderr. The text leaves out counts of zero; with --json each line is one
+    /// document with every field.
     Telemetry(telemetry::Arguments),
-    /// A telecommand, as the bytes that go to a flight computer's serial port: on stdout.
+    /// Telecommand for a flight computer, as bytes on stdout
     ///
-    /// As in: host-sim command reset > /dev/ttyUSB0, with the port set to raw first: stty -F
-    /// /dev/ttyUSB0 115200 raw -echo.
+    /// Example: host-sim command reset > /dev/ttyUSB0
+    ///
+    /// Set the port to raw mode first: stty -F /dev/ttyUSB0 115200 raw -echo.
     Command(command::Arguments),
-    /// Fly the firmware itself, in QEMU, with simulated sensors, and compare with the host bit by bit.
+    /// Processor in the loop: the firmware in QEMU with simulated sensors, compared with the host
     ///
-    /// The firmware asks for its gyro and wheels on a serial port, and a model of the chip answers, register
-    /// by register: driver, conversion and estimator are those of the flight image, on its processor. The
-    /// same software flies on the host at the same time. What both know is compared after each sample, to
-    /// the last bit; the first difference ends the flight, with its sample and element.
+    /// Example: host-sim pil stsat3-spin-up --estimator window
     ///
-    /// Needs QEMU and a compiler for the Cortex-M, and says what to install where they are missing.
+    /// The firmware reads gyro and wheels over a serial port from models at register level. Driver,
+    /// conversion and estimator are those of the flight image, on its processor. The same software
+    /// runs on the host. Both states are compared bit by bit after each sample; the first difference
+    /// ends the flight with its sample and element.
+    ///
+    /// Requires QEMU and a compiler for the Cortex-M; an error names the package to install.
     #[cfg(unix)]
     Pil(pil::Arguments),
 }
 
-/// How to estimate: the same for every verb that does.
-#[derive(Clone, Copy, Debug, Args)]
-struct Method {
-    /// The estimator: our own, the nine-state filter, or one of the published ones to compare with.
-    #[arg(long, value_enum, default_value_t = EstimatorName::Window)]
-    estimator: EstimatorName,
-    /// The arithmetic: f32 is what flies.
-    #[arg(long, value_enum, default_value_t = Precision::F32)]
-    precision: Precision,
-}
-
-/// How to estimate one flight, and where results go.
+/// Options of the verbs that estimate from one log.
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
     method: Method,
-    /// Write the time history, plots and a report into this folder.
+    /// Write time history, plots and a report into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON document instead of a table.
+    /// Print one JSON document instead of a table
     #[arg(long)]
     json: bool,
 }
 
-/// Why a verb did not finish.
-#[derive(Debug, Error)]
-enum Failure {
-    #[error(transparent)]
-    Input(#[from] InputError),
-    #[error(transparent)]
-    SetUp(#[from] SetUpError),
-    #[error(
-        "{file}: the gyro's noise can't be measured from this log ({why}); give it as gyro.noise_rad_s in the craft file"
-    )]
-    NoNoise { file: String, why: &'static str },
-    #[error(
-        "{file}: no telemetry packet in {bytes} bytes; give the raw bytes of the line, and check the baud rate"
-    )]
-    NoTelemetry { file: String, bytes: u64 },
-    #[error("{0}; the computer would refuse it")]
-    RefusedCommand(CommandError),
-    #[error("{file}: has no [prior]; add one, or give --inertia and --sigma")]
-    NoPrior { file: String },
-    #[error(transparent)]
-    Integration(#[from] IntegrationFailed),
-    #[error(transparent)]
-    Run(#[from] RunFailed),
-    #[error("stopped before the first run was complete; there is no result")]
-    Interrupted,
-    #[error(transparent)]
-    Papers(#[from] PapersFailed),
-    #[cfg(unix)]
-    #[error(transparent)]
-    Pil(#[from] crate::pil::PilFailed),
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    #[error("the result can't be printed: {0}")]
-    Print(io::Error),
-    #[error("the result can't be written as JSON: {0}")]
-    Json(serde_json::Error),
-}
-
-impl Failure {
-    fn exit_code(&self) -> u8 {
-        match self {
-            Self::Input(_)
-            | Self::SetUp(_)
-            | Self::Run(RunFailed::SetUp(_))
-            | Self::NoNoise { .. }
-            | Self::NoTelemetry { .. }
-            | Self::RefusedCommand(_)
-            | Self::NoPrior { .. } => MISUSE,
-            #[cfg(unix)]
-            Self::Pil(crate::pil::PilFailed::NotFlown(_)) => MISUSE,
-            #[cfg(unix)]
-            Self::Pil(_) => 1,
-            Self::Integration(_)
-            | Self::Run(RunFailed::Integration(_))
-            | Self::Interrupted
-            | Self::Papers(_)
-            | Self::Output(_)
-            | Self::Print(_)
-            | Self::Json(_) => 1,
-        }
-    }
-}
-
-/// Exit code of bad input.
-const MISUSE: u8 = 2;
-
-/// Runs the program with the process's own arguments.
+/// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(misuse) if misuse.use_stderr() => {
             eprintln!("{}", in_two_lines(&misuse.render().to_string()));
-            return ExitCode::from(MISUSE);
+            return ExitCode::from(BAD_INPUT);
         }
         Err(help_or_version) => help_or_version.exit(),
     };
@@ -216,14 +151,13 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// What is wrong with the command line, and then what to do. Clap says it in paragraphs of several
-/// lines.
+/// Message of clap, which has paragraphs of several lines, in two lines: error, remedy.
 fn in_two_lines(message: &str) -> String {
     let lines = |paragraph: &str| paragraph.lines().map(str::trim).collect::<Vec<_>>().join(" ");
     let mut paragraphs = message.trim().split("\n\n").map(lines);
-    let what = paragraphs.next().unwrap_or_default();
-    let to_do: Vec<String> = paragraphs.collect();
-    format!("{what}\n  {}", to_do.join(". "))
+    let error = paragraphs.next().unwrap_or_default();
+    let remedy: Vec<String> = paragraphs.collect();
+    format!("{error}\n  {}", remedy.join(". "))
 }
 
 /// Prints a table, or its report as one JSON document.
@@ -234,13 +168,13 @@ fn print(json: bool, report: &impl Serialize, table: &str) -> Result<(), Failure
         table.to_owned()
     };
     match io::stdout().write_all(text.as_bytes()) {
-        // A reader such as `head` that has seen enough isn't a failure.
+        // A closed pipe, as with `head`, is not an error.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other.map_err(Failure::Print),
     }
 }
 
-/// The command line as it was given, for the report that says how it was made.
+/// Command line of this process, for the report.
 fn command_line() -> String {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     format!("cargo run --release -p host-sim -- {}", arguments.join(" "))

@@ -11,10 +11,10 @@ use crate::report::{ReportFolder, table};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// What is known of the craft: wheels, gyro noise, a prior.
+    /// Properties of the craft: wheels, gyro noise, prior
     #[arg(long, value_name = "CRAFT.toml")]
     craft: PathBuf,
-    /// The log: t_s, gyro_x_rad_s, … as columns.
+    /// Recorded log with the columns t_s, gyro_x_rad_s, …
     #[arg(value_name = "LOG.csv")]
     log: PathBuf,
     #[command(flatten)]

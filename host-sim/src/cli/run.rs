@@ -1,8 +1,8 @@
-//! `run`: simulate one flight, estimate, compare.
+//! `run`: simulate one flight, estimate, compare with truth and bound.
 
 use clap::Args;
 
-use super::estimate::{estimate, note_what_changes};
+use super::estimate::{estimate, note_changes};
 use super::{Failure, Options, command_line, print};
 use crate::input::Scenario;
 use crate::input::scenario::DEFAULT_SCENARIO;
@@ -12,11 +12,11 @@ use crate::truth::Flight;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// A SCENARIO.toml, or the name of a built-in one.
+    /// SCENARIO.toml, or name of a built-in scenario
     #[arg(default_value = DEFAULT_SCENARIO)]
     scenario: String,
-    /// Seed of the gyro's noise, and of what the scenario disperses.
-    #[arg(long, default_value_t = 0)]
+    /// Seed of gyro noise and dispersion
+    #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
     options: Options,
@@ -25,14 +25,12 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, seed, options } = arguments;
     let scenario = Scenario::load(scenario)?.of_seed(*seed);
-    note_what_changes(&scenario);
+    note_changes(&scenario);
     let flight = Flight::simulate(&scenario)?;
     let log = log_of(&scenario, &flight, *seed);
     let craft = scenario.craft();
     let estimated = estimate(options, &craft, &log, &scenario.name)?;
-    let truth_kg_m2 = scenario.final_inertia_kg_m2();
-    let bound_kg_m2 = flight.bound.sigma_kg_m2;
-    let report = RunReport::new(&scenario.name, *seed, estimated.report, truth_kg_m2, bound_kg_m2);
+    let report = RunReport::of_flight(&scenario, *seed, &flight, estimated.report);
     let table = table::run(&report);
     if let Some(folder) = &options.out {
         let title = format!("{}, {}", scenario.name, options.method.estimator);

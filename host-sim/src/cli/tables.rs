@@ -1,10 +1,10 @@
-//! `tables`: the tables of the papers, published beside reproduced.
+//! `tables`: tables of the papers, published and reproduced.
 
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::campaign::{progress_bar, stop_on_ctrl_c};
+use super::progress::{note_if_stopped, progress_bar, stop_on_ctrl_c};
 use super::{Failure, print};
 use crate::papers::Papers;
 use crate::report::papers_dir::write_papers;
@@ -12,16 +12,16 @@ use crate::report::tables_text;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// How many runs of each. The default takes a minute or two on two cores.
+    /// Number of runs of each table; the default takes one or two minutes on two cores
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
     runs: u64,
-    /// Seed of the first run's noise; run i has this plus i.
+    /// Seed of the first run; run i has this plus i
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Write the tables, and a counterpart of every figure of the papers, into this folder.
+    /// Write the tables, and a counterpart of every figure of the papers, into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Print one JSON document instead of tables.
+    /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
 }
@@ -31,19 +31,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let stop = stop_on_ctrl_c();
     let papers = Papers::new()?;
     let bar = progress_bar(*runs, "runs");
-    let flown = papers.fly(*seed, *runs, &stop, || bar.inc(1));
+    let results = papers.fly(*seed, *runs, &stop, || bar.inc(1));
     bar.finish_and_clear();
-    let flown = flown?;
-    let complete = flown.runs();
+    let results = results?;
+    let complete = results.runs();
     if complete == 0 {
         return Err(Failure::Interrupted);
     }
-    if complete < *runs {
-        eprintln!("note: stopped after {complete} of {runs} runs; this is their result");
-    }
-    let report = papers.tables(&flown);
+    note_if_stopped(complete, *runs);
+    let report = papers.tables(&results);
     if let Some(folder) = out {
-        write_papers(folder, &report, &papers.figures(&flown)?)?;
+        write_papers(folder, &report, &papers.figures(&results)?)?;
     }
     print(*json, &report, &tables_text(&report))
 }

@@ -1,4 +1,4 @@
-//! `telemetry`: what a flight computer says on its serial line, one line for each packet.
+//! `telemetry`: packets of a flight computer's serial line, one line of output each.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
@@ -14,15 +14,15 @@ use crate::report::packet;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The bytes of the line: a serial port set to raw, a file of what it said, or - for stdin.
+    /// Bytes of the serial line: a port in raw mode, a recorded file, or - for stdin
     #[arg(value_name = "FILE")]
     source: PathBuf,
-    /// Print one JSON document a line, with every field, instead of text.
+    /// Print one JSON document per line, with every field, instead of text
     #[arg(long)]
     json: bool,
 }
 
-/// Bytes read at a time, at most: a port gives what it has.
+/// Largest number of bytes per read. A port returns what it has.
 const CHUNK: usize = 4096;
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -61,7 +61,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// Prints a packet, and notes what is wrong. Says no once nobody reads on.
+/// Prints a packet to stdout, and damaged or missing ones to stderr. Returns false once the reader
+/// of stdout has closed it.
 fn show(listener: &mut Listener, heard: &Heard, json: bool) -> Result<bool, Failure> {
     let received = match heard {
         Heard::Packet(packet) => packet,
@@ -80,7 +81,7 @@ fn show(listener: &mut Listener, heard: &Heard, json: bool) -> Result<bool, Fail
         false => packet::text(received),
     };
     match writeln!(io::stdout(), "{line}") {
-        // A reader such as `head` that has seen enough isn't a failure.
+        // A closed pipe, as with `head`, is not an error.
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
         other => other.map(|()| true).map_err(Failure::Print),
     }

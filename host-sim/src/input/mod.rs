@@ -1,34 +1,21 @@
-//! What comes from outside: scenario and craft files, and recorded logs.
+//! Input files: scenarios, craft files and recorded logs.
 //!
-//! Everything is checked here, once, while the file and the line are still known. Past this module
-//! numbers are finite, axes are unit vectors, inertia tensors are physical and time runs forward, so
-//! no other part of the simulator asks again. All quantities are `f64` in SI units, in body axes.
+//! Every value is checked while its file and line are known. Past this module numbers are finite,
+//! axes are unit vectors, inertia tensors are physical and time stamps increase; no other part of
+//! the simulator repeats these checks. Quantities are `f64` in SI units, vectors in body axes.
 //!
 //! ```text
-//! SCENARIO.toml ─┐                          ┌─> scenario::Scenario
-//! CRAFT.toml ────┴─ toml_source ── check ───┴─> craft::Craft
-//! LOG.csv ───────── csv_source ── log::time ──> log::RecordedLog
+//! SCENARIO.toml ── scenario ──────> scenario::Scenario
+//! CRAFT.toml ───── flight-input ──> craft::Craft
+//! LOG.csv ──────── flight-input ──> log::RecordedLog
 //! ```
 //!
-//! Whatever is wrong becomes an [`InputError`]: one or two lines with the file, the line and the key
-//! or column, what is wrong there, and what to do about it.
+//! Craft files and logs are read by the crate `flight-input`, which the firmware's build script uses
+//! too. A rejected file is an [`InputError`]: one or two lines with the file, the line and the key or
+//! column, the fault and the remedy. [`keys`] lists all keys and columns.
 
-mod check;
-pub mod craft;
-mod csv_problem;
-mod csv_source;
-pub mod error;
-pub mod log;
-mod nearest;
+pub mod keys;
 pub mod scenario;
-mod toml_source;
 
-pub use craft::Craft;
-pub use error::InputError;
-pub use log::RecordedLog;
+pub use flight_input::{Craft, ELEMENT_NAMES, InputError, RecordedLog, craft, error, log};
 pub use scenario::Scenario;
-
-/// The six elements of an inertia tensor in the order in which files and reports list them.
-///
-/// An off-diagonal element is the tensor entry itself, that is −∫xy dm for `jxy`.
-pub const ELEMENT_NAMES: [&str; 6] = ["jxx", "jyy", "jzz", "jxy", "jxz", "jyz"];

@@ -1,25 +1,16 @@
 //! A scenario with its truth, to be flown many times.
 
 use super::PapersFailed;
-use crate::campaign::statistics::Yardstick;
+use crate::campaign::Reference;
 use crate::estimation::{
-    AnyEstimator, EstimatorName, Flown, Precision, SetUpError, Setup, fly, set_up,
+    AnyEstimator, EstimationResult, EstimatorName, Method, Precision, SetUpError, Setup,
+    estimate_log, set_up,
 };
 use crate::input::log::LogRow;
 use crate::input::{Craft, Scenario};
-use crate::recording::history_row;
 use crate::report::HistoryRow;
 use crate::simulation::log_of;
 use crate::truth::Flight;
-
-/// An estimator and its arithmetic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Method {
-    /// Which.
-    pub estimator: EstimatorName,
-    /// In which arithmetic.
-    pub precision: Precision,
-}
 
 /// What our own estimator is, in the arithmetic that flies: it stands beside the published ones.
 pub const OWN: Method = Method { estimator: EstimatorName::Window, precision: Precision::F32 };
@@ -58,9 +49,9 @@ impl Course {
     }
 
     /// What an estimate is measured with.
-    pub fn yardstick(&self) -> Yardstick {
+    pub fn reference(&self) -> Reference {
         let bound_kg_m2 = self.flight.bound.sigma_kg_m2;
-        Yardstick { truth_kg_m2: *self.truth_kg_m2(), bound_kg_m2 }
+        Reference { truth_kg_m2: *self.truth_kg_m2(), bound_kg_m2 }
     }
 
     /// The bound of an element, kg m².
@@ -88,11 +79,11 @@ impl Course {
         method: Method,
         seed: u64,
         mut watch: impl FnMut(usize, &dyn AnyEstimator),
-    ) -> Result<Flown, SetUpError> {
+    ) -> Result<EstimationResult, SetUpError> {
         let log = log_of(&self.scenario, &self.flight, seed);
         let mut number = 0;
-        Ok(fly(&log, self.set_up(method)?, |_, _, on_board| {
-            watch(number, on_board);
+        Ok(estimate_log(&log, self.set_up(method)?, |_, _, estimator| {
+            watch(number, estimator);
             number += 1;
         }))
     }
@@ -105,8 +96,8 @@ impl Course {
     ) -> Result<(Vec<LogRow>, Vec<HistoryRow>), SetUpError> {
         let log = log_of(&self.scenario, &self.flight, seed);
         let mut history = Vec::with_capacity(log.len());
-        fly(&log, self.set_up(method)?, |row, outcome, on_board| {
-            history.push(history_row(row, outcome, on_board));
+        estimate_log(&log, self.set_up(method)?, |row, outcome, estimator| {
+            history.push(HistoryRow::new(row, outcome, estimator));
         });
         Ok((log, history))
     }

@@ -11,7 +11,7 @@ use super::PapersFailed;
 use super::course::{Course, OWN};
 use super::distribution::Distribution;
 use super::observability::regressor;
-use crate::campaign::statistics::{Score, Statistics, Verdict, reduce};
+use crate::campaign::{Score, Statistics, Verdict, reduce};
 use crate::estimation::{Precision, SetUpError};
 use crate::input::log::LogRow;
 use crate::report::published::{PublishedTable, Row};
@@ -75,7 +75,7 @@ impl Estimates {
         Ok(Self {
             plain: solve(&log, &regressors, 0),
             instrumental: solve(&log, &regressors, LAG),
-            own: course.yardstick().score(&own),
+            own: course.reference().score(&own),
         })
     }
 }
@@ -175,12 +175,12 @@ impl Study {
     fn over_bound(&self, runs: &[Run]) -> PublishedTable {
         let mut rows = Vec::new();
         for (profile, name) in PROFILES.iter().enumerate() {
-            let yardstick = self.courses[profile].yardstick();
+            let reference = self.courses[profile].reference();
             let flights = || runs.iter().map(|run| &run.profiles[profile]);
             let own = reduce(flights().map(|flight| &flight.own));
             let instrumental: [Option<f64>; 6] = std::array::from_fn(|i| {
-                let bound = yardstick.bound_kg_m2[i]?;
-                let error = |e: &Estimates| (e.instrumental[i] - yardstick.truth_kg_m2[i]) / bound;
+                let bound = reference.bound_kg_m2[i]?;
+                let error = |e: &Estimates| (e.instrumental[i] - reference.truth_kg_m2[i]) / bound;
                 let square = flights().map(|flight| error(flight).powi(2)).sum::<f64>();
                 Some((square / runs.len() as f64).sqrt())
             });

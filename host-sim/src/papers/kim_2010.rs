@@ -1,9 +1,9 @@
 //! \[Kim2010\]: four estimators by conservation of momentum, on one slew with three wheels.
 
-use super::course::{Course, Method, OWN};
+use super::course::{Course, OWN};
 use super::distribution::Distribution;
 use super::{PapersFailed, figure};
-use crate::estimation::{EstimatorName, Precision, SetUpError};
+use crate::estimation::{EstimatorName, Method, Precision, SetUpError};
 use crate::input::ELEMENT_NAMES;
 use crate::report::papers_dir::PaperFigure;
 use crate::report::plots::{Colour, Dot, Figure, Mark, Panel, PlotError, Series, flight};

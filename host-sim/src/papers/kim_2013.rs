@@ -2,10 +2,10 @@
 //!
 //! The slides have one error table of a single flight, and one over time of 10,000.
 
-use super::course::{Course, Method, OWN};
+use super::course::{Course, OWN};
 use super::distribution::Distribution;
 use super::{PapersFailed, figure};
-use crate::estimation::{EstimatorName, Precision, SetUpError};
+use crate::estimation::{EstimatorName, Method, Precision, SetUpError};
 use crate::input::ELEMENT_NAMES;
 use crate::report::papers_dir::PaperFigure;
 use crate::report::plots::flight;
@@ -82,12 +82,12 @@ impl Study {
         let sample = |time_s: f64| (time_s * samples_per_s).round() as usize;
         let (mut sum, mut count) = ([0.0; 3], 0.0);
         let mut over_time = Vec::new();
-        self.course.fly(method, seed, |number, on_board| {
+        self.course.fly(method, seed, |number, estimator| {
             let is_tabled = ERROR_OVER_TIME_PERCENT.iter().any(|(t, _)| sample(*t) == number);
             if !is_tabled && number % AVERAGED_EVERY != 0 {
                 return;
             }
-            let elements = on_board.estimate().inertia.elements_kg_m2();
+            let elements = estimator.estimate().inertia.elements_kg_m2();
             let error = std::array::from_fn(|i| self.course.error_percent(i, elements[i]));
             for i in 0..3 {
                 sum[i] += error[i];

@@ -7,10 +7,10 @@
 use fsw_core::math::savgol::{Differentiator, Fit, Growth, Pushed};
 use nalgebra::Vector3;
 
-use super::course::{Course, Method, OWN};
+use super::course::{Course, OWN};
 use super::distribution::Distribution;
 use super::{PapersFailed, figure};
-use crate::estimation::{EstimatorName, Precision, SetUpError};
+use crate::estimation::{EstimatorName, Method, Precision, SetUpError};
 use crate::input::ELEMENT_NAMES;
 use crate::report::papers_dir::PaperFigure;
 use crate::report::plots::flight::{self, interpolated, true_accelerations};
@@ -79,10 +79,10 @@ impl Study {
         let per_batch = (BATCH_S * self.course.scenario.gyro.rate_hz).round() as usize;
         let mut rates = Vec::with_capacity(self.course.flight.instants.len());
         let mut batches = Vec::new();
-        let flown = self.course.fly(PUBLISHED, seed, |number, on_board| {
-            rates.push(on_board.rate_rad_s());
+        let flown = self.course.fly(PUBLISHED, seed, |number, estimator| {
+            rates.push(estimator.rate_rad_s());
             if number > 0 && number % per_batch == 0 {
-                batches.push(on_board.estimate().inertia.elements_kg_m2());
+                batches.push(estimator.estimate().inertia.elements_kg_m2());
             }
         })?;
         let own = self.course.fly(OWN, seed, |_, _| ())?;

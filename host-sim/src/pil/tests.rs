@@ -242,10 +242,10 @@ fn a_firmware_that_gives_up_says_why() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         tunnel.hello().unwrap();
-        tunnel.report_failure("the estimators refuse the craft").unwrap();
+        tunnel.report_failure("the estimator rejects the craft").unwrap();
         lines.link
     });
-    assert!(error.starts_with("the firmware gave up: the estimators refuse the craft"), "{error}");
+    assert!(error.starts_with("the firmware gave up: the estimator rejects the craft"), "{error}");
 }
 
 #[test]

@@ -13,9 +13,11 @@
 //! ground ─────────> packet: one line of text or JSON for each telemetry packet
 //! ```
 //!
-//! The types here are plain numbers and know nothing of the flight core. Elements of an inertia
-//! tensor are ordered `jxx jyy jzz jxy jxz jyz`.
+//! The types of the documents are plain numbers. `assemble`, `campaign` and `pil` fill them from
+//! results. Elements of an inertia tensor are ordered `jxx jyy jzz jxy jxz jyz`.
 
+mod assemble;
+mod campaign;
 mod columns;
 pub mod history;
 pub mod json;
@@ -23,6 +25,8 @@ mod number;
 pub mod out_dir;
 pub mod packet;
 pub mod papers_dir;
+#[cfg(unix)]
+pub mod pil;
 pub mod plots;
 pub mod published;
 mod published_text;

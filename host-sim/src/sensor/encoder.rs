@@ -1,55 +1,60 @@
-//! The edges of a wheel's encoder, from its speed over time.
+//! Quadrature encoders of the wheels: edges from wheel speeds, and the timer that captures them.
 //!
-//! In: wheel speeds at the gyro's samples. Out: the flanks in between, each with the timer's tick and
-//! the levels of both channels, for the [`EdgeFilter`] that a board's interrupt calls; and what a
-//! capture timer would say at each sample.
+//! In: wheel speeds at the gyro samples. Out: the edges in between, each with the timer's tick and
+//! the levels of both channels, for the [`EdgeFilter`] that a board's interrupt calls; and the content
+//! of the capture timer at each sample.
 //!
-//! Between two samples the speed is a cubic with the slopes that the samples around have, and the angle
-//! its integral.
+//! Between two samples the speed is a cubic Hermite polynomial with the slopes of the neighbouring
+//! samples (see [`SpeedSegment`]), and the angle is its integral.
 
 use fsw_target::drivers::wheel_tach::{CaptureTimer, Captured, EdgeFilter};
 
 use crate::truth::Instant;
 
-/// Parts of the time between two samples in which the angle is looked at for edges: a wheel that turns
-/// back within one of them may do so unseen.
+/// Slices per edge into which a segment is divided for the search of edges. A reversal within one
+/// slice may go undetected.
 const SLICES_PER_EDGE: f64 = 4.0;
-const LEAST_SLICES: f64 = 16.0;
+/// Smallest number of slices of a segment.
+const MIN_SLICES: f64 = 16.0;
+/// Bisections of a slice: 2⁻⁴⁰ of a tenth of a second is far below a tick.
+const BISECTIONS: usize = 40;
 
-/// The sensor and the timer that watches it: the same for each wheel.
+/// Properties of encoder and timer, the same for each wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EncoderData {
-    /// Edges in a turn, both flanks of the first channel counted.
+    /// Edges per turn: rising and falling edges of the first channel.
     pub edges_per_turn: u16,
-    /// The timer's ticks in a second.
+    /// Timer frequency, ticks/s.
     pub ticks_per_s: u32,
-    /// A pulse shorter than this is none, ticks.
+    /// Shortest valid pulse, ticks.
     pub shortest_ticks: u32,
 }
 
 impl Default for EncoderData {
-    /// Twelve pulses a turn, as three Hall sensors of a motor with four pairs of poles give; a timer of
-    /// 1 MHz; nothing faster than 0.1 ms between edges (2600 rad/s).
+    /// Twelve pulses per turn, as of three Hall sensors on a motor with four pole pairs; a timer at
+    /// 1 MHz; at least 0.1 ms between edges (2600 rad/s).
     fn default() -> Self {
         Self { edges_per_turn: 24, ticks_per_s: 1_000_000, shortest_ticks: 100 }
     }
 }
 
-/// Speed of a wheel from one sample to the next, rad/s.
+/// Wheel speed from one sample to the next, a cubic Hermite polynomial of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch {
-    /// When it begins, s.
+pub struct SpeedSegment {
+    /// Start, s.
     pub from_s: f64,
-    /// How long it is, s.
+    /// Duration, s.
     pub duration_s: f64,
-    /// Speed at either end, rad/s.
+    /// Speed at start and end, rad/s.
     pub speed_rad_s: [f64; 2],
-    /// Its slope at either end, rad/s².
+    /// Slope of the speed at start and end, rad/s².
     pub slope_rad_s2: [f64; 2],
 }
 
-impl Stretch {
-    /// Angle turned after a share of the stretch, rad: the integral of a cubic Hermite polynomial.
+impl SpeedSegment {
+    /// Angle turned after the share `x` of the segment, rad: the integral of the speed,
+    /// `T (v₀ x + a₀ x²/2 + (v₁ − v₀ − (2 a₀ + a₁)/3) x³ + (2 (v₀ − v₁) + a₀ + a₁) x⁴/4)`, with
+    /// duration `T`, speeds `v`, and slopes times duration `a`.
     fn angle_rad(&self, share: f64) -> f64 {
         let [v0, v1] = self.speed_rad_s;
         let [a0, a1] = self.slope_rad_s2.map(|slope| slope * self.duration_s);
@@ -60,47 +65,47 @@ impl Stretch {
     }
 }
 
-/// A flank of the first channel.
+/// Edge of the first channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flank {
-    /// When, s.
+pub struct Edge {
+    /// Time, s.
     pub time_s: f64,
-    /// Level of the first channel just after.
+    /// Level of the first channel after the edge.
     pub a: bool,
-    /// Level of the second.
+    /// Level of the second channel.
     pub b: bool,
 }
 
-/// One wheel's encoder.
+/// Encoder of one wheel.
 #[derive(Clone, Debug)]
 pub struct Encoder {
     edges_per_rad: f64,
-    /// Where the wheel is, in edges.
+    /// Angle of the wheel, edges; not wrapped.
     position: f64,
 }
 
 impl Encoder {
-    /// An encoder whose wheel stands in the middle between two edges.
+    /// Encoder of a wheel that stands halfway between two edges.
     pub fn new(edges_per_turn: u16) -> Self {
         Self { edges_per_rad: f64::from(edges_per_turn) / std::f64::consts::TAU, position: 0.5 }
     }
 
-    /// The wheel turns; each flank is shown in order.
-    pub fn turn(&mut self, stretch: &Stretch, mut on_flank: impl FnMut(Flank)) {
+    /// Turns the wheel through a segment. `on_edge` is called for each edge in order of time.
+    pub fn turn(&mut self, segment: &SpeedSegment, mut on_edge: impl FnMut(Edge)) {
         let start = self.position;
-        let position = |share: f64| start + self.edges_per_rad * stretch.angle_rad(share);
-        let [v0, v1] = stretch.speed_rad_s.map(f64::abs);
-        let edges = v0.max(v1) * stretch.duration_s * self.edges_per_rad;
-        let slices = (edges * SLICES_PER_EDGE).max(LEAST_SLICES).ceil();
+        let position = |share: f64| start + self.edges_per_rad * segment.angle_rad(share);
+        let [v0, v1] = segment.speed_rad_s.map(f64::abs);
+        let edges = v0.max(v1) * segment.duration_s * self.edges_per_rad;
+        let slices = (edges * SLICES_PER_EDGE).max(MIN_SLICES).ceil();
         let mut before = 0.0;
         for slice in 1..=slices as u64 {
             let after = slice as f64 / slices;
             let (from, to) = (position(before).floor(), position(after).floor());
             if from != to {
                 let share = crossing(&position, before, after, from);
-                let time_s = stretch.from_s + share * stretch.duration_s;
+                let time_s = segment.from_s + share * segment.duration_s;
                 let a = to.rem_euclid(2.0) == 1.0;
-                on_flank(Flank { time_s, a, b: a != (to > from) });
+                on_edge(Edge { time_s, a, b: a != (to > from) });
             }
             before = after;
         }
@@ -108,10 +113,9 @@ impl Encoder {
     }
 }
 
-/// Where `position` leaves the step `from` between two shares of a stretch, by bisection to the last bit
-/// that matters: 2⁻⁴⁰ of a tenth of a second is far below a tick.
+/// Share of a segment at which `position` leaves the step `from`, by bisection between two shares.
 fn crossing(position: &impl Fn(f64) -> f64, mut before: f64, mut after: f64, from: f64) -> f64 {
-    for _ in 0..40 {
+    for _ in 0..BISECTIONS {
         let middle = 0.5 * (before + after);
         if position(middle).floor() == from {
             before = middle;
@@ -122,19 +126,19 @@ fn crossing(position: &impl Fn(f64) -> f64, mut before: f64, mut after: f64, fro
     after
 }
 
-/// The encoders of a flight, W places for wheels, and the timer that captures their edges.
+/// Encoders of a flight, for up to W wheels, and the timer that captures their edges.
 #[derive(Clone, Debug)]
 pub struct Captures<'a, const W: usize> {
     data: EncoderData,
     instants: &'a [Instant],
     encoders: [Encoder; W],
     filters: [EdgeFilter; W],
-    /// The sample that time stands at.
+    /// Index of the current sample.
     index: usize,
 }
 
 impl<'a, const W: usize> Captures<'a, W> {
-    /// Stands at the first sample, with no edge seen.
+    /// Encoders at the first sample, without edges.
     pub fn new(data: EncoderData, instants: &'a [Instant]) -> Self {
         Self {
             data,
@@ -145,21 +149,21 @@ impl<'a, const W: usize> Captures<'a, W> {
         }
     }
 
-    /// Time goes on to the next sample.
+    /// Advances to the next sample.
     pub fn advance(&mut self) {
         for wheel in 0..W {
-            if let Some(stretch) = stretch(self.instants, self.index, wheel) {
+            if let Some(segment) = segment(self.instants, self.index, wheel) {
                 let filter = &mut self.filters[wheel];
                 let ticks_per_s = f64::from(self.data.ticks_per_s);
-                self.encoders[wheel].turn(&stretch, |flank| {
-                    filter.edge(ticks(flank.time_s, ticks_per_s), flank.a, flank.b);
+                self.encoders[wheel].turn(&segment, |edge| {
+                    filter.edge(ticks(edge.time_s, ticks_per_s), edge.a, edge.b);
                 });
             }
         }
         self.index += 1;
     }
 
-    /// What the timer holds at this sample.
+    /// Content of the timer at the current sample.
     pub fn now(&self) -> [Captured; W] {
         let time_s = self.instants.get(self.index).map_or(0.0, |instant| seconds(instant.time_us));
         let now_ticks = ticks(time_s, f64::from(self.data.ticks_per_s));
@@ -179,7 +183,7 @@ impl<const W: usize> CaptureTimer<W> for Captures<'_, W> {
     }
 }
 
-/// The timer counts whole ticks and wraps.
+/// Timer content at a time: whole ticks, modulo 2³².
 fn ticks(time_s: f64, ticks_per_s: f64) -> u32 {
     (time_s * ticks_per_s) as u64 as u32
 }
@@ -188,8 +192,8 @@ fn seconds(time_us: u64) -> f64 {
     time_us as f64 * 1e-6
 }
 
-/// A wheel's speed from a sample to the next; none where there is no wheel, or no next sample.
-fn stretch(instants: &[Instant], index: usize, wheel: usize) -> Option<Stretch> {
+/// Speed of a wheel from a sample to the next; none without that wheel or without a next sample.
+fn segment(instants: &[Instant], index: usize, wheel: usize) -> Option<SpeedSegment> {
     let at = |index: usize| {
         let instant = instants.get(index)?;
         Some((seconds(instant.time_us), *instant.wheel_speed_rad_s.get(wheel)?))
@@ -198,7 +202,7 @@ fn stretch(instants: &[Instant], index: usize, wheel: usize) -> Option<Stretch> 
     let slope = |(t0, v0): (f64, f64), (t1, v1): (f64, f64)| (v1 - v0) / (t1 - t0);
     let before = index.checked_sub(1).and_then(at).unwrap_or((from_s, v0));
     let after = at(index + 2).unwrap_or((to_s, v1));
-    Some(Stretch {
+    Some(SpeedSegment {
         from_s,
         duration_s: to_s - from_s,
         speed_rad_s: [v0, v1],
@@ -214,7 +218,7 @@ mod tests {
     use fsw_target::drivers::wheel_tach::{Config, WheelTach};
     use fsw_target::flight::sensors::WheelTachometers;
 
-    const CUBIC: Stretch = Stretch {
+    const CUBIC: SpeedSegment = SpeedSegment {
         from_s: 3.0,
         duration_s: 0.5,
         speed_rad_s: [100.0, 80.0],
@@ -222,7 +226,7 @@ mod tests {
     };
 
     #[test]
-    fn the_angle_is_the_integral_of_a_speed_with_these_ends() {
+    fn angle_is_the_integral_of_the_speed() {
         let step = 1e-5;
         let speed = |share: f64| {
             (CUBIC.angle_rad(share + step) - CUBIC.angle_rad(share - step)) / (2.0 * step * 0.5)
@@ -236,23 +240,23 @@ mod tests {
     }
 
     #[test]
-    fn each_edge_is_shown_once_in_order_and_where_it_is() {
+    fn each_edge_occurs_once_in_order_at_its_position() {
         let mut encoder = Encoder::new(24);
         let start = encoder.position;
-        let mut flanks = Vec::new();
-        encoder.turn(&CUBIC, |flank| flanks.push(flank));
-        assert_eq!(flanks.len(), encoder.position.floor() as usize);
-        for (k, flank) in flanks.iter().enumerate() {
-            let share = (flank.time_s - CUBIC.from_s) / CUBIC.duration_s;
+        let mut edges = Vec::new();
+        encoder.turn(&CUBIC, |edge| edges.push(edge));
+        assert_eq!(edges.len(), encoder.position.floor() as usize);
+        for (k, edge) in edges.iter().enumerate() {
+            let share = (edge.time_s - CUBIC.from_s) / CUBIC.duration_s;
             let position = start + encoder.edges_per_rad * CUBIC.angle_rad(share);
             assert!((position - (k + 1) as f64).abs() < 1e-9, "edge {k} at {position}");
-            assert_eq!((flank.a, flank.b), (k % 2 == 0, k % 2 == 1));
+            assert_eq!((edge.a, edge.b), (k % 2 == 0, k % 2 == 1));
         }
     }
 
     #[test]
-    fn a_wheel_that_turns_back_shows_the_same_edges_again() {
-        let back = Stretch {
+    fn reversal_repeats_the_same_edges() {
+        let reversal = SpeedSegment {
             from_s: 0.0,
             duration_s: 1.0,
             speed_rad_s: [5.0, -5.0],
@@ -261,16 +265,16 @@ mod tests {
         let mut filter = EdgeFilter::new(100);
         let mut encoder = Encoder::new(24);
         let mut edges = Vec::new();
-        encoder.turn(&back, |flank| {
-            filter.edge((flank.time_s * 1e6) as u32, flank.a, flank.b);
+        encoder.turn(&reversal, |edge| {
+            filter.edge((edge.time_s * 1e6) as u32, edge.a, edge.b);
             edges.push(filter.captured(0).edges);
         });
-        // 1.25 rad forward are 4.77 edges from the middle of a step: five passed, and passed again.
+        // 1.25 rad forward are 4.77 edges from the middle of a step: five edges, each passed twice.
         assert_eq!(edges, [1, 2, 3, 4, 5, 5, 4, 3, 2, 1]);
         assert!((encoder.position - 0.5).abs() < 1e-9);
     }
 
-    /// Where the driver errs on a flight, in momentum, N m s RMS and at most.
+    /// Error of the driver's wheel speeds on a flight, as momentum, N m s: RMS and largest.
     fn momentum_errors(scenario: &str) -> (f64, f64) {
         let scenario = Scenario::load(scenario).unwrap();
         let flight = Flight::simulate(&scenario).unwrap();
@@ -301,9 +305,9 @@ mod tests {
     }
 
     #[test]
-    fn the_driver_finds_the_momentum_better_than_the_gyro_does() {
-        // The gyro's noise times the mean moment is 2e-4 and 9e-6 N m s a sample. What swings with the
-        // motion must be far below that: it doesn't average out.
+    fn momentum_error_of_the_driver_is_below_the_gyro_noise() {
+        // The gyro noise times the mean moment is 2e-4 and 9e-6 N m s per sample. Errors that correlate
+        // with the motion do not average out, and must be far below.
         let (rms, largest) = momentum_errors("microsat-slew");
         assert!(rms < 4e-6 && largest < 2e-4, "{rms} {largest}");
         let (rms, largest) = momentum_errors("cubesat-pyramid");

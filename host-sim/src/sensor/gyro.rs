@@ -1,4 +1,12 @@
-//! A rate gyro: white noise, constant bias, bias random walk, quantisation, range.
+//! Rate gyro: white noise, constant bias, bias random walk, quantisation, range.
+//!
+//! ```text
+//! bₖ = bₖ₋₁ + σ_b √(tₖ − tₖ₋₁) ηₖ,   b₀ = bias
+//! zₖ = clamp(q · round((ωₖ + bₖ + σ νₖ) / q), ±range)
+//! ```
+//!
+//! with `ω` the true body rate, `σ` the noise per sample and `q` the quantum, rad/s; `σ_b` the bias
+//! random walk, rad/s/√s; `ν` and `η` independent standard normal variables per axis.
 
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -7,14 +15,15 @@ use rand_pcg::Pcg64;
 
 use crate::input::scenario::SimulatedGyro;
 
-/// Variance of one reading on one axis about the biased rate, rad²/s²: the noise, and the
-/// rounding to a quantum, which is uniform wherever the noise isn't far smaller.
+/// Variance of one reading on one axis about the biased rate, `σ² + q²/12`, rad²/s².
+///
+/// Assumption: the rounding error is uniform, which holds unless the noise is far below the quantum.
 pub fn variance_rad2_s2(model: &SimulatedGyro) -> f64 {
     let quantum = model.quantum_rad_s.unwrap_or(0.0);
     model.noise_rad_s * model.noise_rad_s + quantum * quantum / 12.0
 }
 
-/// A gyro with its own random numbers: the same seed gives the same noise on every machine.
+/// Gyro with its own random generator: a seed gives the same noise on every machine.
 pub struct Gyro {
     model: SimulatedGyro,
     bias_rad_s: Vector3<f64>,
@@ -23,7 +32,7 @@ pub struct Gyro {
 }
 
 impl Gyro {
-    /// A gyro of this model, switched on with its constant bias.
+    /// Gyro of this model, at its initial bias.
     pub fn new(model: &SimulatedGyro, seed: u64) -> Self {
         Self {
             bias_rad_s: model.bias_rad_s,
@@ -33,7 +42,7 @@ impl Gyro {
         }
     }
 
-    /// What it reads at a time when the body turns at `rate_rad_s`, rad/s.
+    /// Reading at this time for the true body rate `rate_rad_s`, rad/s. Times ascend.
     pub fn read(&mut self, time_us: u64, rate_rad_s: &Vector3<f64>) -> Vector3<f64> {
         if let Some(last) = self.last_time_us.replace(time_us) {
             let elapsed_s = time_us.saturating_sub(last) as f64 * 1e-6;
@@ -48,13 +57,13 @@ impl Gyro {
     }
 
     fn digitise(&self, rate_rad_s: f64) -> f64 {
-        let counted = match self.model.quantum_rad_s {
+        let quantised = match self.model.quantum_rad_s {
             Some(quantum) => (rate_rad_s / quantum).round() * quantum,
             None => rate_rad_s,
         };
         match self.model.range_rad_s {
-            Some(range) => counted.clamp(-range, range),
-            None => counted,
+            Some(range) => quantised.clamp(-range, range),
+            None => quantised,
         }
     }
 
@@ -84,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_and_bias_are_as_told() {
+    fn noise_and_bias_match_the_model() {
         let z = readings(&model(), 1);
         let mean = z.iter().sum::<Vector3<f64>>() / z.len() as f64;
         let variance =
@@ -96,13 +105,13 @@ mod tests {
     }
 
     #[test]
-    fn seeds_repeat_and_differ() {
+    fn equal_seeds_give_equal_noise() {
         assert_eq!(readings(&model(), 7), readings(&model(), 7));
         assert_ne!(readings(&model(), 7), readings(&model(), 8));
     }
 
     #[test]
-    fn readings_are_counts_within_range() {
+    fn readings_are_whole_counts_within_the_range() {
         let quantum = 2e-3;
         let m = SimulatedGyro { quantum_rad_s: Some(quantum), range_rad_s: Some(0.1), ..model() };
         for x in readings(&m, 1).iter().flatten() {
@@ -112,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bias_walk_spreads_with_the_root_of_time() {
+    fn bias_walk_grows_with_the_square_root_of_time() {
         let m = SimulatedGyro { noise_rad_s: 0.0, bias_walk_rad_s_sqrt_s: 1e-3, ..model() };
         let ends = (0..2000).map(|seed| {
             let mut gyro = Gyro::new(&m, seed);

@@ -1,9 +1,13 @@
-//! What the sensors make of the truth, and what a log tells of its sensor.
+//! Sensor models: readings from the true motion.
 //!
-//! [`gyro`] and [`noise`] speak of rates. [`bmi088`] and [`encoder`] are parts as a flight computer is
-//! wired to them: registers on a bus, edges on a line.
+//! | module | in | out |
+//! |---|---|---|
+//! | [`gyro`] | body rate, rad/s | body rate with noise, bias, quantisation and range |
+//! | [`bmi088`] | body rate, rad/s | registers of the chip on SPI or I²C |
+//! | [`encoder`] | wheel speeds, rad/s | edges of the encoders, and a capture timer |
+//!
+//! The last two are the hardware that the flight drivers run against.
 
 pub mod bmi088;
 pub mod encoder;
 pub mod gyro;
-pub mod noise;

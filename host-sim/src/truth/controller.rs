@@ -1,25 +1,25 @@
-//! The attitude controller of a scenario, as torques of the wheels' motors.
+//! Attitude controller of a scenario: motor torques of the wheels from attitude and rate.
 //!
-//! It knows the true attitude and rate, without noise or delay, and acts continuously: so the
-//! motion is the same for every seed of the gyro's noise.
+//! Assumptions: true attitude and rate, without noise or delay; continuous action. The motion is
+//! therefore the same for every seed of the gyro noise.
 
 use nalgebra::{DVector, Dyn, Matrix3xX, OMatrix, U3, UnitQuaternion, Vector3};
 
 use crate::input::scenario::{Control, SimulatedWheel};
 
-/// A control law and the wheels that carry it out.
+/// Control law, and its allocation to the wheels.
 pub struct Controller<'a> {
     control: &'a Control,
-    /// Pseudo-inverse of the axes, wheels × 3: the motor torques of least norm for a torque.
+    /// Pseudo-inverse of the wheel axes, wheels × 3: motor torques of least norm for a torque.
     allocation: OMatrix<f64, Dyn, U3>,
 }
 
 impl<'a> Controller<'a> {
-    /// The controller of these wheels, which have been checked to span three dimensions.
+    /// Controller of these wheels, whose axes span three dimensions (checked on loading).
     pub fn new(control: &'a Control, wheels: &[SimulatedWheel]) -> Self {
         let columns: Vec<Vector3<f64>> = wheels.iter().map(|motor| motor.wheel.axis).collect();
         let axes = Matrix3xX::from_columns(&columns);
-        // A⁺ = Aᵀ (A Aᵀ)⁻¹; a NaN here would be told by the integrator.
+        // A⁺ = Aᵀ (A Aᵀ)⁻¹. The integrator reports the NaN of a singular matrix.
         let inverse = (&axes * axes.transpose()).try_inverse();
         let inverse = inverse.unwrap_or_else(|| nalgebra::Matrix3::repeat(f64::NAN));
         Self { control, allocation: axes.transpose() * inverse }
@@ -27,7 +27,8 @@ impl<'a> Controller<'a> {
 
     /// Torque on the body, body axes, N m: `u = −K_P q_e − K_D ω`, \[Kim2010\] Eq. (17).
     ///
-    /// `q_e` is the vector part of the rotation from the target to the body, by the shorter way.
+    /// `q_e` is the vector part of the rotation from the target to the body, the shorter of the two;
+    /// `ω` is the body rate, rad/s; `K_P`, N m, and `K_D`, N m s, are the gains.
     pub fn torque_n_m(
         &self,
         attitude: &UnitQuaternion<f64>,
@@ -39,7 +40,7 @@ impl<'a> Controller<'a> {
         -(self.control.attitude_gain_n_m * vector_part + self.control.rate_gain_n_m_s * rate_rad_s)
     }
 
-    /// Torque of each motor on its wheel, N m; the body feels the opposite.
+    /// Torque of each motor on its wheel, N m. The reaction acts on the body.
     pub fn motor_torque_n_m(
         &self,
         attitude: &UnitQuaternion<f64>,
@@ -80,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn four_wheels_give_the_torque_that_the_law_asks_for() {
+    fn four_wheels_produce_the_torque_of_the_law() {
         with_controller(|controller, wheels| {
             let attitude = UnitQuaternion::from_euler_angles(0.4, -0.2, 0.9);
             let rate = Vector3::new(0.01, -0.02, 0.03);
@@ -92,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn the_body_is_pushed_back_to_its_target_by_the_shorter_way() {
+    fn torque_turns_the_body_to_its_target_by_the_shorter_rotation() {
         with_controller(|controller, _| {
             let target = controller.control.target;
             assert!(controller.torque_n_m(&target, &Vector3::zeros()).norm() < 1e-15);

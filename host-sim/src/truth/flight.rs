@@ -1,18 +1,24 @@
-//! A simulated flight: the true motion at every gyro sample.
+//! A simulated flight: the true motion at every gyro sample, and its Cramér-Rao bound.
 
 use std::iter::Peekable;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::bound::{Information, Sensitivities};
+use super::bound::information::{Bound, Information};
+use super::bound::sensitivities::Sensitivities;
+use super::bound::torque_effect::TorqueEffect;
+use super::bound::unknowns::Unknowns;
 use super::integrate::{Equations, IntegrationFailed, advance};
 use super::spacecraft::Spacecraft;
-use super::{Bound, Unknowns};
 use crate::input::scenario::Scenario;
 use crate::input::scenario::change::Stretch;
 use crate::sensor::gyro::variance_rad2_s2;
 
-/// The truth at one gyro sample.
+/// Allowance for rounding in duration × rate, so that a duration of an integer number of periods
+/// includes its last sample.
+const SAMPLE_COUNT_ROUNDING: f64 = 1e-12;
+
+/// True state at one gyro sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instant {
     /// Time since the start, µs.
@@ -21,68 +27,90 @@ pub struct Instant {
     pub rate_rad_s: Vector3<f64>,
     /// `jxx jyy jzz jxy jxz jyz`, kg m².
     pub inertia_kg_m2: [f64; 6],
-    /// Rotation that takes body axes to inertial axes.
+    /// Rotation from body axes to inertial axes.
     pub attitude: UnitQuaternion<f64>,
     /// Wheel speeds relative to the body, rad/s.
     pub wheel_speed_rad_s: Vec<f64>,
-    /// External torque that the estimator is told of, body axes, N m.
+    /// Commanded external torque, known to the estimator, body axes, N m.
     pub torque_n_m: Vector3<f64>,
 }
 
-/// The truth at every sample, and the bound it sets.
+/// True states at all gyro samples, and the bound.
 #[derive(Clone, Debug)]
 pub struct Flight {
-    /// Gyro sample by gyro sample, the first at time zero.
+    /// States in order of time, the first at time zero.
     pub instants: Vec<Instant>,
-    /// What no unbiased estimator can beat on this motion; where the inertia changes suddenly, on what
-    /// follows the last change. See [`bound`](super::bound).
+    /// Cramér-Rao bound of the motion; after the last sudden change of the inertia if there is one.
+    /// See [`bound`](super::bound).
     pub bound: Bound,
 }
 
 impl Flight {
-    /// Flies the scenario once. Gyro noise comes later: the truth is the same for every seed.
+    /// Simulates the scenario. The truth is the same for every seed of the gyro noise.
+    ///
+    /// # Errors
+    /// [`IntegrationFailed`] if the motion cannot be integrated.
     pub fn simulate(scenario: &Scenario) -> Result<Self, IntegrationFailed> {
-        let mut course = Course {
+        let mut propagation = Propagation {
             scenario,
             kinks_s: kinks_s(scenario),
             times_us: sample_times_us(scenario).peekable(),
             instants: Vec::new(),
         };
         let mut craft = Spacecraft::new(scenario);
-        let (mut end, mut shown) =
-            course.fly(&craft, &scenario.stretch(0), craft.initial_state())?;
+        let (mut end, mut information) =
+            propagation.stretch(&craft, &scenario.stretch(0), craft.initial_state())?;
         for stretch in scenario.stretches().skip(1) {
             let next = Spacecraft::of_stretch(scenario, &stretch);
             let start = craft.becomes(&next, &end);
-            (end, shown) = course.fly(&next, &stretch, start)?;
+            (end, information) = propagation.stretch(&next, &stretch, start)?;
             craft = next;
         }
-        let bound = shown.finish(variance_rad2_s2(&scenario.gyro));
-        Ok(Self { instants: course.instants, bound })
+        let bound = information.bound(variance_rad2_s2(&scenario.gyro));
+        Ok(Self { instants: propagation.instants, bound })
     }
 }
 
-/// A flight under way.
-struct Course<'a, Times: Iterator<Item = u64>> {
+/// Effect of a constant torque on a scenario with this bound. A scenario that does not solve for the
+/// torque is simulated once more with the torque among the unknowns.
+///
+/// # Errors
+/// [`IntegrationFailed`] if the motion cannot be integrated.
+pub fn torque_effect(
+    scenario: &Scenario,
+    bound: &Bound,
+) -> Result<Option<TorqueEffect>, IntegrationFailed> {
+    if scenario.solve_for.torque {
+        return Ok(bound.torque.clone());
+    }
+    let mut with_torque = scenario.clone();
+    with_torque.solve_for.torque = true;
+    Ok(Flight::simulate(&with_torque)?.bound.torque)
+}
+
+/// Propagation of a flight, stretch by stretch.
+struct Propagation<'a, Times: Iterator<Item = u64>> {
     scenario: &'a Scenario,
+    /// Times of torque kinks, ascending, s.
     kinks_s: Vec<f64>,
-    /// Of the samples still to come.
+    /// Times of the remaining samples, µs.
     times_us: Peekable<Times>,
-    /// What has been flown.
+    /// States at the past samples.
     instants: Vec<Instant>,
 }
 
-impl<Times: Iterator<Item = u64>> Course<'_, Times> {
-    /// Flies on to the next sudden change, or to the last sample. The state there, and what this
-    /// stretch shows.
-    fn fly(
+impl<Times: Iterator<Item = u64>> Propagation<'_, Times> {
+    /// Propagates to the next sudden change, or to the last sample. Returns the state there and the
+    /// information of the stretch.
+    fn stretch(
         &mut self,
         craft: &Spacecraft<'_>,
         stretch: &Stretch,
         start: Vec<f64>,
     ) -> Result<(Vec<f64>, Information), IntegrationFailed> {
-        let equations = Sensitivities::new(craft, Unknowns::of(self.scenario));
-        let mut shown = equations.empty_information();
+        let unknowns = Unknowns::of(self.scenario);
+        let equations = Sensitivities::new(craft, unknowns);
+        let mut information = Information::new(unknowns, craft.mean_moment_kg_m2());
         let mut state = equations.from_motion(start);
         let mut now_s = stretch.from_s;
         let is_within = |time_us: &u64| stretch.to_s.is_none_or(|to_s| seconds(*time_us) < to_s);
@@ -90,7 +118,7 @@ impl<Times: Iterator<Item = u64>> Course<'_, Times> {
             let time_s = seconds(time_us);
             state = advance_past_kinks(&equations, &self.kinks_s, now_s, time_s, state)?;
             now_s = time_s;
-            shown.add(&equations.of_rate(&state));
+            information.add(&equations.of_rate(&state));
             let motion = craft.motion(&state);
             self.instants.push(Instant {
                 time_us,
@@ -105,20 +133,19 @@ impl<Times: Iterator<Item = u64>> Course<'_, Times> {
         if let Some(to_s) = stretch.to_s {
             state = advance_past_kinks(craft, &self.kinks_s, now_s, to_s, state)?;
         }
-        Ok((state, shown))
+        Ok((state, information))
     }
 }
 
-/// When the gyro is sampled: from zero to the end of the scenario, rounded to the microsecond
-/// that the time stamp can hold, so that stamp and truth agree exactly.
+/// Times of the gyro samples from zero to the end of the scenario, rounded to the resolution of the
+/// time stamp, 1 µs, so that stamp and truth agree exactly.
 fn sample_times_us(scenario: &Scenario) -> impl Iterator<Item = u64> {
     let rate_hz = scenario.gyro.rate_hz;
-    // A duration of so many periods includes the last one, whatever the rounding of the product.
-    let last = (scenario.duration_s * rate_hz * (1.0 + 1e-12)).floor() as u64;
+    let last = (scenario.duration_s * rate_hz * (1.0 + SAMPLE_COUNT_ROUNDING)).floor() as u64;
     (0..=last).map(move |index| (index as f64 / rate_hz * 1e6).round() as u64)
 }
 
-/// Integrates from one time to another, with a stop wherever a torque may jump or bend.
+/// Integrates from one time to another, with a stop at each kink in between.
 fn advance_past_kinks(
     equations: &impl Equations,
     kinks_s: &[f64],
@@ -138,7 +165,7 @@ fn advance_past_kinks(
     Ok(state)
 }
 
-/// Where a torque or its slope may jump, ascending.
+/// Times at which a torque or its slope may jump, ascending, s.
 fn kinks_s(scenario: &Scenario) -> Vec<f64> {
     let motors = scenario.wheels.iter().flat_map(|motor| motor.torque.breakpoints_s());
     let mut kinks_s: Vec<f64> = scenario.torque.breakpoints_s().into_iter().chain(motors).collect();
@@ -157,7 +184,7 @@ mod tests {
     use crate::input::scenario::change::SuddenChange;
 
     #[test]
-    fn a_disturbance_moves_the_body_as_a_command_does_and_is_told_to_nobody() {
+    fn disturbance_acts_like_a_command_and_is_unknown_to_the_estimator() {
         let commanded = Scenario::load("stsat3-spin-up").unwrap();
         let disturbed = Scenario {
             torque: ExternalTorque::ZERO,
@@ -174,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_at_the_very_time_of_a_change_sees_what_follows() {
+    fn sample_at_the_time_of_a_change_has_the_new_inertia() {
         let mut scenario = Scenario::load("stsat3-spin-up").unwrap();
         scenario.changes.sudden = vec![SuddenChange {
             time_s: 300.0,

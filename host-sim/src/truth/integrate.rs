@@ -1,54 +1,61 @@
-//! Adaptive integration from one instant to the next.
+//! Adaptive integration of `ẏ = f(t, y)` from one time to another.
 //!
-//! Dormand and Prince's eighth-order method, from the crate `differential-equations`. Each call
-//! ends exactly at the next sample or kink, so that no sample is interpolated and no step
-//! straddles a jump.
+//! Method: explicit Runge-Kutta of order 8 by Dormand and Prince with the error estimates of orders 5
+//! and 3 (DOP853; Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section
+//! II.5), from the crate `differential-equations`. Each call ends exactly at the next sample or kink
+//! of a torque, so that no sample is interpolated and no step straddles a jump.
 
 use differential_equations::prelude::{Error, ExplicitRungeKutta, IVP, ODE};
 use thiserror::Error;
 
-/// Relative tolerance per step. Over 600 s of tumbling, momentum and energy then drift by less
-/// than 1e-10 (tested).
+/// Relative tolerance per step. Momentum and energy drift by less than 1e-10 over 600 s of tumbling
+/// (tested).
 const RELATIVE_TOLERANCE: f64 = 1e-12;
-/// Absolute tolerance per step, for states scaled to rad/s and attitude: far below any gyro.
+/// Absolute tolerance per step, for states of the size of a rate in rad/s or of a quaternion: far
+/// below the resolution of any gyro.
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
-/// Steps at most between two samples: beyond, the motion is faster than sampling can follow.
-const MOST_STEPS: usize = 100_000;
+/// Largest number of steps between two samples. Motion that needs more is too fast for the sample
+/// rate.
+const MAX_STEPS: usize = 100_000;
 
-/// The motion could not be followed.
+/// Error of an integration.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error(
-    "the motion can't be integrated from t = {from_s} s to {to_s} s ({reason}); \
-     check the scenario's torques and rates for sizes that no spacecraft has"
+    "the motion cannot be integrated from t = {from_s} s to {to_s} s ({reason}); \
+     check the scenario for unrealistic torques and rates"
 )]
 pub struct IntegrationFailed {
-    /// Start of the stretch, s.
+    /// Start of the interval, s.
     pub from_s: f64,
-    /// Its end, s.
+    /// End of the interval, s.
     pub to_s: f64,
-    /// What the solver says.
+    /// Reason given by the solver.
     pub reason: String,
 }
 
-/// A system of ordinary differential equations, `ẏ = f(t, y)`.
+/// System of ordinary differential equations `ẏ = f(t, y)`.
 pub trait Equations {
-    /// Writes the derivative of `state` at `time_s`.
+    /// Writes `f(t, y)` to `derivative`, of the same length as `state`.
     fn derivative(&self, time_s: f64, state: &[f64], derivative: &mut [f64]);
 }
 
-struct Adapter<'a, E> {
+/// Equations in the form of the crate `differential-equations`.
+struct OdeAdapter<'a, E> {
     equations: &'a E,
-    /// The last instant before the end: what jumps there is the next stretch's.
+    /// Largest time before the end, s. A jump at the end belongs to the next interval.
     last_s: f64,
 }
 
-impl<E: Equations> ODE<f64, Vec<f64>> for Adapter<'_, E> {
+impl<E: Equations> ODE<f64, Vec<f64>> for OdeAdapter<'_, E> {
     fn diff(&self, time_s: f64, state: &Vec<f64>, derivative: &mut Vec<f64>) {
         self.equations.derivative(time_s.min(self.last_s), state, derivative);
     }
 }
 
-/// The state at `to_s`, from that at `from_s`.
+/// State at `to_s` from the state at `from_s`.
+///
+/// # Errors
+/// [`IntegrationFailed`] if the solver fails or a state is not finite.
 pub fn advance(
     equations: &impl Equations,
     from_s: f64,
@@ -60,8 +67,8 @@ pub fn advance(
         .rtol(RELATIVE_TOLERANCE)
         .atol(ABSOLUTE_TOLERANCE)
         .h0(to_s - from_s)
-        .max_steps(MOST_STEPS);
-    let adapter = Adapter { equations, last_s: to_s.next_down() };
+        .max_steps(MAX_STEPS);
+    let adapter = OdeAdapter { equations, last_s: to_s.next_down() };
     let solution = IVP::ode(&adapter, from_s, to_s, state)
         .method(method)
         .solve()
@@ -75,9 +82,9 @@ pub fn advance(
 
 fn reason(error: &Error<f64, Vec<f64>>) -> String {
     match error {
-        Error::MaxSteps { t, .. } => format!("more than {MOST_STEPS} steps up to t = {t} s"),
+        Error::MaxSteps { t, .. } => format!("more than {MAX_STEPS} steps up to t = {t} s"),
         Error::StepSize { t, .. } => format!("the step vanishes at t = {t} s"),
-        Error::Stiffness { t, .. } => format!("the equations turn stiff at t = {t} s"),
+        Error::Stiffness { t, .. } => format!("the equations are stiff at t = {t} s"),
         Error::BadInput { msg } => msg.clone(),
         other => format!("{other:?}"),
     }
@@ -97,9 +104,9 @@ mod tests {
     }
 
     #[test]
-    fn a_forced_oscillator_is_followed_to_the_tolerance() {
-        // ẍ + 4 x = 3 cos t, x(0) = 1, ẋ(0) = 0: x = cos t. Time enters the equations, which
-        // a wrong node of the method's tableau would betray.
+    fn forced_oscillator_matches_its_solution() {
+        // ẍ + 4 x = 3 cos t, x(0) = 1, ẋ(0) = 0: x = cos t. The equations depend on time, hence on the
+        // nodes of the method's tableau.
         let mut state = vec![1.0, 0.0];
         for k in 0..100 {
             let t = f64::from(k) * 0.1;
@@ -109,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_at_the_end_is_not_felt() {
+    fn jump_at_the_end_belongs_to_the_next_interval() {
         struct SwitchedOff;
         impl Equations for SwitchedOff {
             fn derivative(&self, time_s: f64, _: &[f64], derivative: &mut [f64]) {
@@ -122,14 +129,14 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_that_explodes_is_an_error() {
-        struct Explosion;
-        impl Equations for Explosion {
+    fn divergent_solution_is_an_error() {
+        struct Divergent;
+        impl Equations for Divergent {
             fn derivative(&self, _: f64, state: &[f64], derivative: &mut [f64]) {
                 derivative[0] = state[0] * state[0];
             }
         }
-        let error = advance(&Explosion, 0.0, 2.0, vec![1.0]).unwrap_err();
+        let error = advance(&Divergent, 0.0, 2.0, vec![1.0]).unwrap_err();
         assert_eq!((error.from_s, error.to_s), (0.0, 2.0));
     }
 }

@@ -1,15 +1,23 @@
-//! What really happens: the spacecraft as physics, integrated in double precision by an adaptive
-//! solver that shares nothing with the flight core, and the bound that this motion sets to any
-//! estimator.
+//! The truth: a spacecraft as physics, and the bound that its motion sets to any estimator.
+//!
+//! ```text
+//! Scenario ─► spacecraft + controller: ẏ = f(t, y) ─► integrate ─► flight: state at each gyro sample
+//!                        └─► bound: sensitivities ─► information ─► Bound
+//! ```
+//!
+//! In: a [`Scenario`](crate::input::Scenario). Out: a [`Flight`]. Double precision, adaptive step.
+//! No code is shared with the flight core: equation of motion, regressor and integrator are
+//! independent implementations.
 
 pub mod bound;
 pub mod controller;
 pub mod flight;
 pub mod integrate;
 pub mod spacecraft;
-pub mod unmodelled;
+pub mod state;
 
-pub use bound::{Bound, Unknowns};
-pub use flight::{Flight, Instant};
+pub use bound::information::Bound;
+pub use bound::torque_effect::TorqueEffect;
+pub use bound::unknowns::Unknowns;
+pub use flight::{Flight, Instant, torque_effect};
 pub use integrate::IntegrationFailed;
-pub use unmodelled::TorqueEffect;

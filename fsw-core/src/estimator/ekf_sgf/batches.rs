@@ -1,4 +1,13 @@
-//! The regression's sums, and the copy of them that is read out.
+//! Sums of the regression, and the copy of them that is read out.
+//!
+//! | readout | sums of the estimate | present batch after an interval |
+//! |---|---|---|
+//! | [`Readout::EverySample`] | the present ones, weighted by the forgetting | – |
+//! | [`Readout::EveryInterval`], [`Batch::SinceStart`] | those at the interval's end | goes on |
+//! | [`Readout::EveryInterval`], [`Batch::LastInterval`] | those at the interval's end | empty |
+//!
+//! Recursive least squares \[Kim2013\] and batch least squares \[Kim2016\] Eq. (6) differ in
+//! nothing else.
 
 use super::config::{Batch, Readout};
 use super::regression::{Instant, Regression};
@@ -8,9 +17,11 @@ use crate::prior::Prior;
 /// Sums of the regression over the present batch and over the last complete one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Batches<T: Real> {
+    /// The present batch.
     sums: Regression<T>,
     /// The sums at the end of the last interval.
     last_interval: Regression<T>,
+    /// Start of the present interval, on the samples' clock.
     interval_start_us: u64,
 }
 
@@ -31,7 +42,9 @@ impl<T: Real> Batches<T> {
         self.sums.add(instant)
     }
 
-    /// Ends the interval, once its length has passed.
+    /// Ends the interval at the first sample at or after its length: copies the sums for the
+    /// readout, and empties them where a batch is one interval. Intervals start with the sample
+    /// that ended the last.
     pub(super) fn close_interval(
         &mut self,
         time_us: u64,

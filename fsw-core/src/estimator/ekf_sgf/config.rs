@@ -1,4 +1,7 @@
-//! What the chain is told.
+//! Configuration of the two systems: nominal inertia, rate filter, differentiator, regression.
+//!
+//! [`Config::kim_2013`] and [`Config::kim_2016`] are the published ones. The papers leave several
+//! values open; the choices made here are marked "Ours".
 
 use crate::error::{ConfigError, Invalid};
 use crate::estimator::ekf_sgf::rate_ekf;
@@ -11,54 +14,54 @@ use crate::monitor::spikes;
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
-/// Configuration, fixed for the chain's life.
+/// Configuration, fixed for the estimator's life.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config<T: Real> {
-    /// Nominal inertia of the rate filter; with its sigma, where the regression starts and what
-    /// it holds in directions that are never seen.
+    /// Nominal inertia of the rate filter, kg m²; with its sigma the prior of the regression, which
+    /// unobserved directions keep. Must be given.
     pub nominal: Prior<T>,
-    /// The rate filter.
+    /// Rate filter.
     pub rate_ekf: rate_ekf::Config<T>,
     /// Window, polynomial order and evaluation point of the differentiator.
     pub fit: Fit<T>,
-    /// How its window fills after a start.
+    /// Use of the window while it fills.
     pub growth: Growth,
-    /// A sample interval may differ from the window's mean by this share; else the window starts
-    /// anew. Ours: 0.1, which moves a derivative over six samples by up to 1.4 %.
+    /// Largest deviation of a sample interval from the window's mean, as a share; beyond, the
+    /// window restarts. Ours: 0.1, which moves a derivative over six samples by up to 1.4 %.
     pub period_tolerance: T,
-    /// Three moments or six elements.
+    /// Unknowns of the regression: three moments or six elements.
     pub elements: Elements,
-    /// When the sums are read out.
+    /// Instants at which the sums become an estimate.
     pub readout: Readout<T>,
     /// Spike gate, on innovations without the lag. In place of a spike the window takes the
     /// predicted rate. Ours: 15 sigma, since a nominal inertia half wrong alone makes 5, and a
     /// lock-out after 10 spikes in a row.
     pub spikes: spikes::Config<T>,
-    /// Which samples are looked at.
+    /// Sample gate.
     pub gate: gate::Config<T>,
 }
 
-// A command may set what is nominal.
+// A telecommand may set the nominal inertia, which is therefore state.
 crate::persist!([T: Real] Config<T> {
     nominal;
     unchanged rate_ekf, fit, growth, period_tolerance, elements, readout, spikes, gate
 });
 
-/// When the sums become an estimate.
+/// Instants at which the sums become an estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Readout<T: Real> {
-    /// With every sample: recursive least squares, \[Kim2013\].
+    /// Every sample: recursive least squares, \[Kim2013\].
     EverySample {
-        /// Weight of the past at each sample, above 0 up to 1. Default 1: all counts alike.
+        /// Weight λ of the past at each sample, `0 < λ ≤ 1`. Default 1: all samples alike.
         forgetting: T,
     },
-    /// At the end of each interval: batch least squares, \[Kim2016\].
+    /// The end of each interval: batch least squares, \[Kim2016\].
     EveryInterval {
-        /// Length of an interval, µs. Default 40 s.
+        /// Length of an interval, µs, above zero. Default 40 s.
         interval_us: u64,
-        /// Whether a batch is its interval's data alone, or all data so far. The paper's words
-        /// fit both. Default all so far: on the paper's manoeuvre that converges at about the 440 s
-        /// that it reports, and 40 s alone never do.
+        /// Data of a batch. Default all data since the start. The paper's words fit both choices;
+        /// on its manoeuvre this one converges at about the 440 s that it reports, and intervals of
+        /// 40 s alone do not converge.
         batch: Batch,
     },
 }
@@ -67,23 +70,24 @@ crate::persist!([T: Real] enum Readout<T> {
     0 => EverySample { forgetting: T }, 1 => EveryInterval { interval_us: u64, batch: Batch }
 });
 
-/// What a batch is made of.
+/// Data of one batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Batch {
-    /// The last interval alone.
+    /// The interval that has just ended.
     LastInterval,
-    /// All since the start.
+    /// All data since the start.
     SinceStart,
 }
 
 crate::persist!([] enum Batch { 0 => LastInterval, 1 => SinceStart });
 
 impl<T: Real> Config<T> {
-    /// `ekf-sgf-rls`: window growing 3, 3, 5, 5, 7 with a parabola, three moments, no forgetting.
+    /// `ekf-sgf-rls`, \[Kim2013\]: a parabola over a window that grows 3, 3, 5, 5, 7 (a backward
+    /// difference before that), three moments, recursive least squares without forgetting.
     ///
-    /// Gyro noise is one sigma, white, per sample, rad/s. The paper's nominal inertia is half the
-    /// true moments: see [`half_of`](Self::half_of). Its process noise is open: see
+    /// `gyro_noise_rad_s`: one sigma, white, per sample. The paper's nominal inertia is
+    /// [`half_of`](Self::half_of) the true moments. Its process noise is open: see
     /// [`rate_ekf::Config`].
     pub fn kim_2013(gyro_noise_rad_s: T, nominal: Prior<T>) -> Self {
         Self {
@@ -95,12 +99,13 @@ impl<T: Real> Config<T> {
         }
     }
 
-    /// `ekf-sgf-lls`: a window of six, all six elements, a batch every 40 s.
+    /// `ekf-sgf-lls`, \[Kim2016\]: a parabola over a window of six, six elements, a batch every 40
+    /// s.
     ///
-    /// The paper calls its polynomial quartic and prints the weights of a parabola; these are
-    /// the printed ones. Its Table 5 (accelerations 28 to 29 % better than by the backward
-    /// difference) is that of a true quartic, `Fit::centred(6, 4, 1)`: the printed weights make
-    /// it 57 %.
+    /// The paper calls its polynomial quartic and prints, in Eq. (10) and Table 2, the weights of a
+    /// parabola, `(2i − 5)/35`; the printed ones are used here. Its Table 5 (errors of the
+    /// acceleration 28 to 29 % smaller than by the backward difference, Eq. 11) is that of a true
+    /// quartic, `Fit::centred(6, 4, 1)`: the printed weights make it 57 %.
     pub fn kim_2016(gyro_noise_rad_s: T, nominal: Prior<T>) -> Self {
         Self {
             nominal,
@@ -115,8 +120,10 @@ impl<T: Real> Config<T> {
         }
     }
 
-    /// The nominal inertia of \[Kim2013\]: half of the given moments, no products. Ours, as the
-    /// paper leaves it open: a sigma of as much again, and half that for the products.
+    /// Nominal inertia of \[Kim2013\], `0.5 J`: half of the given moments (kg m²), no products.
+    ///
+    /// Ours, since the paper leaves it open: a sigma of 100 % on each moment, and of half the mean
+    /// moment on each product.
     pub fn half_of(moments_kg_m2: [T; 3]) -> Prior<T> {
         let (o, half) = (T::zero(), T::lit(0.5));
         let [x, y, z] = moments_kg_m2.map(|m| m * half);
@@ -127,8 +134,10 @@ impl<T: Real> Config<T> {
         }
     }
 
-    /// Refuses the first field that is out of its range, by name. The window is judged against
-    /// the differentiator's `capacity`.
+    /// Checks every range; that of the window against `capacity`, the differentiator's samples.
+    ///
+    /// # Errors
+    /// Names the first field that is out of its range.
     pub fn validate(&self, capacity: usize) -> Result<(), ConfigError> {
         self.nominal.validate().map_err(|e| match e.field {
             "prior.sigma_kg_m2" => ConfigError { field: "nominal.sigma_kg_m2", ..e },
@@ -200,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn half_of_is_the_papers_nominal() {
+    fn half_of_halves_the_moments_and_drops_the_products() {
         let nominal = Config::<f64>::half_of([14.2, 17.3, 20.3]);
         assert_eq!(nominal.inertia_kg_m2, [7.1, 8.65, 10.15, 0.0, 0.0, 0.0]);
     }

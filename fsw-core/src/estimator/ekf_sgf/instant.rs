@@ -31,8 +31,8 @@ impl<T: Real, const W: usize, const C: usize> EkfSgf<T, W, C> {
     ///
     /// `σ √(K / (2 − K) · g(1 − K)) / Δt`
     ///
-    /// with σ the gyro's sigma (rad/s), K the rate filter's gain, Δt the sample period (s). The noise
-    /// that remains in the filtered rate is the gyro's through a first-order lag: variance
+    /// with σ the gyro's sigma (rad/s), K the rate filter's gain, Δt the sample period (s). The
+    /// noise that remains in the filtered rate is the gyro's through a first-order lag: variance
     /// `K / (2 − K) σ²`, correlation `1 − K` from sample to sample. g is the differentiator's noise
     /// gain for noise of that correlation, in units of 1/Δt².
     fn acceleration_sigma_rad_s2(&self, gain: T, period_s: T) -> T {

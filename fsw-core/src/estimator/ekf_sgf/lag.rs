@@ -1,7 +1,15 @@
-//! Lag of the rate filter: the steady part of its innovations, which a wrong nominal inertia causes.
+//! Lag of the rate filter: the steady part of its innovations, which a wrong nominal inertia
+//! causes.
 //!
 //! Input: innovations. Output: each innovation without the lag, for the spike gate and the monitor,
 //! and the error that the lag leaves in the equation of motion.
+//!
+//! A nominal inertia whose inverse is wrong by the share q leaves, at constant acceleration,
+//! innovations of mean `ν̄ ≈ q ω̇ Δt / K` (rad/s): the filter follows the model and is corrected by
+//! K a step. This mean is no evidence of a spike, and its share `1 − K` remains as an error of the
+//! filtered rate.
+//!
+//! Assumption: the lag changes slowly beside 64 samples.
 //!
 //! Ours: neither paper treats the lag.
 
@@ -42,14 +50,14 @@ impl<T: Real> Lag<T> {
 
     /// Error that the lag leaves in the equation of motion, N m.
     ///
-    /// The rate that remains after a correction with gain K is wrong by `e = (1 − K) ν̄` (rad/s), and
-    /// the left-hand side then by
+    /// The rate that remains after a correction with gain K is wrong by `e = (1 − K) ν̄` (rad/s),
+    /// and the left-hand side then by
     ///
     /// `e × (J ω + h_w) + ω × J e`
     ///
-    /// with the nominal `J` (kg m²), ω the filtered rate (rad/s), `h_w` the wheels' momentum (N m s).
-    /// The derivative of the lag is left out: it is smaller by the ratio of the lag's change to the
-    /// body's turning.
+    /// with the nominal `J` (kg m²), ω the filtered rate (rad/s), `h_w` the wheels' momentum (N m
+    /// s). The derivative of the lag is left out: it is smaller by the ratio of the lag's change to
+    /// the body's turning.
     pub(super) fn imbalance_n_m(
         &self,
         gain: T,

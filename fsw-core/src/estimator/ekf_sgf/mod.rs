@@ -10,7 +10,27 @@
 //! Two constructors of [`Config`] make the two published systems of the one [`EkfSgf`]:
 //! [`Config::kim_2013`] and [`Config::kim_2016`].
 //!
-//! Departures from the papers:
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `ω̂`, `ω` | filtered rate; its value at the evaluation point | rad/s |
+//! | `ω̇` | derivative of the polynomial there | rad/s² |
+//! | `ν` | innovation of the rate filter | rad/s |
+//! | `τ` | external torque, body axes | N m |
+//! | `h_w`, `ḣ_w` | momentum of the wheels, its derivative | N m s, N m |
+//! | `j` | six elements `Jxx Jyy Jzz Jxy Jxz Jyz` | kg m² |
+//! | `G(v)` | regressor, `J v = G(v) j` | that of v |
+//!
+//! # Restarts
+//!
+//! | event | state afterwards | outcome |
+//! |---|---|---|
+//! | first sample | nominal inertia, empty sums | [`Reset::FirstSample`] |
+//! | gap longer than `gate.max_gap_us` | rate of the sample; sums unchanged | [`Reset::Gap`] |
+//! | lock-out: spikes in a row | nominal inertia, empty sums | [`Reset::Lockout`] |
+//! | a number not finite | nominal inertia, empty sums | [`Reset::Diverged`] |
+//! | uneven sample interval | empty window; sums unchanged | [`Coasting::Refilling`] |
+//!
+//! # Departures from the papers
 //!
 //! * Rate, torque and wheel momentum go through the same window as the derivative, and the same
 //!   polynomial gives the value of each at its evaluation point, by default the middle of the
@@ -19,13 +39,39 @@
 //! * Wheels: the papers have none.
 //! * The gate, the spike gate, the monitor, and a covariance of the six elements.
 //!
-//! Accuracy: the rate filter's remaining noise enters the accelerations, and with them the
-//! regressor. The solution is therefore biased towards zero wherever the acceleration does not stand
-//! out of that noise. The covariance contains this bias; as in the papers, nothing removes it.
+//! # Accuracy
+//!
+//! The rate filter's remaining noise enters the accelerations, and with them the regressor. The
+//! solution is therefore biased towards zero wherever the acceleration does not stand out of that
+//! noise. The covariance contains this bias; as in the papers, nothing removes it.
 //! [`alignment`](super::joint_ekf::alignment) avoids differentiation altogether.
 //!
 //! A filter with a nominal inertia lags ([`lag`]). Spike gate, monitor and reported residual all
 //! take the innovations with their running mean removed.
+//!
+//! # Example
+//!
+//! ```
+//! use fsw_core::estimator::ekf_sgf::{Config, EkfSgf};
+//! use fsw_core::{Estimator, Outcome, Sample, Vec3, WheelArray};
+//!
+//! // Nominal inertia half of the true moments, gyro noise 1e-4 rad/s, no wheels.
+//! let config = Config::kim_2013(1e-4f32, Config::half_of([14.2, 17.3, 20.3]));
+//! let mut estimator = EkfSgf::<f32, 0>::new(config, WheelArray::new([], [])?)?;
+//! let mut outcome = None;
+//! for k in 0..20 {
+//!     outcome = Some(estimator.step(&Sample {
+//!         time_us: 100_000 * k,
+//!         rate_rad_s: Vec3::new(0.0, 0.0, 1e-5 * k as f32),
+//!         wheel_speed_rad_s: [],
+//!         torque_n_m: Vec3::new(0.0, 0.0, 2e-3),
+//!         attitude: None,
+//!     }));
+//! }
+//! assert_eq!(outcome, Some(Outcome::Updated));
+//! assert!(estimator.last_instant().is_some());
+//! # Ok::<(), fsw_core::ConfigError>(())
+//! ```
 
 mod batches;
 pub mod config;
@@ -66,15 +112,21 @@ pub struct EkfSgf<T: Real, const W: usize, const C: usize = 8> {
     config: Config<T>,
     wheels: WheelArray<T, W>,
     gate: Gate<T>,
+    /// Torque and wheel momentum at the last samples.
     drive: DriveHistory<T>,
+    /// Rate filter.
     rate: RateEkf<T>,
+    /// Steady part of its innovations.
     lag: Lag<T>,
     differentiator: Differentiator<T, CHANNELS, C>,
     batches: Batches<T>,
     spikes: SpikeGate,
     monitor: InnovationMonitor<T>,
+    /// Innovation of the last sample, if that was predicted; the lag included.
     innovation: Option<Innovation<T>>,
+    /// Terms that the last sample added, if its window was full enough.
     last_instant: Option<Instant<T>>,
+    /// Age of that instant at the last sample.
     last_delay_s: T,
 }
 
@@ -154,6 +206,7 @@ impl<T: Real, const W: usize, const C: usize> EkfSgf<T, W, C> {
         }
     }
 
+    /// Correction of the rate filter by an accepted sample.
     fn update(&mut self, sample: &Sample<T, W>, without_lag: &Innovation<T>) {
         self.monitor.accept(without_lag);
         self.lag.update(without_lag);
@@ -172,7 +225,8 @@ impl<T: Real, const W: usize, const C: usize> EkfSgf<T, W, C> {
         is_added
     }
 
-    /// Pushes the filtered rate and the drive into the window.
+    /// Pushes the filtered rate and the drive into the window: nine channels, whose values and
+    /// derivatives all belong to the same instant.
     fn differentiate(&mut self, time_us: u64, drive: &Drive<T>) {
         let (w, h, t) = (self.rate.rate_rad_s(), drive.wheel_momentum_n_m_s, drive.torque_n_m);
         let channels = [w.x, w.y, w.z, h.x, h.y, h.z, t.x, t.y, t.z];
@@ -202,6 +256,7 @@ impl<T: Real, const W: usize, const C: usize> EkfSgf<T, W, C> {
         self.differentiate(sample.time_us, &drive);
     }
 
+    /// After a lock-out everything restarts, the record of the innovations included.
     fn restart_locked_out(&mut self, sample: &Sample<T, W>) -> Outcome {
         self.begin(sample);
         self.monitor.restart();

@@ -1,16 +1,25 @@
-//! The three-state filter of the body rate with a nominal inertia: \[Kim2013\], \[Kim2016\] Table 1.
+//! Rate filter: three states, nominal inertia, \[Kim2013\], \[Kim2016\] Table 1.
 //!
-//! Model `ω̇ = J₀⁻¹ (τ − ḣ_w − ω × (J₀ ω + h_w)) + w`, measurement `y = ω + v`. Continuous-
-//! discrete: state and covariance are propagated over the interval between two samples, then
-//! corrected with the sample. It quiets the gyro; the inertia is somebody else's business
-//! ([`regression`](super::regression)).
+//! Input: measured rate and the drive between samples. Output: filtered rate ω̂ (rad/s), its
+//! covariance P (rad²/s²), and the innovation.
 //!
-//! Departures from Table 1, each named: wheels (the papers have none); the covariance goes
-//! through the interval by its transition, `Φ P Φᵀ + Q Δt`, instead of an integration of
-//! `F P + P Fᵀ + Q`; the corrected covariance is `K R`, which is the same as `(1 − K) P` where `H = 1`
-//! and R is alike on each axis, but without the difference that costs that one its positivity in
-//! single precision; and the process noise, whose values the papers leave open, has a part that grows
-//! with the acceleration (see [`Config`]).
+//! Process and measurement, `J₀` the nominal inertia (kg m²):
+//!
+//! `ω̇ = J₀⁻¹ (τ − ḣ_w − ω × (J₀ ω + h_w)) + w`, `y = ω + v`, `H = 1`
+//!
+//! Continuous-discrete: state and covariance are propagated over the interval between two samples,
+//! then corrected with the sample. The filter reduces the gyro's noise before differentiation; the
+//! inertia is estimated by [`regression`](super::regression).
+//!
+//! Departures from Table 1:
+//!
+//! * wheels: the papers have none;
+//! * the covariance goes through the interval by its transition, `Φ P Φᵀ + Q Δt`, instead of an
+//!   integration of `Ṗ = F P + P Fᵀ + Q`;
+//! * the corrected covariance is `P = K R`. It equals `(1 − K) P` for `H = 1` and R alike on each
+//!   axis, without the difference that costs the latter its positivity in single precision;
+//! * the process noise, whose values the papers leave open, has a part that grows with the
+//!   acceleration (see [`Config::acceleration_doubt`]).
 
 use super::Innovation;
 use crate::dynamics::gyrostat::Gyrostat;
@@ -24,18 +33,20 @@ use crate::tensor::Inertia;
 /// Configuration, fixed for the filter's life.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config<T: Real> {
-    /// Gyro noise, one sigma, white, per sample, rad/s. Must be given.
+    /// Gyro noise, one sigma, white, per sample, rad/s, above zero. Must be given.
     pub gyro_noise_rad_s: T,
-    /// Random walk of the rate, the same on each axis, (rad/s)/√s: the square root of Q in
-    /// \[Kim2016\] Table 1. Ours: both papers leave it open. Default a hundredth of the gyro noise
-    /// per √s: slow disturbances only.
+    /// Random walk of the rate, the same on each axis, (rad/s)/√s, zero or above: the square root
+    /// of Q in \[Kim2016\] Table 1. Ours, since both papers leave it open: a hundredth of the gyro
+    /// noise per √s, for slow disturbances only.
     pub rate_walk_rad_s_sqrt_s: T,
-    /// Share of the model's own change of rate that is in doubt, because the nominal inertia is
-    /// nominal: adds `(share · |Δω|)²` to the variance of each axis at each step. Ours: the papers
-    /// have a constant Q, which is this at 0. It keeps the lag behind the true rate to about
-    /// `(relative error of J₀ / share)` sigma of the gyro, whatever the manoeuvre, where a
-    /// constant Q fits one manoeuvre. More of it means less lag and noisier accelerations. Default
-    /// 0.2: an inertia half wrong then lags by 2.5 sigma, which is no spike.
+    /// Relative sigma of the change of rate that the nominal model predicts, dimensionless, zero or
+    /// above: adds `(doubt · |Δω|)²` to the variance of each axis at each step. Ours; the papers
+    /// have a constant Q, which is this at 0.
+    ///
+    /// It bounds the lag behind the true rate to about `(relative error of J₀ / doubt)` gyro sigmas
+    /// in any manoeuvre, where a constant Q suits one manoeuvre. A larger value means less lag and
+    /// noisier accelerations. Default 0.2: an inertia half wrong then lags by 2.5 sigma, which is
+    /// no spike.
     pub acceleration_doubt: T,
 }
 
@@ -51,7 +62,10 @@ impl<T: Real> Config<T> {
         Self { gyro_noise_rad_s, rate_walk_rad_s_sqrt_s, acceleration_doubt }
     }
 
-    /// Refuses the first field that is out of its range, by name.
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// Names the first field that is out of its range.
     pub fn validate(&self) -> Result<(), ConfigError> {
         positive("gyro_noise_rad_s", self.gyro_noise_rad_s)?;
         not_negative("rate_walk_rad_s_sqrt_s", self.rate_walk_rad_s_sqrt_s)?;
@@ -59,23 +73,27 @@ impl<T: Real> Config<T> {
     }
 }
 
-/// Rate and its covariance.
+/// Filtered rate and its covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateEkf<T: Real> {
     config: Config<T>,
+    /// Body of the inertia J₀.
     nominal: Gyrostat<T>,
+    /// ω̂.
     rate_rad_s: Vec3<T>,
+    /// P, rad²/s².
     covariance: Mat<T, 3, 3>,
 }
 
-// What is nominal is the chain's, where a command may set it.
+// A telecommand may set the nominal inertia, which is therefore state.
 crate::persist!([T: Real] RateEkf<T> { nominal, rate_rad_s, covariance; unchanged config });
 
 impl<T: Real> RateEkf<T> {
-    /// At rest until [`restart`](Self::restart).
+    /// A filter at rest, with the gyro's covariance, until [`restart`](Self::restart).
     ///
     /// # Errors
-    /// A field of `config` that is out of range, or a `nominal` tensor that no body has.
+    /// The first field of `config` that is out of its range, or `nominal` where that tensor is not
+    /// physical.
     pub fn new(config: Config<T>, nominal: &Inertia<T>) -> Result<Self, ConfigError> {
         use crate::error::Invalid;
         use crate::error::NotPhysical;
@@ -88,14 +106,19 @@ impl<T: Real> RateEkf<T> {
         Ok(Self { config, nominal, rate_rad_s: Vec3::zeros(), covariance })
     }
 
-    /// Starts anew from a measured rate, with the gyro's noise. Ours: the papers' initial state
-    /// is open.
+    /// Starts from a measured rate with the gyro's covariance, `ω̂ = y`, `P = R`. Ours: the papers
+    /// leave the initial state open.
     pub fn restart(&mut self, rate_rad_s: &Vec3<T>) {
         self.rate_rad_s = *rate_rad_s;
         self.covariance = Mat::identity() * self.noise_variance();
     }
 
-    /// Propagates rate and covariance over an interval.
+    /// Prediction over one interval of length Δt (s): the rate by one Runge-Kutta step of the
+    /// gyrostat equation, and
+    ///
+    /// `P⁻ = Φ P⁺ Φᵀ + (s² Δt + doubt² |Δω|²) 1`
+    ///
+    /// with s the random walk, (rad/s)/√s, and Δω the predicted change of rate, rad/s.
     pub fn predict(&mut self, interval: &Interval<T>) {
         let start = self.rate_rad_s;
         self.rate_rad_s = runge_kutta_4(&self.nominal, &start, interval);
@@ -109,7 +132,7 @@ impl<T: Real> RateEkf<T> {
         }
     }
 
-    /// How far a measured rate lies from the predicted one.
+    /// Innovation `ν = y − ω̂⁻` (rad/s) and the diagonal of `S = P⁻ + R` (rad²/s²).
     pub fn innovation(&self, measured_rad_s: &Vec3<T>) -> Innovation<T> {
         let r = self.noise_variance();
         Innovation {
@@ -118,11 +141,15 @@ impl<T: Real> RateEkf<T> {
         }
     }
 
-    /// Corrects with a measured rate. Without effect where `P + R` has no inverse: see
+    /// Correction with a measured rate y (rad/s), \[Kim2016\] Table 1 with `H = 1`:
+    ///
+    /// `K = P (P + R)⁻¹ = (P/R) (P/R + 1)⁻¹`, `ω̂ ← ω̂ + K (y − ω̂)`, `P ← K R`
+    ///
+    /// The division by R comes first, since rad²/s² of a quiet gyro, cubed in a determinant,
+    /// underflow in single precision. Without effect where `P + R` has no inverse: see
     /// [`is_valid`](Self::is_valid).
     pub fn update(&mut self, measured_rad_s: &Vec3<T>) {
         let r = self.noise_variance();
-        // Divided by R first: rad²/s² of a quiet gyro, cubed, underflow in single precision.
         let in_sigmas = self.covariance * (T::one() / r);
         let Some(inverse) = inverse_symmetric(&(in_sigmas + Mat::identity())) else { return };
         let gain = symmetric_product(&in_sigmas, &inverse);
@@ -135,40 +162,40 @@ impl<T: Real> RateEkf<T> {
         self.rate_rad_s
     }
 
-    /// Its covariance by the filter's own account, rad²/s², 3×3.
+    /// P: the filter's own covariance of the rate, rad²/s², 3×3.
     pub fn covariance(&self) -> Mat<T, 3, 3> {
         self.covariance
     }
 
-    /// The weight of the newest sample, `P / R` on average over the axes: 1 takes the gyro as it
-    /// is, near 0 hardly listens. The noise left in the rate then behaves like a first-order lag
-    /// with correlation `1 − gain` from sample to sample.
+    /// Mean gain after a correction, `K = tr(P) / (3 R)`, limited to ε…1: 1 copies the gyro, near 0
+    /// follows the model. Noise that remains in the rate is that of a first-order lag, with
+    /// correlation `1 − K` from sample to sample.
     pub fn mean_gain(&self) -> T {
         let gain = self.covariance.trace() / (self.noise_variance() * T::lit(3.0));
         gain.max(T::EPSILON).min(T::one())
     }
 
-    /// Whether every number is finite and no variance negative.
+    /// True if every number is finite and no variance negative.
     pub fn is_valid(&self) -> bool {
-        // One infinity or NaN spoils the sum.
+        // An infinity or a NaN in any term makes the sum one.
         let (rate, p) = (&self.rate_rad_s, &self.covariance);
         let upper = p[(0, 1)] + p[(0, 2)] + p[(1, 2)];
         (rate.x + rate.y + rate.z + p.trace() + upper).is_finite()
             && (0..3).all(|i| self.covariance[(i, i)] >= T::zero())
     }
 
-    /// R of one axis, rad²/s².
+    /// R: variance of the gyro noise on each axis, rad²/s².
     fn noise_variance(&self) -> T {
         self.config.gyro_noise_rad_s * self.config.gyro_noise_rad_s
     }
 }
 
-/// `A P Aᵀ`, of which only the upper triangle is computed.
+/// `A P Aᵀ` of a symmetric P, from its upper triangle.
 fn transformed<T: Real>(a: &Mat<T, 3, 3>, p: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
     symmetric_product(&(a * p), &a.transpose())
 }
 
-/// The product of two matrices that is known to be symmetric: its upper triangle, and that again.
+/// `A B` where the product is known to be symmetric: the upper triangle, mirrored.
 fn symmetric_product<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
     let element =
         |i: usize, k: usize| a[(i, 0)] * b[(0, k)] + a[(i, 1)] * b[(1, k)] + a[(i, 2)] * b[(2, k)];
@@ -186,6 +213,7 @@ mod tests {
     const NOMINAL: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
     const NOISE_RAD_S: f64 = 1e-3;
 
+    /// 0.1 s of constant torque, N m, and constant wheel momentum.
     fn interval<T: Real>(torque: [f64; 3]) -> Interval<T> {
         let drive = Drive {
             torque_n_m: Vec3::from(torque.map(T::lit)),
@@ -194,6 +222,7 @@ mod tests {
         Interval { duration_s: T::lit(0.1), start: drive, middle: drive, end: drive }
     }
 
+    /// A filter with the true inertia as nominal and no random walk.
     fn filter<T: Real>(doubt: f64) -> RateEkf<T> {
         let config = Config {
             acceleration_doubt: T::lit(doubt),
@@ -204,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn with_the_true_inertia_the_noise_averages_out() {
+    fn with_the_true_inertia_noise_averages_out() {
         let mut ekf = filter::<f64>(0.0);
         let mut rate = Vec3::new(0.1, -0.2, 0.05);
         ekf.restart(&rate);
@@ -222,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn with_doubt_a_wrong_inertia_costs_about_a_sigma() {
+    fn doubt_bounds_the_lag_of_a_wrong_inertia() {
         let mut ekf = filter::<f64>(1.0);
         let truth = Gyrostat::new(&Inertia::new(NOMINAL.map(|x| 2.0 * x))).unwrap();
         let mut rate = Vec3::new(0.1, -0.2, 0.05);
@@ -253,7 +282,7 @@ mod tests {
             double.update(&measured);
         }
         let error = single.rate_rad_s().map(f64::from) - double.rate_rad_s();
-        // A few roundings of rates up to 10 rad/s, forgotten as fast as the filter forgets.
+        // A few roundings of rates up to 10 rad/s, which decay as fast as the filter's memory.
         assert!(error.norm() < 1e-5 * (1.0 + double.rate_rad_s().norm()), "{error:?}");
     }
 
@@ -276,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn names_what_is_wrong() {
+    fn names_the_field_that_is_out_of_range() {
         let refused = |config: Config<f64>, j| RateEkf::new(config, &Inertia::new(j)).unwrap_err();
         let good = Config::new(1e-4);
         assert_eq!(refused(good, [1.0, 1.0, 3.0, 0.0, 0.0, 0.0]).field, "nominal");

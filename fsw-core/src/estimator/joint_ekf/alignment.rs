@@ -10,11 +10,19 @@
 //! `M(t) j − H₀ = y(t)`, `M = G(ω(t)) + ∫ ω^× G(ω) dt`, `y = ∫ τ dt − h_w(t) − ∫ ω × h_w dt`
 //!
 //! with G the [`regressor`] (rad/s), y an impulse (N m s). `H₀` enters each row alike, so it takes
-//! no rotation: with the means `M̄`, `ȳ` of all rows `H₀ = M̄ j − ȳ`, and `j` is solved for from the
-//! deviations from these means, which are updated as rows arrive (Welford's recursion).
+//! no rotation: with the means `M̄`, `ȳ` of all rows `H₀ = M̄ j − ȳ`, and `j` is solved for from
+//! the deviations from these means, which are updated as rows arrive (Welford's recursion).
 //!
 //! Gyro noise v enters the regressor and biases `j` by many sigmas. Its expectation,
 //! [`regressor_noise_share`] `σ²` per sample, is removed when solving.
+//!
+//! | symbol | in code | unit |
+//! |---|---|---|
+//! | `M̄` | `mean_regressor` | rad/s |
+//! | `ȳ` | `mean_impulse_n_m_s` | N m s |
+//! | `∫ ω^× G(ω) dt` | `regressor_integral` | rad/s |
+//! | `∫ (τ − ω × h_w) dt` | `impulse_n_m_s` | N m s |
+//! | `MᵀM` about the mean | `information` | rad²/s² |
 //!
 //! Assumptions: white gyro noise of known sigma; integrals by the trapezoidal rule, so the motion
 //! must be slow beside the sample rate; noise in the integrals is neglected.
@@ -54,7 +62,8 @@ pub struct Alignment<T: Real> {
 }
 
 crate::persist!([T: Real] Alignment<T> {
-    information, samples, mean_regressor, mean_impulse_n_m_s, regressor_integral, impulse_n_m_s, last
+    information, samples, mean_regressor, mean_impulse_n_m_s, regressor_integral, impulse_n_m_s,
+    last
 });
 
 /// The integrands at one sample, for the trapezoidal rule, and the wheels' momentum there.
@@ -148,9 +157,9 @@ impl<T: Real> Alignment<T> {
     ///
     /// `j = (MᵀM − N)⁻¹ Mᵀy`, `N = n σ² diag(1 1 1 2 2 2)`,
     ///
-    /// by the fixed-point iteration `j ← (MᵀM)⁻¹ (Mᵀy + N j)`, since the difference itself may lose
-    /// its positivity in single precision. n samples, σ = `noise_rad_s` (rad/s), M and y about
-    /// their means.
+    /// by the fixed-point iteration `j ← (MᵀM)⁻¹ (Mᵀy + N j)` on the factor of `MᵀM`: the matrix
+    /// itself would lose weakly excited directions in single precision. n samples, σ =
+    /// `noise_rad_s` (rad/s), M and y about their means.
     ///
     /// `None` while the motion, with the prior if there is one, does not determine every element
     /// above the noise: `Nᵢᵢ (MᵀM)⁻¹ᵢᵢ` must stay below [`LARGEST_CORRECTION`].
@@ -199,6 +208,7 @@ impl<T: Real> Alignment<T> {
 }
 
 impl<T: Real> Integrands<T> {
+    /// At a measured rate (rad/s) and the drive of the same instant.
     fn at(rate_rad_s: &Vec3<T>, drive: &Drive<T>) -> Self {
         let h = drive.wheel_momentum_n_m_s;
         Self {
@@ -250,6 +260,7 @@ mod tests {
     const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
     const STEP_S: f64 = 0.01;
 
+    /// Torques and wheel momentum that excite all six elements within a few seconds.
     fn drive(t: f64) -> Drive<f64> {
         Drive {
             torque_n_m: Vec3::new(0.3 * (0.9 * t).sin(), 0.0, 0.2 * (0.5 * t).cos()),
@@ -257,6 +268,7 @@ mod tests {
         }
     }
 
+    /// Alignment over a noiseless flight of `seconds`, for stated gyro noise of `noise_rad_s`.
     fn fly<T: Real>(seconds: f64, noise_rad_s: f64, prior: Option<&Prior<T>>) -> Alignment<T> {
         let body = Gyrostat::new(&Inertia::new(INERTIA)).unwrap();
         let mut rate = Vec3::new(0.1, -0.2, 0.05);
@@ -265,7 +277,7 @@ mod tests {
             torque_n_m: cast(&d.torque_n_m),
             wheel_momentum_n_m_s: cast(&d.wheel_momentum_n_m_s),
         };
-        let mut fit =
+        let mut alignment =
             Alignment::<T>::new(&cast(&rate), &narrow(drive(0.0)), T::lit(noise_rad_s), prior);
         for k in 0..(seconds / STEP_S) as usize {
             let t = k as f64 * STEP_S;
@@ -274,17 +286,17 @@ mod tests {
             rate = runge_kutta_4(&body, &rate, &interval);
             let (start, middle, end) = (narrow(start), narrow(middle), narrow(end));
             let interval = Interval { duration_s: T::lit(STEP_S), start, middle, end };
-            fit.add(&cast(&rate), &interval);
+            alignment.add(&cast(&rate), &interval);
         }
-        fit
+        alignment
     }
 
-    /// Trapezoidal rule at this step and motion: (0.01 s)² / 12 times second derivatives near 1,
-    /// against moments near 1.
+    /// Error of the trapezoidal rule, kg m²: (0.01 s)² / 12 times second derivatives near 1, for
+    /// moments near 1.
     const TRAPEZOID: f64 = 1e-4;
 
     #[test]
-    fn finds_the_inertia_without_a_guess() {
+    fn exact_motion_gives_the_inertia_without_a_prior() {
         let found = fly::<f64>(20.0, 1e-6, None).solve(1e-6).unwrap().inertia.elements_kg_m2();
         for i in 0..6 {
             assert!((found[i] - INERTIA[i]).abs() < TRAPEZOID, "{found:?}");
@@ -292,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn single_precision_suffices() {
+    fn single_precision_gives_the_same_inertia() {
         let found = fly::<f32>(20.0, 1e-6, None).solve(1e-6).unwrap().inertia.elements_kg_m2();
         for i in 0..6 {
             assert!((f64::from(found[i]) - INERTIA[i]).abs() < TRAPEZOID, "{found:?}");
@@ -300,20 +312,19 @@ mod tests {
     }
 
     #[test]
-    fn the_rate_at_the_end_comes_with_it() {
-        let fit = fly::<f64>(20.0, 1e-6, None);
-        let rate = fit.solve(1e-6).unwrap().rate_rad_s;
-        // The newest rate is one of the rows' regressors: solved for, it must agree with them.
-        let momentum = fit.last.regressor;
-        assert!((gyroscopic_regressor(&rate) - momentum).abs().max() < TRAPEZOID);
+    fn the_rate_at_the_last_sample_agrees_with_its_reading() {
+        let alignment = fly::<f64>(20.0, 1e-6, None);
+        let rate = alignment.solve(1e-6).unwrap().rate_rad_s;
+        let reading = alignment.last.regressor;
+        assert!((gyroscopic_regressor(&rate) - reading).abs().max() < TRAPEZOID);
     }
 
-    /// The same equations put down one by one, with `H₀` among the unknowns.
+    /// Reference: all rows stored, `H₀` among nine unknowns, normal equations in f64.
     #[test]
-    fn the_covariance_is_that_of_all_rows() {
+    fn the_covariance_equals_that_of_the_nine_unknowns() {
         let body = Gyrostat::new(&Inertia::new(INERTIA)).unwrap();
         let (mut rate, mut integral) = (Vec3::new(0.1, -0.2, 0.05), Mat::<f64, 3, 6>::zeros());
-        let mut fit = Alignment::new(&rate, &drive(0.0), 1e-3, None);
+        let mut alignment = Alignment::new(&rate, &drive(0.0), 1e-3, None);
         let row = |rate: &Vec3<f64>, integral: &Mat<f64, 3, 6>| regressor(rate) + integral;
         let mut rows = std::vec![row(&rate, &integral)];
         for k in 0..500 {
@@ -324,7 +335,7 @@ mod tests {
             rate = runge_kutta_4(&body, &rate, &interval);
             integral += (before + gyroscopic_regressor(&rate)) * (STEP_S / 2.0);
             rows.push(row(&rate, &integral));
-            fit.add(&rate, &interval);
+            alignment.add(&rate, &interval);
         }
         let mut information = Mat::<f64, 9, 9>::zeros();
         for m in &rows {
@@ -333,7 +344,7 @@ mod tests {
             all.fixed_view_mut::<3, 6>(0, 3).copy_from(m);
             information += all.transpose() * all;
         }
-        let found = fit.solve(1e-3).unwrap();
+        let found = alignment.solve(1e-3).unwrap();
         // J δω = δH₀ − (G(ω) + I) δj.
         let inverse = found.inertia.inverse().unwrap();
         let mut jacobian = Mat::<f64, 9, 9>::identity();
@@ -352,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_prior_fills_in_what_the_motion_does_not_show() {
+    fn unobserved_directions_hold_the_prior() {
         let prior = Prior { inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], sigma_kg_m2: [1e-3; 6] };
         let found = fly::<f64>(0.1, 1e-3, Some(&prior)).solve(1e-3).unwrap();
         for i in 0..6 {
@@ -363,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn says_nothing_before_the_motion_stands_out_of_the_noise() {
+    fn no_solution_while_noise_hides_the_motion() {
         assert!(fly::<f64>(0.1, 1e-2, None).solve(1e-2).is_none());
         assert!(fly::<f64>(20.0, 10.0, None).solve(10.0).is_none());
     }

@@ -1,20 +1,26 @@
-//! The filter as \[Bellar2019\] prints it.
+//! The filter as \[Bellar2019\] prints it: AB2 propagation, first-order transition, `(1 − K H) P`.
 //!
-//! Departures, each named: wheels act through the change of their momentum over the interval
-//! (the paper has none); the Adams-Bashforth rule and Eq. (5) take each interval's own length.
+//! Departures from the paper: wheels act through the change of their momentum over the interval
+//! (the paper has none); the Adams-Bashforth rule and Eq. (5) take the length of each interval,
+//! which the paper has constant; no gyro bias b of Eq. (15), which the paper's filter does not
+//! estimate either.
+//!
+//! Known weaknesses, kept since this form is for comparison: the covariance loses symmetry, and
+//! then positivity, to rounding; the inertia decays by 0.06 % of a moment over 600 s, three times
+//! the Cramér-Rao bound of the paper's scenario.
 
 use super::{Config, Form, State};
-use crate::dynamics::gyrostat::Gyrostat;
+use crate::dynamics::gyrostat::{Gyrostat, Jacobians};
 use crate::dynamics::interval::Interval;
 use crate::dynamics::step::AdamsBashforth2;
 use crate::math::{Mat, Vec3, inverse_symmetric, scalar::Real, ud::Ud};
 use crate::tensor::Inertia;
 
-/// τ_m, τ_p of \[Bellar2019\] Table 2: time constants of the Gauss-Markov moments and products, s.
+/// `τ_m`, `τ_p` of \[Bellar2019\] Table 2: time constants of the Gauss-Markov moments and products,
+/// s.
 const TIME_CONSTANT_S: [f64; 6] = [1.0e6, 1.0e6, 1.0e6, 1.0e5, 1.0e5, 1.0e5];
 
-/// A full 9×9 covariance, corrected as `(1 − K H) P`: it loses symmetry, and then positivity, to
-/// rounding. Kept because people will compare.
+/// Full 9×9 covariance (rad²/s², rad/s kg m², kg² m⁴), with the memory of the Adams-Bashforth rule.
 #[derive(Clone, Copy, Debug)]
 pub struct AsPublished<T: Real> {
     covariance: Mat<T, 9, 9>,
@@ -23,12 +29,33 @@ pub struct AsPublished<T: Real> {
 
 crate::persist!([T: Real] AsPublished<T> { covariance, rule });
 
+impl<T: Real> AsPublished<T> {
+    /// `x⁻ = x⁺ + ½ (3 ẋₖ − ẋₖ₋₁) Δt` for all nine states, \[Bellar2019\] Eqs. (2), (18), and
+    /// `− J⁻¹ Δh_w`, the wheels' part (rad/s).
+    ///
+    /// `slope`: ω̇ at the start of the interval without `ḣ_w`, rad/s².
+    fn propagate_state(&mut self, state: &mut State<T>, slope: &Vec3<T>, wheels: &Vec3<T>, dt: T) {
+        let elements = state.inertia.elements_kg_m2();
+        let mut slopes = [T::zero(); 9];
+        for i in 0..3 {
+            slopes[i] = slope[i];
+        }
+        for k in 0..6 {
+            slopes[3 + k] = -elements[k] / T::lit(TIME_CONSTANT_S[k]);
+        }
+        let change = self.rule.change(slopes, dt);
+        state.rate_rad_s += Vec3::new(change[0], change[1], change[2]) - wheels;
+        state.inertia = Inertia::new(core::array::from_fn(|k| elements[k] + change[3 + k]));
+    }
+}
+
 impl<T: Real> Form<T> for AsPublished<T> {
     fn new(covariance: &Ud<T, 9>) -> Self {
         Self { covariance: covariance.covariance(), rule: AdamsBashforth2::default() }
     }
 
-    /// \[Bellar2019\] Eqs. (5), (14), (18), (19).
+    /// State by Eq. (18); `P⁻ = Φ P⁺ Φᵀ + Q`, \[Bellar2019\] Eq. (19), with Φ of Eq. (5) and Q of
+    /// Eqs. (13), (14).
     fn predict(
         &mut self,
         state: &mut State<T>,
@@ -43,35 +70,10 @@ impl<T: Real> Form<T> for AsPublished<T> {
         let slope = body.acceleration_rad_s2(&rate, &start.wheel_momentum_n_m_s, &start.torque_n_m);
         let acceleration = slope - wheels * (T::one() / dt);
         let f = body.jacobians(&rate, &acceleration, &start.wheel_momentum_n_m_s);
+        let transition = transition(&f, dt);
 
-        // Eq. (5), Φ ≈ 1 + F Δt, with F of Eq. (7).
-        let mut transition = Mat::<T, 9, 9>::identity();
-        for i in 0..3 {
-            for k in 0..3 {
-                transition[(i, k)] += f.rate[(i, k)] * dt;
-            }
-            for k in 0..6 {
-                transition[(i, 3 + k)] = f.inertia[(i, k)] * dt;
-            }
-        }
-        for k in 0..6 {
-            transition[(3 + k, 3 + k)] -= dt / T::lit(TIME_CONSTANT_S[k]);
-        }
+        self.propagate_state(state, &slope, &wheels, dt);
 
-        // Eq. (18), all nine states.
-        let elements = state.inertia.elements_kg_m2();
-        let mut slopes = [T::zero(); 9];
-        for i in 0..3 {
-            slopes[i] = slope[i];
-        }
-        for k in 0..6 {
-            slopes[3 + k] = -elements[k] / T::lit(TIME_CONSTANT_S[k]);
-        }
-        let change = self.rule.change(slopes, dt);
-        state.rate_rad_s += Vec3::new(change[0], change[1], change[2]) - wheels;
-        state.inertia = Inertia::new(core::array::from_fn(|k| elements[k] + change[3 + k]));
-
-        // Eq. (19).
         self.covariance = transition * self.covariance * transition.transpose();
         let q = process_noise(&f.rate, config.rate_walk_rad_s_sqrt_s, dt);
         for i in 0..3 {
@@ -82,17 +84,22 @@ impl<T: Real> Form<T> for AsPublished<T> {
         Some(())
     }
 
+    /// The first three diagonal elements, rad²/s².
     fn rate_variance(&self) -> Vec3<T> {
         Vec3::from_fn(|i, _| self.covariance[(i, i)])
     }
 
-    /// \[Bellar2019\] Eqs. (20) to (22).
+    /// \[Bellar2019\] Eqs. (20) to (22) with `H = [1 0]`:
+    ///
+    /// `K = P⁻ Hᵀ (H P⁻ Hᵀ + R)⁻¹`, `x⁺ = x⁻ + K (y − H x⁻)`, `P⁺ = (1 − K H) P⁻`
+    ///
+    /// A covariance without an inverse is marked invalid by a negative variance, see
+    /// [`is_valid`](Form::is_valid); the caller restarts.
     fn update(&mut self, state: &mut State<T>, measured_rad_s: &Vec3<T>, noise_variance: T) {
         let p = self.covariance;
         let s: Mat<T, 3, 3> =
             Mat::from_fn(|i, k| p[(i, k)] + if i == k { noise_variance } else { T::zero() });
         let Some(s_inverse) = inverse_symmetric(&s) else {
-            // A covariance past repair: the caller sees it, and starts over.
             self.covariance[(0, 0)] = -T::one();
             return;
         };
@@ -106,6 +113,7 @@ impl<T: Real> Form<T> for AsPublished<T> {
         self.covariance = p - gain * h_p;
     }
 
+    /// Clears the rows and columns of the rate, and the memory of the Adams-Bashforth rule.
     fn restart_rate(&mut self, variance: T) {
         for i in 0..3 {
             for k in 0..9 {
@@ -121,13 +129,37 @@ impl<T: Real> Form<T> for AsPublished<T> {
         self.covariance
     }
 
+    /// Checks the diagonal alone: rounding may have made the rest indefinite unnoticed.
     fn is_valid(&self) -> bool {
         self.covariance.iter().all(|x| x.is_finite())
             && (0..9).all(|i| self.covariance[(i, i)] >= T::zero())
     }
 }
 
-/// \[Bellar2019\] Eq. (14): `s Δt + (s Fᵀ + F s) Δt²/2 + F s Fᵀ Δt³/3`, the same s on each axis.
+/// `Φ ≈ 1 + F Δt`, \[Bellar2019\] Eq. (5), with F of Eq. (7): `∂ω̇/∂ω` (1/s), `∂ω̇/∂j`
+/// (rad/s² per kg m²), and `−1/τ` on the diagonal of the inertia.
+fn transition<T: Real>(f: &Jacobians<T>, dt: T) -> Mat<T, 9, 9> {
+    let mut transition = Mat::<T, 9, 9>::identity();
+    for i in 0..3 {
+        for k in 0..3 {
+            transition[(i, k)] += f.rate[(i, k)] * dt;
+        }
+        for k in 0..6 {
+            transition[(i, 3 + k)] = f.inertia[(i, k)] * dt;
+        }
+    }
+    for k in 0..6 {
+        transition[(3 + k, 3 + k)] -= dt / T::lit(TIME_CONSTANT_S[k]);
+    }
+    transition
+}
+
+/// Process noise of the rate over one interval, rad²/s², \[Bellar2019\] Eq. (14):
+///
+/// `q = s Δt + (s Fᵀ + F s) Δt²/2 + F s Fᵀ Δt³/3`
+///
+/// with `F = ∂ω̇/∂ω` (1/s) and the spectral amplitude `s = rate_walk²` (rad²/s³), the same on each
+/// axis.
 fn process_noise<T: Real>(f: &Mat<T, 3, 3>, rate_walk: T, dt: T) -> Mat<T, 3, 3> {
     let ft = f.transpose();
     let series = Mat::<T, 3, 3>::identity() * dt

@@ -1,4 +1,6 @@
-//! What the nine-state filter is told.
+//! Configuration of the nine-state filter: prior, noise levels, spike gate, sample gate.
+//!
+//! Every field has a default except the gyro noise; [`Config::bellar_2019`] has those of the paper.
 
 use crate::error::{ConfigError, Invalid};
 use crate::gate;
@@ -10,44 +12,43 @@ use crate::prior::Prior;
 /// Configuration, fixed for the filter's life.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config<T: Real> {
-    /// What is known of the inertia beforehand. Default none.
+    /// Inertia before the data, kg m². Default none: the filter aligns on the motion first.
     pub prior: Option<Prior<T>>,
-    /// A prior with a sigma above this share of its mean moment is too vague to be linearised
-    /// about, and none is vaguer still: the filter then aligns itself on the motion first, by
-    /// linear least squares. Default 0.2: from a prior twice as vague one run in a hundred of
-    /// the STSAT-3 spin-up diverged.
+    /// Largest sigma of a prior, as a share of its mean moment, zero or above, from which the
+    /// filter starts directly. A vaguer prior, or none, cannot be linearised about: the filter then
+    /// aligns on the motion first, by linear least squares. Default 0.2: from a prior twice as
+    /// vague one run in a hundred of the STSAT-3 spin-up diverged. `T::MAX` disables the alignment.
     pub align_above: T,
-    /// Rate at the first sample, where the filter starts from its prior. Default none: the first
-    /// sample is taken, with the gyro's noise.
+    /// Rate at the first sample, for a filter that starts from its prior. Default none: the first
+    /// sample, with the gyro's noise.
     pub initial_rate: Option<InitialRate<T>>,
-    /// Inertia from which the filter starts, kg m², if not the prior's: any finite numbers, also
-    /// ones that no body has, as in the Monte Carlo campaign of \[Bellar2019\]. The prior's sigma
-    /// goes with it, and it must not be vague, or the motion's own first estimate takes its
-    /// place. Default none.
+    /// Inertia at the start, kg m², if not the prior's: any finite numbers, also ones that no body
+    /// has, as in the Monte Carlo campaign of \[Bellar2019\]. It takes the prior's sigma. From a
+    /// prior vaguer than `align_above` the alignment replaces it. Default none.
     pub initial_inertia_kg_m2: Option<[T; 6]>,
-    /// Gyro noise, one sigma, white, per sample, rad/s. Must be given.
+    /// Gyro noise, one sigma, white, per sample, rad/s, above zero. Must be given.
     pub gyro_noise_rad_s: T,
-    /// Random walk of the rate by torques that nobody told, (rad/s)/√s. The spectral amplitude
-    /// s of \[Bellar2019\] Eq. (11) is its square. Default 0.
+    /// Random walk of the rate by unmodelled torques, (rad/s)/√s, zero or above. Its square is the
+    /// spectral amplitude s of \[Bellar2019\] Eq. (11). Default 0.
     pub rate_walk_rad_s_sqrt_s: T,
-    /// Random walk of each inertia element (fuel), kg m²/√s. Default 0. The published form has
-    /// none.
+    /// Random walk of each inertia element (fuel consumption), kg m²/√s, zero or above. Default 0.
+    /// The published form ignores it.
     pub inertia_walk_kg_m2_sqrt_s: [T; 6],
     /// Spike gate. Default 6 sigma, which white noise alone exceeds once in 10⁸ samples, and a
     /// lock-out after 10 spikes in a row.
     pub spikes: spikes::Config<T>,
-    /// Which samples are looked at.
+    /// Sample gate.
     pub gate: gate::Config<T>,
 }
 
-// A command may set the prior.
+// A telecommand may set the prior, which is therefore state.
 crate::persist!([T: Real] Config<T> {
     prior;
     unchanged align_above, initial_rate, initial_inertia_kg_m2, gyro_noise_rad_s,
     rate_walk_rad_s_sqrt_s, inertia_walk_kg_m2_sqrt_s, spikes, gate
 });
 
-/// Rate before any data.
+/// Rate before any data, body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialRate<T: Real> {
     /// Expected rate, rad/s.
@@ -75,11 +76,13 @@ impl<T: Real> Config<T> {
         }
     }
 
-    /// What \[Bellar2019\] Table 2 gives: initial rate (0, −2.3, 1.15) deg/s, moments 25 and
-    /// products 2 kg m². Ours, as the paper leaves them open: their sigmas (the initial error of
-    /// the rate is up to 2.3 deg/s; 10 and 2 kg m² are the initial errors of the inertia), and no
-    /// process noise. The filter starts from this prior however vague, and refuses no sample as a
-    /// spike: the paper has neither.
+    /// The filter of \[Bellar2019\] Table 2: initial rate (0, −2.3, 1.15) deg/s, initial moments 25
+    /// and products 2 kg m².
+    ///
+    /// Ours, since the paper leaves them open: the sigmas, chosen as the sizes of the initial
+    /// errors (2.3 deg/s, 10 kg m² on the moments, 2 kg m² on the products), and no process noise.
+    /// As in the paper the filter starts from this prior although it is vague, and has no spike
+    /// gate.
     pub fn bellar_2019(gyro_noise_rad_s: T) -> Self {
         let defaults = Self::new(gyro_noise_rad_s);
         let degree = core::f64::consts::PI / 180.0;
@@ -96,7 +99,10 @@ impl<T: Real> Config<T> {
         }
     }
 
-    /// Refuses the first field that is out of its range, by name.
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// Names the first field that is out of its range.
     pub fn validate(&self) -> Result<(), ConfigError> {
         positive("gyro_noise_rad_s", self.gyro_noise_rad_s)?;
         not_negative("rate_walk_rad_s_sqrt_s", self.rate_walk_rad_s_sqrt_s)?;
@@ -121,7 +127,7 @@ impl<T: Real> Config<T> {
         self.gate.validate()
     }
 
-    /// R of one axis, rad²/s².
+    /// R: variance of the gyro noise on each axis, rad²/s².
     pub(super) fn noise_variance(&self) -> T {
         self.gyro_noise_rad_s * self.gyro_noise_rad_s
     }

@@ -5,6 +5,17 @@
 //!
 //! `ω̇ = J⁻¹ (τ − ḣ_w − ω × (J ω + h_w)) + w`, `j̇ = w_j`
 //!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `ω`, `y` | body rate, its measurement | rad/s |
+//! | `j`, `J` | six elements `Jxx Jyy Jzz Jxy Jxz Jyz`, 3×3 tensor | kg m² |
+//! | `τ` | external torque, body axes | N m |
+//! | `h_w` | momentum of the wheels relative to the body | N m s |
+//! | `w`, `w_j` | random walks of rate and inertia | (rad/s)/√s, kg m²/√s |
+//! | `P⁻`, `P⁺` | covariance of x before and after the correction | products of the states' |
+//! | `R`, `S` | variance of the gyro noise, of the innovation | rad²/s² |
+//! | `ν` | innovation, `y − ω⁻` | rad/s |
+//!
 //! One step:
 //!
 //! ```text
@@ -20,6 +31,18 @@
 //! * [`JointEkfPublished`], as printed ([`as_published`]);
 //! * [`JointEkfUd`], in UD factors, the one that flies ([`structured_ud`]).
 //!
+//! # Restarts
+//!
+//! | event | state afterwards | outcome |
+//! |---|---|---|
+//! | first sample | the prior's, or alignment | [`Reset::FirstSample`] |
+//! | alignment complete | the alignment's | [`Reset::Aligned`] |
+//! | gap longer than `gate.max_gap_us` | rate of the sample; inertia unchanged | [`Reset::Gap`] |
+//! | lock-out: spikes in a row | alignment without a prior | [`Reset::Lockout`] |
+//! | a number not finite, `J` singular | the prior's, or alignment | [`Reset::Diverged`] |
+//!
+//! # Departures and assumptions
+//!
 //! Departures from \[Bellar2019\], for both forms: wheels (the paper has none), the gate, the spike
 //! gate, the alignment, and the observability that the estimate reports. Those of each form are
 //! listed in its module.
@@ -27,6 +50,33 @@
 //! Assumptions: gyro noise is white and of the stated sigma, torque and wheel speeds are exact, the
 //! body is rigid. Errors of the last two enter the estimate unnoticed, up to the test of the
 //! innovations ([`InnovationMonitor::is_consistent`]).
+//!
+//! # Example
+//!
+//! ```
+//! use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
+//! use fsw_core::{Estimator, Outcome, Prior, Sample, Vec3, WheelArray};
+//!
+//! // One wheel about z, spin inertia 1.7e-6 kg m²; gyro noise 1.8e-4 rad/s.
+//! let wheels = WheelArray::new([Vec3::z()], [1.7e-6f32])?;
+//! let prior = Prior { inertia_kg_m2: [25.0, 25.0, 25.0, 0.0, 0.0, 0.0], sigma_kg_m2: [2.0; 6] };
+//! let config = Config { prior: Some(prior), ..Config::new(1.8e-4) };
+//! let mut filter = JointEkfUd::new(config, wheels)?;
+//! let mut outcome = None;
+//! for k in 0..100 {
+//!     outcome = Some(filter.step(&Sample {
+//!         time_us: 100_000 * k,
+//!         rate_rad_s: Vec3::new(0.01, 0.0, 1e-4 * (k % 3) as f32),
+//!         wheel_speed_rad_s: [50.0],
+//!         torque_n_m: Vec3::zeros(),
+//!         attitude: None,
+//!     }));
+//! }
+//! assert_eq!(outcome, Some(Outcome::Updated));
+//! let [jxx, ..] = filter.estimate().inertia.elements_kg_m2();
+//! assert!((jxx - 25.0).abs() < 2.0);
+//! # Ok::<(), fsw_core::ConfigError>(())
+//! ```
 
 pub mod alignment;
 pub mod as_published;
@@ -91,6 +141,7 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
     config: Config<T>,
     wheels: WheelArray<T, W>,
     gate: Gate<T>,
+    /// Torque and wheel momentum at the last samples.
     drive: DriveHistory<T>,
     phase: Phase<T>,
     /// The configuration's prior; none after a lock-out, which disproves it.
@@ -98,9 +149,11 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
     /// Sigma of each element before the data, kg m²: the yardstick of observability.
     range_kg_m2: [T; 6],
     state: State<T>,
+    /// Covariance of the state.
     form: F,
     spikes: SpikeGate,
     monitor: InnovationMonitor<T>,
+    /// Innovation of the last sample, if that was predicted.
     innovation: Option<Innovation<T>>,
 }
 
@@ -143,12 +196,16 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.form.covariance()
     }
 
-    /// Running mean of the normalised innovation squared per degree of freedom: 1 is honest.
+    /// Running mean of the normalised innovation squared per degree of freedom,
+    /// `mean(Σ νᵢ² / Sᵢᵢ) / 3`: 1 where the covariance fits the innovations.
     pub fn mean_nis(&self) -> T {
         self.monitor.mean_nis()
     }
 
     /// One step of the filter: predict, innovation, spike gate, update.
+    ///
+    /// \[Bellar2019\] Eqs. (18) to (22), with the gate between. A rejected sample leaves the
+    /// prediction as the state.
     fn track(&mut self, sample: &Sample<T, W>, interval: &Interval<T>) -> Outcome {
         if self.form.predict(&mut self.state, interval, &self.config).is_none() {
             return self.restart_diverged(sample);
@@ -181,12 +238,15 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         }
     }
 
+    /// Correction of state and covariance; a restart where the result is not finite or no
+    /// covariance.
     fn update(&mut self, sample: &Sample<T, W>, innovation: &Innovation<T>) -> Outcome {
         self.monitor.accept(innovation);
         self.form.update(&mut self.state, &sample.rate_rad_s, self.config.noise_variance());
         if self.is_valid() { Outcome::Updated } else { self.restart_diverged(sample) }
     }
 
+    /// True if all states are finite and the covariance is valid.
     fn is_valid(&self) -> bool {
         self.form.is_valid() && self.state().iter().all(|x| x.is_finite())
     }
@@ -226,6 +286,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         }
     }
 
+    /// Takes over a first state and its covariance.
     fn track_from(&mut self, start: Start<T>) {
         self.state = start.state;
         self.form = F::new(&start.covariance);
@@ -247,7 +308,8 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         Outcome::Reset(Reset::Gap)
     }
 
-    /// After a lock-out the prior is dropped; the last inertia is reported until the alignment ends.
+    /// After a lock-out the prior is dropped; the last inertia is reported until the alignment
+    /// ends.
     fn restart_locked_out(&mut self, sample: &Sample<T, W>) -> Outcome {
         let last = self.state.inertia;
         self.prior = None;
@@ -256,6 +318,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         Outcome::Reset(Reset::Lockout)
     }
 
+    /// After a divergence the configuration's prior counts again, also where a lock-out dropped it.
     fn restart_diverged(&mut self, sample: &Sample<T, W>) -> Outcome {
         self.prior = self.config.prior;
         self.begin(sample);

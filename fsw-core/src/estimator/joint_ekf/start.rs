@@ -10,47 +10,48 @@ use crate::math::{Vec3, scalar::Real, ud::Ud};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
-/// The formal sigma of the first estimate leaves out the noise in the integrals: measured over
-/// 10,000 runs of the STSAT-3 spin-up, its error is 1.1 to 1.5 times the bound. The square of that.
+/// Factor on the formal covariance of an alignment, which leaves out the noise in the integrals:
+/// over 10,000 runs of the STSAT-3 spin-up its error is 1.1 to 1.5 times the bound.
 const ALIGNMENT_INFLATION: f64 = 1.5 * 1.5;
 
-/// Alignment ends when each element's sigma is below this share of the mean moment: close enough
-/// for the filter's linearisation, which starts well from errors of a half.
+/// Largest sigma of each element, as a share of the mean moment, that ends the alignment. The
+/// filter converges from errors of a half; this is a fifth of that.
 const ALIGNED: f64 = 0.1;
 
 /// Samples between two attempts: a solution costs twice as much as adding a sample, and one more
 /// sample changes little.
 const ALIGNMENT_PERIOD: u32 = 16;
 
-/// Whether the alignment is to be solved at this sample.
+/// True if the alignment is to be solved at this sample: every sixteenth, so that the mean cost of
+/// a step in alignment stays near that of adding a sample.
 pub(super) fn is_due<T: Real>(alignment: &Alignment<T>) -> bool {
     alignment.samples().is_multiple_of(ALIGNMENT_PERIOD)
 }
 
-/// Start of tracking.
+/// State and covariance at the start of tracking.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start<T: Real> {
     /// Rate and inertia.
     pub state: State<T>,
-    /// Of the nine states.
+    /// Covariance of the nine states.
     pub covariance: Ud<T, 9>,
-    /// What is held as possible of each element, kg m²: observability is judged against it.
+    /// Sigma of each element before the data, kg m²: the yardstick of observability.
     pub range_kg_m2: [T; 6],
 }
 
-/// Why the motion gives no start.
+/// Reason why an alignment gives no start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NoStart {
-    /// It doesn't determine all six elements well enough yet.
+    /// The motion does not yet determine all six elements well enough.
     TooLittleMotion,
-    /// It does, and no body has such a tensor: wrong signs, axes or units, or a torque that
-    /// nobody told.
+    /// The motion determines a tensor that no rigid body has: wrong signs, axes or units in the
+    /// data, or an unmodelled torque.
     NotPhysical,
 }
 
 impl<T: Real> Start<T> {
-    /// From what is believed beforehand, at the first sample's rate; or from the rate and the
-    /// inertia that are configured instead.
+    /// From the prior (that of an unknown body if none) and the first sample's rate, or from the
+    /// configured rate and inertia in their place. All nine states are uncorrelated.
     pub fn from_prior(
         prior: Option<Prior<T>>,
         config: &Config<T>,
@@ -74,7 +75,13 @@ impl<T: Real> Start<T> {
         }
     }
 
-    /// From the motion so far, once it determines all six elements well enough.
+    /// From the motion since the start, for gyro noise of `noise_rad_s` (one sigma per sample).
+    ///
+    /// The range of each element is the prior's sigma, or that of a body of the estimated size.
+    ///
+    /// # Errors
+    /// [`NoStart::TooLittleMotion`] while an element's sigma exceeds a tenth of the mean moment;
+    /// [`NoStart::NotPhysical`] where the tensor is then not physical.
     pub fn from_motion(
         alignment: &Alignment<T>,
         prior: Option<&Prior<T>>,

@@ -56,6 +56,6 @@ pub trait Form<T: Real>: Sized {
     /// Covariance of the nine states, 9×9.
     fn covariance(&self) -> Mat<T, 9, 9>;
 
-    /// Whether every number is finite and no variance negative.
+    /// True if every number is finite and no variance negative.
     fn is_valid(&self) -> bool;
 }

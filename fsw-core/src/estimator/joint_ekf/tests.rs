@@ -1,4 +1,4 @@
-//! Tests of the nine-state filter.
+//! Tests of the nine-state filter in single precision, in the form that flies.
 
 use super::*;
 use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
@@ -7,9 +7,16 @@ use crate::monitor::observability::Observed;
 use proptest::prelude::*;
 use std::vec::Vec;
 
+/// Elements of the body, kg m².
 const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+/// Gyro noise that the filter is configured for, rad/s; the flights have none.
 const NOISE_RAD_S: f64 = 1e-4;
 const PERIOD_US: u64 = 100_000;
+
+/// Accepted error after a noiseless minute, kg m²: 0.1 % of the moments.
+const CONVERGED: f64 = 1e-3;
+/// The same after a change of the body, when the last minute alone counts: 1 %.
+const RECONVERGED: f64 = 1e-2;
 
 /// A minute of motion under known torques, without noise: 10 Hz, no wheels.
 fn flight(inertia: [f64; 6]) -> Vec<Sample<f32, 0>> {
@@ -23,18 +30,21 @@ fn flight(inertia: [f64; 6]) -> Vec<Sample<f32, 0>> {
     flight.fly(|_| [], tumbling_torque_n_m)
 }
 
+/// A filter without a prior.
 fn filter() -> JointEkfUd<f32, 0> {
     let wheels = WheelArray::new([], []).unwrap();
     JointEkfUd::new(Config::new(NOISE_RAD_S as f32), wheels).unwrap()
 }
 
-fn relative_error(filter: &JointEkfUd<f32, 0>, truth: [f64; 6]) -> f64 {
+/// Largest error of an element, kg m², of moments near 1.
+fn worst_error(filter: &JointEkfUd<f32, 0>, truth: [f64; 6]) -> f64 {
     let found = filter.estimate().inertia.elements_kg_m2();
     (0..6).map(|i| (f64::from(found[i]) - truth[i]).abs()).fold(0.0, f64::max)
 }
 
+/// One [`Reset::Aligned`], then updates to the end.
 #[test]
-fn starts_from_nothing_aligns_and_converges() {
+fn without_a_prior_it_aligns_and_converges() {
     let mut filter = filter();
     let outcomes: Vec<Outcome> = flight(INERTIA).iter().map(|sample| filter.step(sample)).collect();
     assert_eq!(outcomes[0], Outcome::Reset(Reset::FirstSample));
@@ -43,18 +53,20 @@ fn starts_from_nothing_aligns_and_converges() {
     assert_eq!(outcomes[599], Outcome::Updated);
     let estimate = filter.estimate();
     assert_eq!((estimate.status, estimate.observed.directions), (Status::Converged, 6));
-    assert!(relative_error(&filter, INERTIA) < 1e-3);
+    assert!(worst_error(&filter, INERTIA) < CONVERGED);
 }
 
+/// The prior of an unknown body has sigmas of 1e3 kg m² or more.
 #[test]
-fn says_unobservable_before_it_has_seen_anything() {
+fn before_any_sample_nothing_is_observed() {
     let estimate = filter().estimate();
     assert_eq!((estimate.status, estimate.observed), (Status::Unobservable, Observed::default()));
     assert!(estimate.sigma_kg_m2().iter().all(|s| *s >= 1e3));
 }
 
+/// A NaN, a spike of 0.5 rad/s and a repeated time stamp: each costs one sample.
 #[test]
-fn broken_samples_are_passed_over_for_their_reason() {
+fn faulty_samples_coast_with_their_reason() {
     let mut filter = filter();
     let mut samples = flight(INERTIA);
     samples[400].rate_rad_s.x = f32::NAN;
@@ -68,11 +80,12 @@ fn broken_samples_are_passed_over_for_their_reason() {
     for next in [401, 421, 441] {
         assert_eq!(outcomes[next], Outcome::Updated, "sample {next}");
     }
-    assert!(relative_error(&filter, INERTIA) < 1e-3);
+    assert!(worst_error(&filter, INERTIA) < CONVERGED);
 }
 
+/// 5 s without samples, five times the longest gap that is bridged.
 #[test]
-fn a_gap_keeps_the_inertia_and_starts_the_rate_anew() {
+fn a_gap_restarts_the_rate_and_keeps_the_inertia() {
     let mut filter = filter();
     let samples = flight(INERTIA);
     samples[..400].iter().for_each(|sample| {
@@ -85,8 +98,9 @@ fn a_gap_keeps_the_inertia_and_starts_the_rate_anew() {
     assert_eq!(filter.step(&samples[451]), Outcome::Updated);
 }
 
+/// The moments change by 33 to 100 % between two samples.
 #[test]
-fn a_deployment_locks_out_and_is_followed() {
+fn a_deployment_locks_out_and_realigns() {
     let deployed = [3.0, 1.6, 2.6, 0.2, -0.1, 0.05];
     let mut filter = filter();
     flight(INERTIA).iter().for_each(|sample| {
@@ -100,10 +114,11 @@ fn a_deployment_locks_out_and_is_followed() {
     assert!(outcomes.contains(&Outcome::Reset(Reset::Lockout)));
     assert_eq!(outcomes[599], Outcome::Updated);
     assert_eq!(filter.estimate().status, Status::Converged);
-    assert!(relative_error(&filter, deployed) < 1e-2);
+    assert!(worst_error(&filter, deployed) < RECONVERGED);
 }
 
 proptest! {
+    /// Any bits in rate and torque, and in every third time stamp.
     #[test]
     fn any_sequence_of_samples_leaves_a_finite_estimate(
         bits in prop::collection::vec((any::<u64>(), prop::array::uniform6(any::<u32>())), 50),

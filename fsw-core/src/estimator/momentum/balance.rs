@@ -41,7 +41,7 @@ impl<T: Real> Balance<T> {
         }
     }
 
-    /// Whether the impulse between the two is unknown: a torque, and longer than `max_gap_us`.
+    /// True if the impulse between the two is unknown: a torque, and longer than `max_gap_us`.
     /// Without torque the momentum is conserved across any gap.
     pub(super) fn has_unknown_impulse(&self, now: &Self, max_gap_us: u64) -> bool {
         let has_torque = [self.torque_n_m, now.torque_n_m].iter().any(|t| *t != Vec3::zeros());

@@ -14,10 +14,10 @@ pub struct Config<T: Real> {
     pub method: Method,
     /// Gyro noise, one sigma, white, per sample, rad/s, above zero. Must be given.
     pub gyro_noise_rad_s: T,
-    /// Inertia before the data. The paper has none and the formulas do not use it: it is the value and
-    /// sigma of an element without data, and the second moment of j in the covariance. Default none:
-    /// a sphere of the inertia along the motion, with a sigma of as much on the moments and half of
-    /// it on the products.
+    /// Inertia before the data. The paper has none and the formulas do not use it: it is the value
+    /// and sigma of an element without data, and the second moment of j in the covariance. Default
+    /// none: a sphere of the inertia along the motion, with a sigma of as much on the moments and
+    /// half of it on the products.
     pub prior: Option<Prior<T>>,
     /// Largest rate on any axis, in sigmas of the gyro, that counts as rest, zero or above. The
     /// paper starts at rest. Default 5. A slow drift that is taken as rest appears in the residual.

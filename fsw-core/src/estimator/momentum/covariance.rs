@@ -7,9 +7,9 @@
 //! `ĵ = f(M J − Σ ω vᵀ J)`, `E[Σ ω vᵀ] = n σ² 1`
 //!
 //! Systematic error: `f((M − n σ² 1) J) − j`, the bias towards zero and everything that the method
-//! neglects, whatever the motion. It is linear in the unknown j, so its second moment follows from the
-//! prior `j₀ ± S`. Random error: the rest of `Σ ω vᵀ J`, whose rows have the covariance `σ² |J|² M`,
-//! through the same formula.
+//! neglects, for any motion. It is linear in the unknown j, so its second moment follows from the
+//! prior `j₀ ± S`. Random error: the rest of `Σ ω vᵀ J`, whose rows have the covariance
+//! `σ² |J|² M`, through the same formula.
 //!
 //! Ours: the paper gives no covariance.
 
@@ -28,13 +28,15 @@ pub(super) struct ErrorModel<T: Real> {
     prior: Prior<T>,
     /// `n σ²`, rad²/s².
     noise_square: T,
-    /// One sigma of a row of `J ω = Q`: typical moment times the larger of stated and measured noise.
+    /// One sigma of a row of `J ω = Q`: typical moment times the larger of stated and measured
+    /// noise.
     row_sigma_n_m_s: T,
 }
 
 impl<T: Real> ErrorModel<T> {
-    /// For gyro noise of `noise_rad_s`, one sigma per sample. Without a prior, that of a body of the
-    /// size along the motion; while the motion does not show a size, the prior of an unknown body.
+    /// For gyro noise of `noise_rad_s`, one sigma per sample. Without a prior, that of a body of
+    /// the size along the motion; while the motion is too weak for a size, the prior of an unknown
+    /// body.
     pub(super) fn new(sums: &Sums<T>, noise_rad_s: T, prior: Option<&Prior<T>>) -> Self {
         let size = sums.size_kg_m2(noise_rad_s);
         let prior = match (prior, size) {
@@ -61,8 +63,9 @@ impl<T: Real> ErrorModel<T> {
 
     /// The method's elements, kg m², and the second moment of their error, kg² m⁴:
     ///
-    /// `Σ e eᵀ` over `e = f((M − n σ² 1) J) − j` for `j = j₀` and for `j = Sₖ` along each element k, and
-    /// over `e = f(σ_row Rᵀ Eₖᵣ)` for each of the nine unit matrices `E`, R the factor of `M = RᵀR`.
+    /// `Σ e eᵀ` over `e = f((M − n σ² 1) J) − j` for `j = j₀` and for `j = Sₖ` along each element
+    /// k, and over `e = f(σ_row Rᵀ Eₖᵣ)` for each of the nine unit matrices `E`, R the factor of
+    /// `M = RᵀR`.
     ///
     /// An element without a solution, and all of them where a number overflows, are the prior's.
     pub(super) fn solve(&self, method: Method) -> ([T; 6], Mat<T, 6, 6>) {
@@ -105,15 +108,15 @@ impl<T: Real> ErrorModel<T> {
         Mat::from_diagonal(&self.prior.sigma_kg_m2.map(|s| s * s).into())
     }
 
-    /// Covariance, kg² m⁴, of least squares for the six elements with the prior: the directions that
-    /// the data observes, whichever method is selected.
+    /// Covariance, kg² m⁴, of least squares for the six elements with the prior: the directions
+    /// that the data observes, whichever method is selected.
     ///
     /// `σ_row² (HᵀH)⁻¹ + A (S² + j₀ j₀ᵀ) Aᵀ`, `A = (HᵀH)⁻¹ N`, `N = n σ² diag(1 1 1 2 2 2)`
     ///
     /// `HᵀH = Σ Gᵀ(ω) G(ω)` is a sum over M, and so over the rows of its factor. As for
-    /// [`regression`](crate::estimator::ekf_sgf::regression), noise in ω biases the solution by A: a
-    /// direction whose excitation does not stand out of the noise keeps its prior uncertainty. The
-    /// prior's covariance, where the factor is singular or a number overflows.
+    /// [`regression`](crate::estimator::ekf_sgf::regression), noise in ω biases the solution by A:
+    /// a direction whose excitation does not stand out of the noise keeps its prior uncertainty.
+    /// The prior's covariance, where the factor is singular or a number overflows.
     pub(super) fn least_squares_covariance(&self) -> Mat<T, 6, 6> {
         let information = self.least_squares_information();
         let covariance = information.covariance_factor().and_then(|factor| {

@@ -1,71 +1,91 @@
-//! The paper's four formulas, each a linear function of `B = Σ ω Qᵀ` for given `M = Σ ω ωᵀ`.
+//! The four formulas of \[Kim2010\], each a linear function of `B = Σ ω Qᵀ` for given `M = Σ ω ωᵀ`.
 //!
-//! That they are linear is what makes their covariance simple: what any error of B does to the
-//! elements is the same formula applied to that error.
+//! Input: the sums and a right-hand side B (N m s rad/s). Output: the six elements, kg m², or none
+//! where the formula divides by zero.
+//!
+//! | method | moment `Jᵢᵢ` | first product | second product |
+//! |---|---|---|---|
+//! | batch | with the row, Eq. (3) | with the row | with the row |
+//! | conventional | alone, Eq. (10) | alone | alone |
+//! | pre-estimate | alone, Eq. (14) | without the moment | without moment and first product |
+//! | suggested | alone, Eq. (14) | without the moment, Eq. (15) | without the moment, Eq. (15) |
+//!
+//! Row i of the tensor obeys `Jᵢ₁ ω₁ + Jᵢ₂ ω₂ + Jᵢ₃ ω₃ = Qᵢ`, Eqs. (11), (12). The methods differ
+//! in the entries of the row that they solve for together. Linearity in B gives their covariance:
+//! an error of B moves the elements by the same formula applied to that error
+//! ([`covariance`](super::covariance)).
 
 use super::sums::Sums;
 use crate::math::{Mat, Vec3, scalar::Real};
 
-/// Which formula.
+/// Formula of \[Kim2010\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Method {
-    /// Least squares for all nine entries at once, Eqs. (2) to (4), which separates into three
-    /// problems, one for each row of the tensor. Of the two entries of a product the paper averages
-    /// none here; these are the ones that Table 2 prints, xy, yz and zx.
+    /// Least squares for all nine entries at once, Eqs. (2) to (4): `x = (HᵀH)⁻¹ Hᵀ z`. It
+    /// separates into three problems, one for each row of the tensor. The paper does not average
+    /// the two entries of a product here; those used are the ones that Table 2 prints, xy, yz and
+    /// zx.
     Batch,
     /// Each entry by itself, as if the body turned about one axis only, Eqs. (10), (14).
     Conventional,
-    /// The moments so; the products with the moments taken off, and the second product of each
-    /// row with the first taken off too, in the order of Eq. (15), as the text after it says of
-    /// (15a) and (15b). With it, over 200 s at 10 Hz, two products of Table 2 come out, xz 0.054 for 0.0589 and yz 0.000
-    /// for 0.0062 kg m², and the third doesn't, xy 0.069 for −0.0019; none of the 720 orders of
-    /// the six entries comes close to all three.
+    /// Moments as [`Conventional`](Self::Conventional); products without the moments' part, and the
+    /// second product of each row also without the first one's, in the order of Eq. (15), as the
+    /// text after it says of (15a) and (15b). Over 200 s at 10 Hz two products of Table 2 are
+    /// reproduced, xz 0.054 for 0.0589 and yz 0.000 for 0.0062 kg m², and the third is not, xy
+    /// 0.069 for −0.0019; none of the 720 orders of the six entries comes close to all three.
     PreEstimate,
-    /// The moments so; the products with the moments taken off, Eq. (15).
+    /// Moments as [`Conventional`](Self::Conventional); products without the moments' part, Eq.
+    /// (15).
     Suggested,
 }
 
-/// Where the six elements stand in the tensor.
+/// Row and column of each of the six elements.
 const PLACES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-/// `B = Rᵀ factored + direct`, N m s rad/s.
+/// Right-hand side `B = Rᵀ factored + direct`, N m s rad/s. Column r belongs to row r of the
+/// tensor.
 ///
-/// The first part never goes through the normal equations, which single precision couldn't
-/// afford. Column r belongs to row r of the tensor.
+/// The first part avoids the normal equations, which would lose weakly excited axes in single
+/// precision.
 pub(super) struct RightHandSide<T: Real> {
-    /// In terms of the factor R.
+    /// `R⁻ᵀ B`, N m s, R the factor of `M = RᵀR`.
     pub factored: Mat<T, 3, 3>,
-    /// As it is.
+    /// The rest of B, N m s rad/s.
     pub direct: Mat<T, 3, 3>,
 }
 
-/// Each entry of the tensor, or none where the formula divides by nothing.
+/// Entries of the tensor, kg m², none where the formula divides by zero.
 type Entries<T> = [[Option<T>; 3]; 3];
 
-/// The formulas for given sums.
+/// The formulas, for given sums.
 pub(super) struct Formulas<T: Real> {
+    /// R, rad/s.
     factor: Mat<T, 3, 3>,
+    /// `M = RᵀR`, rad²/s².
     squares: Mat<T, 3, 3>,
-    /// Which diagonal elements of M, and which pivots of R, can be divided by.
-    has_square: [bool; 3],
-    has_pivots: bool,
+    /// Axes whose `Mᵢᵢ` is more than noise and rounding.
+    is_excited: [bool; 3],
+    /// All three pivots of R are more than noise and rounding.
+    has_full_rank: bool,
 }
 
 impl<T: Real> Formulas<T> {
+    /// For gyro noise of `noise_rad_s`, one sigma per sample.
     pub(super) fn new(sums: &Sums<T>, noise_rad_s: T) -> Self {
         let factor = sums.factor();
         let squares = factor.transpose() * factor;
-        let is_excited = |square: T| sums.is_excited(square, noise_rad_s);
+        let exceeds_noise = |square: T| sums.is_excited(square, noise_rad_s);
         Self {
-            has_square: core::array::from_fn(|i| is_excited(squares[(i, i)])),
-            has_pivots: (0..3).all(|i| is_excited(factor[(i, i)] * factor[(i, i)])),
+            is_excited: core::array::from_fn(|i| exceeds_noise(squares[(i, i)])),
+            has_full_rank: (0..3).all(|i| exceeds_noise(factor[(i, i)] * factor[(i, i)])),
             factor,
             squares,
         }
     }
 
-    /// The six elements; a product is the mean of its two entries, Eq. (16), or the one there is.
+    /// The six elements, kg m². A product is the mean of its two entries, Eq. (16), or the only one
+    /// that the method solves for.
     pub(super) fn elements(&self, method: Method, b: &RightHandSide<T>) -> [Option<T>; 6] {
         let entries = match method {
             Method::Batch => self.batch(b),
@@ -77,9 +97,9 @@ impl<T: Real> Formulas<T> {
         })
     }
 
-    /// `M⁻¹ B`, Eq. (3), without the entries xz, yx and zy.
+    /// `M⁻¹ B`, Eq. (3), by two triangular solves, without the entries xz, yx and zy.
     fn batch(&self, b: &RightHandSide<T>) -> Entries<T> {
-        if !self.has_pivots {
+        if !self.has_full_rank {
             return [[None; 3]; 3];
         }
         core::array::from_fn(|row| {
@@ -90,7 +110,7 @@ impl<T: Real> Formulas<T> {
         })
     }
 
-    /// `R⁻ᵀ b`.
+    /// `R⁻ᵀ b`, by forward substitution.
     fn forward(&self, b: &Vec3<T>) -> Vec3<T> {
         let mut x = *b;
         for i in 0..3 {
@@ -103,7 +123,7 @@ impl<T: Real> Formulas<T> {
         x
     }
 
-    /// `R⁻¹ b`.
+    /// `R⁻¹ b`, by back substitution.
     fn backward(&self, b: &Vec3<T>) -> Vec3<T> {
         let mut x = *b;
         for i in (0..3).rev() {
@@ -116,21 +136,26 @@ impl<T: Real> Formulas<T> {
         x
     }
 
-    /// Eqs. (10), (14), (15): row i, column k is `M_kk⁻¹ (B_ki − Σ known entries of the row × M)`.
+    /// Eqs. (10), (14), (15). The entry in row i, column k is
+    ///
+    /// `Jᵢₖ = Mₖₖ⁻¹ (Bₖᵢ − Σ Jᵢₗ Mₖₗ)`
+    ///
+    /// over the entries l of the row that the method has estimated before: none, the moment, or the
+    /// moment and the first product.
     fn one_by_one(&self, method: Method, b: &RightHandSide<T>) -> Entries<T> {
         let sums = self.factor.transpose() * b.factored + b.direct;
         core::array::from_fn(|row| {
-            let entry = |column: usize, taken_off: &[(usize, Option<T>)]| {
-                if !self.has_square[column] {
+            let entry = |column: usize, estimated: &[(usize, Option<T>)]| {
+                if !self.is_excited[column] {
                     return None;
                 }
                 let mut rest = sums[(column, row)];
-                for (known, value) in taken_off {
+                for (known, value) in estimated {
                     rest -= value.unwrap_or(T::zero()) * self.squares[(column, *known)];
                 }
                 Some(rest / self.squares[(column, column)])
             };
-            // The row's own moment, and the two others in the order of Eq. (15).
+            // The row's moment, then its products in the order of Eq. (15).
             let (first, second) = [(1, 2), (0, 2), (0, 1)][row];
             let moment = entry(row, &[]);
             let (one, other) = match method {
@@ -155,14 +180,23 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The sums of a stored history, in f64 and by nothing but their definition.
+    /// Reference: the sums of a stored history by their definition.
     struct Dense {
         m: Mat<f64, 3, 3>,
         b: Mat<f64, 3, 3>,
     }
 
     impl Dense {
-        /// `(HᵀH)⁻¹ Hᵀ z` with H of Eq. (4): nine unknowns, not three times three.
+        fn of(history: &[(Vec3<f64>, Vec3<f64>)]) -> Self {
+            let mut this = Self { m: Mat::zeros(), b: Mat::zeros() };
+            for (m, q) in history {
+                this.m += m * m.transpose();
+                this.b += m * q.transpose();
+            }
+            this
+        }
+
+        /// `(HᵀH)⁻¹ Hᵀ z` with H of Eq. (4): nine unknowns at once.
         fn batch(history: &[(Vec3<f64>, Vec3<f64>)]) -> Option<Mat<f64, 9, 1>> {
             let (mut normal, mut right) = (Mat::<f64, 9, 9>::zeros(), Mat::<f64, 9, 1>::zeros());
             for (m, q) in history {
@@ -183,10 +217,10 @@ mod tests {
             self.b[(i, i)] / self.m[(i, i)]
         }
 
-        /// Eq. (15), with another product of the row taken off too.
+        /// Eq. (15), without the part of another product of the row.
         fn product(&self, i: usize, k: usize, other: (usize, f64)) -> f64 {
-            let taken_off = self.moment(i) * self.m[(k, i)] + other.1 * self.m[(k, other.0)];
-            (self.b[(k, i)] - taken_off) / self.m[(k, k)]
+            let known = self.moment(i) * self.m[(k, i)] + other.1 * self.m[(k, other.0)];
+            (self.b[(k, i)] - known) / self.m[(k, k)]
         }
     }
 
@@ -198,18 +232,15 @@ mod tests {
             let history: std::vec::Vec<_> = (rows.iter())
                 .map(|r| (Vec3::new(r[0], r[1], r[2]), Vec3::new(r[3], r[4], r[5])))
                 .collect();
-            let (mut sums, mut d) =
-                (Sums::default(), Dense { m: Mat::zeros(), b: Mat::zeros() });
+            let (mut sums, d) = (Sums::default(), Dense::of(&history));
             for (m, q) in &history {
                 prop_assert!(sums.add(m, q));
-                d.m += m * m.transpose();
-                d.b += m * q.transpose();
             }
             prop_assume!(d.m.symmetric_eigenvalues().min() > 0.1);
 
             let formulas = Formulas::new(&sums, 1e-9);
             let b = RightHandSide { factored: sums.right_hand_side(), direct: Mat::zeros() };
-            // The same B, but all of it as it is.
+            // The same B, without the factor.
             let direct = RightHandSide { factored: Mat::zeros(), direct: d.b };
             let check = |method, expected: [f64; 6]| {
                 for b in [&b, &direct] {
@@ -242,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_that_never_turned_divides_by_nothing() {
+    fn an_axis_without_motion_has_no_entries() {
         let mut sums = Sums::<f32>::default();
         for k in 0..20 {
             let x = 0.01 * k as f32;

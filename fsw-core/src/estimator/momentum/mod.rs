@@ -2,7 +2,7 @@
 //! four estimators of \[Kim2010\], by conservation of angular momentum in inertial space.
 //!
 //! ```text
-//!  sample ─► gate ─► balance ─► sums ─────────► formulas ─► elements   Eqs. (3), (10), (14) to (16)
+//!  sample ─► gate ─► balance ─► sums ─────────► formulas ─► elements  Eqs. (3), (10), (14) to (16)
 //!                    ω, Q       Σ ω ωᵀ, Σ ω Qᵀ     └──────► covariance, observed directions
 //! ```
 //!
@@ -14,22 +14,64 @@
 //! differentiated. The four methods solve this differently from the same sums, so [`Method`] only
 //! selects the formula of [`estimate`](Momentum::estimate).
 //!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `P` | rotation from inertial into body axes, from the attitude | – |
+//! | `ω` | measured body rate | rad/s |
+//! | `h_w` | momentum of the wheels relative to the body, body axes | N m s |
+//! | `H` | total momentum, inertial axes | N m s |
+//! | `Q` | the body's share of it, body axes | N m s |
+//! | `M`, `B` | `Σ ω ωᵀ`, `Σ ω Qᵀ` | rad²/s², N m s rad/s |
+//!
+//! # Restarts
+//!
+//! | event | state afterwards | outcome |
+//! |---|---|---|
+//! | body in motion, no balance | waits | [`Coasting::WaitingForRest`] |
+//! | first sample at rest | balance of the wheels | [`Reset::FirstSample`] |
+//! | gap with a torque | waits for rest; sums unchanged | [`Reset::Gap`] |
+//! | momentum not finite | waits for rest; sums unchanged | [`Reset::Diverged`] |
+//! | no usable attitude | unchanged | [`Coasting::NoAttitude`] |
+//!
+//! # Assumptions and departures
+//!
 //! Assumptions: a start at rest, a known attitude at every sample, no unknown external torque. Gyro
 //! noise is white; noise of the attitude and of the tachometers is left out of the covariance.
 //!
 //! Departures from the paper:
 //!
 //! * The paper starts at rest, `ω(0) = 0`. The balance starts with the first sample within
-//!   [`rest_sigma`](Config::rest_sigma) of zero. A body in motion would keep `P(t) P(0)⁻¹ J ω(0)` on
-//!   the right, the unknown J in turned axes, for which none of the four formulas has a place.
-//! * The paper has no external torque. A known one joins Q as its impulse. An unknown one is an error
-//!   of Q that only the residual reveals.
-//! * The paper gives no covariance. Here the elements are always the formula's, and the covariance is
-//!   that of *their* error: the terms that a method neglects and the bias by noise in the regressor are
-//!   part of it. An element whose formula divides by zero takes the prior.
+//!   [`rest_sigma`](Config::rest_sigma) of zero. A body in motion would keep `P(t) P(0)⁻¹ J ω(0)`
+//!   on the right, the unknown J in turned axes, for which none of the four formulas has a place.
+//! * The paper has no external torque. A known one joins Q as its impulse. An unknown one is an
+//!   error of Q that only the residual reveals.
+//! * The paper gives no covariance. Here the elements are always the formula's, and the covariance
+//!   is that of *their* error: the terms that a method neglects and the bias by noise in the
+//!   regressor are part of it. An element whose formula divides by zero takes the prior.
 //!
 //! Accuracy: gyro noise in ω biases every element towards zero, and as in the paper nothing removes
 //! it. Without a prediction there is no innovation, and no spike gate.
+//!
+//! # Example
+//!
+//! ```
+//! use fsw_core::estimator::momentum::{Config, Method, Momentum};
+//! use fsw_core::{Estimator, Outcome, Quaternion, Reset, Sample, Vec3, WheelArray};
+//!
+//! let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
+//! let wheels = WheelArray::new(axes, [4.113e-4f32; 3])?;
+//! let config = Config::kim_2010(Method::Suggested, 1e-4);
+//! let mut estimator = Momentum::new(config, wheels)?;
+//! let outcome = estimator.step(&Sample {
+//!     time_us: 0,
+//!     rate_rad_s: Vec3::zeros(),
+//!     wheel_speed_rad_s: [0.0; 3],
+//!     torque_n_m: Vec3::zeros(),
+//!     attitude: Some(Quaternion::identity()),
+//! });
+//! assert_eq!(outcome, Outcome::Reset(Reset::FirstSample));
+//! # Ok::<(), fsw_core::ConfigError>(())
+//! ```
 
 mod balance;
 mod config;
@@ -58,7 +100,8 @@ use balance::Balance;
 use covariance::ErrorModel;
 use sums::Sums;
 
-/// Samples before the residual is tested: its relative scatter is then below √(1/(2 · 3 · 64)) = 0.05.
+/// Samples before the residual is tested: its relative scatter is then below √(1/(2 · 3 · 64)) =
+/// 0.05.
 const WARM_UP: u32 = 64;
 
 /// Squared residual over that of the stated gyro noise, above which the model does not explain the
@@ -73,7 +116,9 @@ pub struct Momentum<T: Real, const W: usize> {
     gate: Gate<T>,
     /// None before the first sample at rest, and after an unknown impulse.
     balance: Option<Balance<T>>,
+    /// Since the first sample at rest.
     sums: Sums<T>,
+    /// Of the last sample.
     rate_rad_s: Vec3<T>,
 }
 
@@ -126,7 +171,7 @@ impl<T: Real, const W: usize> Momentum<T, W> {
         Outcome::Reset(Reset::FirstSample)
     }
 
-    /// Whether the rate is within [`Config::rest_sigma`] of zero on every axis.
+    /// True if the rate is within [`Config::rest_sigma`] of zero on every axis.
     fn is_at_rest(&self, rate_rad_s: &Vec3<T>) -> bool {
         let limit = self.config.rest_sigma * self.config.gyro_noise_rad_s;
         rate_rad_s.iter().all(|x| x.abs() <= limit)
@@ -148,6 +193,7 @@ impl<T: Real, const W: usize> Momentum<T, W> {
         }
     }
 
+    /// True if the residual is that of the stated gyro noise: `(σ_residual / σ)² ≤ 2`.
     fn explains_the_data(&self) -> bool {
         let ratio = self.sums.residual_rms_rad_s() / self.config.gyro_noise_rad_s;
         self.sums.samples() < WARM_UP || ratio * ratio <= T::lit(DIVERGED)

@@ -1,24 +1,29 @@
-//! The sums that all four methods read: `M = Σ ω ωᵀ`, `B = Σ ω Qᵀ` and what is left over.
+//! Sums of all four methods: `M = Σ ω ωᵀ`, `B = Σ ω Qᵀ`, and the residual of `J ω = Q`.
 //!
-//! Kept as the triangular factor of the rows `[ωᵀ Qᵀ]`, six numbers a sample: its first three
-//! columns hold M, the next three B and the residual. Single precision then keeps what a matrix
-//! of sums would lose where one axis turns far faster than another.
+//! Input: rows `[ωᵀ Qᵀ]`, rad/s and N m s, one a sample. They are accumulated as one triangular
+//! factor whose first three columns hold M, the next three B and the residual:
+//!
+//! `RᵀR = M`, `RᵀZ = B`, `LᵀL = Σ Q Qᵀ − ZᵀZ`.
+//!
+//! Single precision then keeps the weakly excited axes, which a matrix of sums would lose beside an
+//! axis that turns far faster.
 
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real};
 
-/// Beyond, no ω (rad/s) or Q (N m s) is of this world, and its square would overflow in single
-/// precision.
+/// Largest ω (rad/s) or Q (N m s). No flight data comes near it; beyond, the square overflows
+/// single precision.
 const LARGEST: f64 = 1.0e15;
 
-/// Below, the square would vanish in single precision: taken as zero. No sensor resolves it.
+/// Smallest ω (rad/s) or Q (N m s) beside zero. No sensor resolves it; below, the square underflows
+/// single precision.
 const SMALLEST: f64 = 1.0e-15;
 
-/// A sum of squares below this share of what gyro noise alone makes of it can't be believed to
-/// come from a gyro. Ours: over ten samples noise alone stays above it in all but one of 100 cases.
+/// Smallest sum of squares, as a share of that of gyro noise alone, that a gyro can have produced.
+/// Ours: over ten samples noise alone exceeds it in 99 of 100 cases.
 const LEAST_OF_NOISE: f64 = 0.25;
 
-/// The accumulated rows.
+/// Accumulated rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sums<T: Real> {
     rows: SquareRootInformation<T, 6>,
@@ -32,8 +37,8 @@ impl<T: Real> Default for Sums<T> {
 }
 
 impl<T: Real> Sums<T> {
-    /// Takes in `J ω = Q`; `false` where a number isn't finite, or so large that it would ruin
-    /// the sums.
+    /// Adds the row of `J ω = Q`, ω in rad/s and Q in N m s; `false`, without effect, where a
+    /// number is not finite or so large that its square overflows.
     pub(super) fn add(&mut self, rate_rad_s: &Vec3<T>, momentum_n_m_s: &Vec3<T>) -> bool {
         let (w, q) = (rate_rad_s, momentum_n_m_s);
         let row = [w.x, w.y, w.z, q.x, q.y, q.z];
@@ -46,32 +51,35 @@ impl<T: Real> Sums<T> {
         true
     }
 
-    /// Rows so far.
+    /// Accumulated samples.
     pub(super) fn samples(&self) -> u32 {
         self.samples
     }
 
-    /// `n σ²`, rad²/s²: what noise of `noise_rad_s` adds to each diagonal element of M.
+    /// `n σ²`, rad²/s²: expected contribution of noise σ = `noise_rad_s` to each diagonal element
+    /// of M.
     pub(super) fn noise_square(&self, noise_rad_s: T) -> T {
         noise_rad_s * noise_rad_s * T::count(self.samples)
     }
 
-    /// R of `RᵀR = M`, 3×3.
+    /// R of `RᵀR = M`, 3×3, rad/s.
     pub(super) fn factor(&self) -> Mat<T, 3, 3> {
         self.block(0, 0)
     }
 
-    /// Z of `Rᵀ Z = B`, 3×3: column r belongs to row r of the tensor.
+    /// Z of `Rᵀ Z = B`, 3×3, N m s: column r belongs to row r of the tensor.
     pub(super) fn right_hand_side(&self) -> Mat<T, 3, 3> {
         self.block(0, 3)
     }
 
+    /// 3×3 block of the factor.
     fn block(&self, row: usize, column: usize) -> Mat<T, 3, 3> {
         let equations = self.rows.equations();
         Mat::from_fn(|i, k| equations[row + i].0[column + k])
     }
 
-    /// Whether a sum of squares of rates, rad²/s², for gyro noise of `noise_rad_s`, is more than rounding.
+    /// True if a sum of squares of rates, rad²/s², exceeds a quarter of that of gyro noise alone,
+    /// and the rounding of the factor.
     pub(super) fn is_excited(&self, square: T, noise_rad_s: T) -> bool {
         let least = self.noise_square(noise_rad_s) * T::lit(LEAST_OF_NOISE);
         let factor = self.factor();
@@ -79,31 +87,35 @@ impl<T: Real> Sums<T> {
         square > least && square > factor.dot(&factor) * (rounding * rounding)
     }
 
-    /// `√(Σ Qᵀ Q / Σ ωᵀ ω)`, kg m²: the size of the tensor along the motion, with the noise's
-    /// share of the rates taken out; `None` while that is no more than a third of all.
+    /// Size of the tensor along the motion, kg m²: `√(Σ Qᵀ Q / (Σ ωᵀ ω − 3 n σ²))`, σ =
+    /// `noise_rad_s`. `None` while the noise's share of `Σ ωᵀ ω` exceeds two thirds.
     pub(super) fn size_kg_m2(&self, noise_rad_s: T) -> Option<T> {
-        let (m, z, left) = (self.factor(), self.right_hand_side(), self.block(3, 3));
+        let (m, z, residual) = (self.factor(), self.right_hand_side(), self.block(3, 3));
         let all = m.dot(&m);
         let motion = all - self.noise_square(noise_rad_s) * T::lit(3.0);
         let stands_out = motion > all * T::lit(1.0 / 3.0);
         if !stands_out {
             return None;
         }
-        let size = ((z.dot(&z) + left.dot(&left)) / motion).sqrt();
+        let size = ((z.dot(&z) + residual.dot(&residual)) / motion).sqrt();
         (size.is_finite() && size > T::zero()).then_some(size)
     }
 
-    /// The gyro noise, rad/s, one sigma, that explains what no tensor of nine elements can:
-    /// the residual of `J (ω − v) = Q` is `−J v`.
+    /// Gyro noise, rad/s, one sigma, that explains the residual of the best tensor of nine entries:
+    ///
+    /// `σ = √(Σ r² / (n |J|²))`
+    ///
+    /// since the residual of `J (ω − v) = Q` is `r = −J v` (N m s). 0 where the quotient is not
+    /// finite.
     pub(super) fn residual_rms_rad_s(&self) -> T {
-        let left = self.block(3, 3);
+        let residual = self.block(3, 3);
         let tensor = self.basic_solution();
         let square = tensor.dot(&tensor) * T::count(self.samples);
-        let rms = (left.dot(&left) / square).sqrt();
+        let rms = (residual.dot(&residual) / square).sqrt();
         if rms.is_finite() { rms } else { T::zero() }
     }
 
-    /// `R⁻¹ Z`, with zero for each unknown whose pivot is lost in rounding.
+    /// `R⁻¹ Z`, kg m², with zero for each unknown whose pivot is lost in rounding.
     fn basic_solution(&self) -> Mat<T, 3, 3> {
         let (factor, mut x) = (self.factor(), self.right_hand_side());
         for column in 0..3 {

@@ -6,17 +6,19 @@ use crate::prior::Prior;
 use proptest::prelude::*;
 use std::vec::Vec;
 
+/// Elements of the body, kg m².
 const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
 const NOISE_RAD_S: f64 = 1e-4;
 const PERIOD_US: u64 = 100_000;
 const PERIOD_S: f64 = 0.1;
+/// Spin inertia of each wheel.
 const WHEEL_KG_M2: f64 = 1e-3;
-/// Momentum in inertial axes at the start, N m s: wheels that spin.
+/// Momentum in inertial axes at the start, N m s: that of spinning wheels.
 const INITIAL_MOMENTUM: [f64; 3] = [0.05, -0.08, 0.03];
 const METHODS: [Method; 4] =
     [Method::Batch, Method::Conventional, Method::PreEstimate, Method::Suggested];
 
-/// What the body is made to do: three orthogonal wheels take up whatever momentum this needs.
+/// Prescribed motion: three orthogonal wheels take up the momentum that it needs.
 struct Flight<'a> {
     inertia: [f64; 6],
     seconds: f64,
@@ -26,7 +28,7 @@ struct Flight<'a> {
 }
 
 impl Flight<'_> {
-    /// Samples without noise. The attitude by quaternion steps twenty times finer.
+    /// Samples without noise. The attitude is integrated in steps of a twentieth of a sample.
     fn samples(&self) -> Vec<Sample<f64, 3>> {
         let j = Inertia::new(self.inertia).matrix_kg_m2();
         let fine = 20;
@@ -67,10 +69,12 @@ fn turned(q: [f64; 4], angle: &Vec3<f64>) -> [f64; 4] {
     [v.x / norm, v.y / norm, v.z / norm, w / norm]
 }
 
+/// Three orthogonal wheels.
 fn wheels<T: Real>() -> WheelArray<T, 3> {
     WheelArray::new([Vec3::x(), Vec3::y(), Vec3::z()], [T::lit(WHEEL_KG_M2); 3]).unwrap()
 }
 
+/// The same sample in single precision.
 fn narrow(s: &Sample<f64, 3>) -> Sample<f32, 3> {
     Sample {
         time_us: s.time_us,
@@ -81,10 +85,12 @@ fn narrow(s: &Sample<f64, 3>) -> Sample<f32, 3> {
     }
 }
 
+/// The paper's method for gyro noise of [`NOISE_RAD_S`].
 fn config(method: Method) -> Config<f64> {
     Config::kim_2010(method, NOISE_RAD_S)
 }
 
+/// Estimate of a flight in double precision.
 fn fly(config: Config<f64>, samples: &[Sample<f64, 3>]) -> Estimate<f64> {
     let mut estimator = Momentum::new(config, wheels()).unwrap();
     for sample in samples {
@@ -93,6 +99,7 @@ fn fly(config: Config<f64>, samples: &[Sample<f64, 3>]) -> Estimate<f64> {
     estimator.estimate()
 }
 
+/// Estimate of a flight in single precision, with the default prior.
 fn fly_f32(method: Method, samples: &[Sample<f64, 3>]) -> Estimate<f32> {
     let config = Config::kim_2010(method, NOISE_RAD_S as f32);
     let mut estimator = Momentum::new(config, wheels()).unwrap();
@@ -120,6 +127,7 @@ impl Normal {
     }
 }
 
+/// Adds white gyro noise of [`NOISE_RAD_S`].
 fn with_noise(mut samples: Vec<Sample<f64, 3>>, seed: u64) -> Vec<Sample<f64, 3>> {
     let mut normal = Normal(seed);
     for sample in &mut samples {
@@ -138,23 +146,26 @@ fn slew(t: f64) -> Vec3<f64> {
     Vec3::new(0.5, 0.6, 0.6) * (0.01 * t * (-0.05 * t).exp())
 }
 
+/// No torque.
 fn still() -> Vec3<f64> {
     Vec3::zeros()
 }
 
+/// 200 s of this motion without torque.
 fn flight(rate: &dyn Fn(f64) -> Vec3<f64>) -> Flight<'_> {
     Flight { inertia: INERTIA, seconds: 200.0, rate, torque: still() }
 }
 
+/// Largest error of an element, kg m².
 fn worst_error(found: [f64; 6]) -> f64 {
     (0..6).map(|i| (found[i] - INERTIA[i]).abs()).fold(0.0, f64::max)
 }
 
-/// What the attitude's steps leave of 1.5 kg m²: (0.06 rad/s · 5 ms)² / 12 of the turns.
+/// Error of the attitude's integration in 1.5 kg m²: (0.06 rad/s · 5 ms)² / 12 of the turns.
 const EXACT: f64 = 1e-7;
 
 #[test]
-fn without_noise_the_batch_finds_all_six() {
+fn without_noise_the_batch_is_exact() {
     let quiet = Config { gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
     let estimate = fly(quiet, &flight(&tumble).samples());
     assert!(worst_error(estimate.inertia.elements_kg_m2()) < EXACT, "{estimate:?}");
@@ -162,7 +173,7 @@ fn without_noise_the_batch_finds_all_six() {
 }
 
 #[test]
-fn without_noise_the_conventional_finds_all_six_one_axis_after_the_other() {
+fn without_noise_the_conventional_is_exact_for_one_axis_at_a_time() {
     let one_after_the_other = |t: f64| {
         let pulse = |from: f64| 0.05 * (0.05 * (t - from).clamp(0.0, 62.8)).sin();
         Vec3::new(pulse(0.0), pulse(65.0), pulse(130.0)).map(|x| if x < 1e-4 { 0.0 } else { x })
@@ -172,8 +183,9 @@ fn without_noise_the_conventional_finds_all_six_one_axis_after_the_other() {
     assert!(worst_error(estimate.inertia.elements_kg_m2()) < EXACT, "{estimate:?}");
 }
 
+/// Motion about x: `Jxx`, `Jxy` and `Jxz` are exact, the other three keep the prior.
 #[test]
-fn without_noise_a_single_axis_shows_its_column_and_the_rest_is_held() {
+fn without_noise_a_single_axis_determines_its_column_alone() {
     let about_x = |t: f64| Vec3::new(0.05 * (0.1 * t).sin(), 0.0, 0.0);
     let prior = Prior { inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], sigma_kg_m2: [0.5; 6] };
     let samples = flight(&about_x).samples();
@@ -193,15 +205,16 @@ fn without_noise_a_single_axis_shows_its_column_and_the_rest_is_held() {
             assert!((estimate.sigma_kg_m2()[i] - 0.5).abs() < 1e-12);
         }
     }
-    // Nine unknowns at once have no solution, so all are held.
+    // The nine unknowns of the batch have no solution: all keep the prior.
     let batch = Config { prior: Some(prior), gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
     let estimate = fly(batch, &samples);
     assert_eq!(estimate.inertia.elements_kg_m2(), prior.inertia_kg_m2);
     assert_eq!(estimate.observed.directions, 3);
 }
 
+/// The impulse of a constant torque in inertial axes joins the balance.
 #[test]
-fn a_known_torque_changes_nothing() {
+fn a_known_torque_leaves_the_elements_exact() {
     let quiet = Config { gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
     let torque = Vec3::new(1e-3, -2e-3, 1e-3);
     let estimate = fly(quiet, &Flight { torque, ..flight(&tumble) }.samples());
@@ -209,8 +222,9 @@ fn a_known_torque_changes_nothing() {
     assert_eq!(estimate.status, Status::Converged);
 }
 
+/// 50 s in motion, then a start at rest.
 #[test]
-fn a_body_that_moves_is_waited_for() {
+fn a_moving_body_coasts_until_rest() {
     let comes_to_rest = |t: f64| if t < 50.0 { tumble(t + 3.0) } else { tumble(t - 50.0) };
     let quiet = Config { gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
     let mut estimator = Momentum::new(quiet, wheels()).unwrap();
@@ -229,7 +243,7 @@ fn a_body_that_moves_is_waited_for() {
 }
 
 #[test]
-fn a_gap_costs_nothing_without_torque_and_waits_for_rest_with_it() {
+fn a_gap_is_bridged_without_torque_and_resets_with_it() {
     let quiet = Config { gyro_noise_rad_s: 1e-9, ..config(Method::Batch) };
     for torque in [still(), Vec3::new(1e-3, -2e-3, 1e-3)] {
         let samples = Flight { torque, ..flight(&tumble) }.samples();
@@ -248,8 +262,9 @@ fn a_gap_costs_nothing_without_torque_and_waits_for_rest_with_it() {
     }
 }
 
+/// The rates are proportional, so the regressor has rank 1; each error is within two sigma.
 #[test]
-fn of_a_slew_about_one_axis_every_method_says_that_three_directions_are_seen() {
+fn every_method_observes_three_directions_of_a_slew_about_one_axis() {
     let samples = with_noise(flight(&slew).samples(), 1);
     for method in METHODS {
         let estimate = fly(config(method), &samples);
@@ -265,7 +280,7 @@ fn of_a_slew_about_one_axis_every_method_says_that_three_directions_are_seen() {
 }
 
 #[test]
-fn single_precision_comes_to_the_same() {
+fn single_precision_gives_the_same_elements() {
     // Rounding of a wheel's momentum, 6e-8 of 0.1 N m s, beside 0.05 rad/s of motion.
     let rounding = 1e-5;
     for (rate, seed) in [(&tumble as &dyn Fn(f64) -> Vec3<f64>, 2), (&slew, 3)] {
@@ -284,7 +299,7 @@ fn single_precision_comes_to_the_same() {
     }
 }
 
-/// Mean NEES per degree of freedom over spacecraft drawn from the prior.
+/// Mean NEES per degree of freedom over 100 spacecraft drawn from the prior.
 fn nees(method: Method, rate: &dyn Fn(f64) -> Vec3<f64>) -> f64 {
     let prior = Prior {
         inertia_kg_m2: [1.5, 1.2, 1.8, 0.0, 0.0, 0.0],
@@ -308,9 +323,9 @@ fn nees(method: Method, rate: &dyn Fn(f64) -> Vec3<f64>) -> f64 {
 }
 
 #[test]
-fn the_covariance_is_that_of_the_formulas_error_whatever_it_neglects() {
-    // An honest one gives 1 ± 0.06 over 600 degrees of freedom. Along directions of noise alone
-    // Σ ω vᵀ follows from Σ ω ωᵀ, which is left out: sigma is then a little too large.
+fn the_covariance_is_that_of_the_error_of_each_formula() {
+    // A covariance that fits gives 1 ± 0.06 over 600 degrees of freedom. Along directions of noise
+    // alone Σ ω vᵀ follows from Σ ω ωᵀ, which is left out: sigma is then a little too large.
     for method in METHODS {
         for (name, rate) in [("tumble", &tumble as &dyn Fn(f64) -> Vec3<f64>), ("slew", &slew)] {
             let nees = nees(method, rate);
@@ -320,8 +335,9 @@ fn the_covariance_is_that_of_the_formulas_error_whatever_it_neglects() {
     }
 }
 
+/// 2e-4 N m for 200 s, left out of the samples.
 #[test]
-fn a_torque_that_nobody_told_is_called_diverged() {
+fn an_unmodelled_torque_is_reported_as_diverged() {
     let mut samples = Flight { torque: Vec3::new(2e-4, 0.0, 0.0), ..flight(&tumble) }.samples();
     for sample in &mut samples {
         sample.torque_n_m = still();
@@ -335,7 +351,7 @@ fn a_torque_that_nobody_told_is_called_diverged() {
 }
 
 #[test]
-fn an_attitude_that_cannot_be_used_is_named_and_changes_nothing() {
+fn an_unusable_attitude_coasts_with_its_reason() {
     let samples = flight(&tumble).samples();
     let mut estimator = Momentum::new(config(Method::Batch), wheels()).unwrap();
     let mut step = |attitude: Option<Quaternion<f64>>, k: usize| {
@@ -350,8 +366,9 @@ fn an_attitude_that_cannot_be_used_is_named_and_changes_nothing() {
     assert_eq!(step(samples[4].attitude, 4), Outcome::Updated);
 }
 
+/// Without noise and with it: every sigma stays that of an unknown body.
 #[test]
-fn at_rest_nothing_is_seen() {
+fn at_rest_nothing_is_observed() {
     let rest = |_: f64| Vec3::zeros();
     for samples in [flight(&rest).samples(), with_noise(flight(&rest).samples(), 6)] {
         for method in METHODS {
@@ -364,6 +381,7 @@ fn at_rest_nothing_is_seen() {
 }
 
 proptest! {
+    /// Any bits, and plausible attitudes with momenta of 1e-30 to 1e30 N m s.
     #[test]
     fn any_bits_leave_a_finite_estimate(
         rows in prop::collection::vec(prop::array::uniform16(any::<u32>()), 30),
@@ -375,15 +393,20 @@ proptest! {
             let mut estimator = Momentum::new(config, wheels()).unwrap();
             for (k, (bits, turn)) in rows.iter().zip(&turns).enumerate() {
                 let f = bits.map(f32::from_bits);
-                // Any bits mostly fail the gate: so every other sample is sane but for its size.
-                let sane = k % 2 == 0;
-                let pick = |any: [f32; 3]| if sane { turn.map(|x| x * scale) } else { any };
+                // Random bits mostly fail the gate, so every other sample is plausible but for its
+                // scale.
+                let is_plausible = k % 2 == 0;
+                let pick = |any: [f32; 3]| if is_plausible { turn.map(|x| x * scale) } else { any };
                 estimator.step(&Sample {
                     time_us: k as u64 * PERIOD_US,
-                    rate_rad_s: if sane { Vec3::from(*turn) } else { [f[0], f[1], f[2]].into() },
+                    rate_rad_s: if is_plausible {
+                        Vec3::from(*turn)
+                    } else {
+                        [f[0], f[1], f[2]].into()
+                    },
                     wheel_speed_rad_s: pick([f[3], f[4], f[5]]),
                     torque_n_m: pick([f[6], f[7], f[8]]).into(),
-                    attitude: Some(if sane {
+                    attitude: Some(if is_plausible {
                         Quaternion::identity()
                     } else {
                         Quaternion::new([f[9], f[10], f[11], f[12]])

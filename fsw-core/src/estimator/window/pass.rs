@@ -14,7 +14,7 @@ use super::block::Block;
 use super::storage::Storage;
 use super::trajectory::{Crossing, Trajectory};
 use super::unknowns::{Known, Point};
-use crate::math::square_root_information::{Left, SquareRootInformation};
+use crate::math::square_root_information::{RecursiveResidual as Left, SquareRootInformation};
 use crate::math::{Vec3, scalar::Real};
 
 /// One pass over U unknowns.

@@ -1,71 +1,107 @@
-//! A stream of evenly spaced samples, differentiated and smoothed as it comes.
+//! Stream of evenly spaced samples, smoothed and differentiated.
 //!
-//! Input: time stamp and N channels. Output: value and first derivative of each channel, both of
-//! the same polynomial at the same instant, and how long ago that was. The last C samples are
-//! kept in a ring; nothing is allocated.
+//! Input: time stamp, µs, and N channels. Output: value and first derivative of each channel, both
+//! of the same polynomial at the same instant, and the age of that instant.
+//!
+//! `y(t) = Σᵢ wᵢ yᵢ`, `ẏ(t) = Σᵢ w'ᵢ yᵢ / Δt`, with the weights of [`kernel`](super::kernel) and
+//! the mean sample period `Δt` of the window.
+//!
+//! Assumption: samples are evenly spaced within a tolerance; a sample that is not restarts the
+//! window.
+//!
+//! The newest C samples are kept in a ring, and nothing is allocated. A full window of n samples
+//! costs `2 n N` products per sample. While the window grows, each sample also takes new weights.
+//!
+//! | evaluation point | delay | noise gain of the derivative |
+//! |---|---|---|
+//! | [`Fit::centred`] | half the window | smallest |
+//! | [`Fit::newest`] | none | largest |
 
 use super::kernel::{Fit, Kernel};
 use crate::error::ConfigError;
 use crate::math::range::{not_negative, within};
 use crate::math::scalar::Real;
 
-/// How the window fills after a start.
+/// Behaviour while the window fills after a start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Growth {
-    /// Nothing is said before it is full.
+    /// No output before the window is full.
     WaitUntilFull,
-    /// Two samples make a backward difference, then the window is the largest odd number of
-    /// samples there are: 3, 3, 5, 5, 7 for 3 to 7 of them, \[Kim2013\].
+    /// Growing odd window, \[Kim2013\]: two samples make a backward difference; 3 to 7 samples make
+    /// windows of 3, 3, 5, 5, 7.
     Odd,
 }
 
-/// What the window holds after a sample.
+/// Content of the window after a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pushed<T: Real, const N: usize> {
-    /// Enough for a fit.
+    /// Polynomial through the window.
     Fitted(Fitted<T, N>),
-    /// The window is still filling.
+    /// Too few samples for a fit.
     Filling,
-    /// The sample came too early or too late for the even spacing that the weights assume: the
-    /// window starts anew with it.
+    /// Sample too early or too late for the even spacing that the weights assume. It is the first
+    /// of a new window.
     Restarted,
 }
 
-/// The polynomial through the window, at the evaluation point.
+/// Polynomial through the window, at the evaluation point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fitted<T: Real, const N: usize> {
-    /// Each channel's value, in its own unit.
+    /// Value of each channel, in its unit.
     pub value: [T; N],
-    /// Each channel's derivative, its unit per second.
+    /// First derivative of each channel, its unit per second.
     pub derivative_per_s: [T; N],
     /// Mean sample period of the window, s.
     pub period_s: T,
-    /// How long before the newest sample the evaluation point lies, s.
+    /// Age of the evaluation point relative to the newest sample, s.
     pub delay_s: T,
 }
 
-/// N channels, a window of up to C samples.
+/// Smoothing and differentiation of N channels with a window of up to C samples.
+///
+/// ```
+/// use fsw_core::math::savgol::{Differentiator, Fit, Growth, Pushed};
+///
+/// // A parabola through five samples at 10 Hz, evaluated at the newest one.
+/// let fit = Fit::newest(5, 2, 1);
+/// let mut rate = Differentiator::<f64, 1, 5>::new(fit, Growth::WaitUntilFull, 0.1)?;
+/// for k in 0..5u64 {
+///     let t = 0.1 * k as f64;
+///     if let Pushed::Fitted(fitted) = rate.push(100_000 * k, [t * t]) {
+///         assert!((fitted.derivative_per_s[0] - 0.8).abs() < 1e-12); // 2 t at 0.4 s
+///         assert_eq!(fitted.delay_s, 0.0);
+///     }
+/// }
+/// # Ok::<(), fsw_core::ConfigError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Differentiator<T: Real, const N: usize, const C: usize> {
+    /// Polynomial and evaluation point of the full window.
     pub(crate) fit: Fit<T>,
+    /// Behaviour while the window fills.
     pub(crate) growth: Growth,
-    /// An interval may differ from the mean of those before it by this share.
+    /// Largest deviation of an interval from the mean of those before it, relative.
     pub(crate) period_tolerance: T,
+    /// Channels and time stamp, µs, of the newest samples.
     pub(crate) ring: [([T; N], u64); C],
-    /// Where the next sample goes.
+    /// Index of the next sample in the ring.
     pub(crate) next: usize,
+    /// Samples in the window.
     pub(crate) filled: usize,
+    /// Weights of the value.
     pub(crate) smoothing: Kernel<T, C>,
+    /// Weights of the derivative, per sample period.
     pub(crate) differentiation: Kernel<T, C>,
 }
 
 impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
-    /// Fits as `fit` says; its `derivative` is not looked at, since value and first derivative
-    /// are both given.
+    /// Empty window. `fit.derivative` is ignored, since value and first derivative are both given.
+    ///
+    /// `period_tolerance` is relative: 0.1 accepts an interval within 10 % of the mean.
     ///
     /// # Errors
-    /// What [`Fit::validate`] refuses, an `order` of zero, and a negative `period_tolerance`.
+    /// Those of [`Fit::validate`], an `order` of zero, and a negative `period_tolerance`.
     pub fn new(fit: Fit<T>, growth: Growth, period_tolerance: T) -> Result<Self, ConfigError> {
         fit.validate(C)?;
         within("order", fit.order, 1, fit.window - 1)?;
@@ -83,12 +119,18 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         })
     }
 
-    /// Forgets all samples.
+    /// Discards all samples.
     pub fn restart(&mut self) {
         self.filled = 0;
     }
 
-    /// Takes in the next sample.
+    /// Adds the sample of `time_us`, and fits the window that it completes.
+    ///
+    /// | state of the window | result |
+    /// |---|---|
+    /// | the interval deviates from the mean by more than the tolerance | [`Pushed::Restarted`] |
+    /// | too few samples | [`Pushed::Filling`] |
+    /// | complete, or growing by [`Growth::Odd`] | [`Pushed::Fitted`] |
     pub fn push(&mut self, time_us: u64, channels: [T; N]) -> Pushed<T, N> {
         let is_even = self.is_even(time_us);
         if !is_even {
@@ -106,13 +148,23 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         }
     }
 
-    /// `Σᵢⱼ wᵢ wⱼ ρ^|i−j|` of the differentiating weights, per period²: see
+    /// Noise gain of the derivative, `Σᵢⱼ wᵢ wⱼ ρ^|i−j|`, per sample period²: see
     /// [`Kernel::noise_gain`].
+    ///
+    /// ```
+    /// use fsw_core::math::savgol::{Differentiator, Fit, Growth};
+    ///
+    /// // Parabola through five samples: 12 / (n (n² − 1)) = 0.1 for white noise.
+    /// let fit = Fit::<f64>::centred(5, 2, 1);
+    /// let rate = Differentiator::<f64, 3, 8>::new(fit, Growth::Odd, 0.1)?;
+    /// assert!((rate.derivative_noise_gain(0.0) - 0.1).abs() < 1e-15);
+    /// # Ok::<(), fsw_core::ConfigError>(())
+    /// ```
     pub fn derivative_noise_gain(&self, correlation: T) -> T {
         self.differentiation.noise_gain(correlation)
     }
 
-    /// Whether the sample follows at the mean interval of the window, within tolerance.
+    /// True for a sample at the mean interval of the window, within tolerance.
     fn is_even(&self, time_us: u64) -> bool {
         if self.filled == 0 {
             return true;
@@ -127,7 +179,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         (T::seconds(elapsed_us) - mean_s).abs() <= self.period_tolerance * mean_s
     }
 
-    /// How many of the samples there are make the window, if any.
+    /// Length of the window that the present samples make, if any.
     fn window(&self) -> Option<usize> {
         match (self.growth, self.filled) {
             (_, filled) if filled >= self.fit.window => Some(self.fit.window),
@@ -137,6 +189,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         }
     }
 
+    /// Polynomial through the newest `window` samples: `y = Σ wᵢ yᵢ`, `ẏ = Σ w'ᵢ yᵢ / Δt`.
     fn fitted(&mut self, window: usize, time_us: u64) -> Fitted<T, N> {
         let at = self.set_window(window);
         let last = T::count(window as u32 - 1);
@@ -159,8 +212,8 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         Fitted { value, derivative_per_s, period_s, delay_s: (last - at) * period_s }
     }
 
-    /// Weights for a window of this length, which changes only while it grows; returns where
-    /// they evaluate. A grown window is evaluated in its middle.
+    /// Sets the weights for a window of this length, which changes only while it grows. Returns
+    /// their evaluation point: the middle for a growing window.
     fn set_window(&mut self, window: usize) -> T {
         let mut fit = self.fit;
         if window < self.fit.window {
@@ -177,6 +230,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         (self.next + C + i - window) % C
     }
 
+    /// Time stamp of that sample, µs.
     fn stamp(&self, window: usize, i: usize) -> u64 {
         self.ring.get(self.index(window, i)).map_or(0, |(_, time_us)| *time_us)
     }
@@ -190,14 +244,17 @@ mod tests {
 
     const PERIOD_US: u64 = 100_000;
 
+    /// Window of seven samples that grows, parabola, one channel: \[Kim2013\].
     fn kim_2013() -> Differentiator<f64, 1, 8> {
         Differentiator::new(Fit::centred(7, 2, 1), Growth::Odd, 0.1).unwrap()
     }
 
+    /// Test signal `1 − 2 t + 3 t²`.
     fn parabola(t: f64) -> [f64; 1] {
         [1.0 - 2.0 * t + 3.0 * t * t]
     }
 
+    /// Window lengths from the delay of a centred fit, `(n − 1) / 2` periods.
     #[test]
     fn the_window_grows_as_in_kim_2013() {
         let mut d = kim_2013();
@@ -213,8 +270,9 @@ mod tests {
         assert_eq!(delays[2..], windows);
     }
 
+    /// A parabola is reproduced exactly at the evaluation point: centred, newest and in between.
     #[test]
-    fn value_and_derivative_belong_to_the_instant_that_is_named() {
+    fn value_and_derivative_belong_to_the_stated_instant() {
         for fit in
             [Fit::centred(6, 2, 1), Fit::newest(6, 2, 1), Fit { at: 3.7, ..Fit::centred(6, 2, 1) }]
         {
@@ -233,6 +291,8 @@ mod tests {
         }
     }
 
+    /// Two samples give the mean value and the difference quotient, half a period before the newest
+    /// one.
     #[test]
     fn the_first_difference_is_exact_for_a_line() {
         let mut d = kim_2013();
@@ -243,6 +303,7 @@ mod tests {
         assert!((f.delay_s - 0.05).abs() < 1e-15);
     }
 
+    /// Jitter of 4 % passes a tolerance of 10 %; a doubled interval does not.
     #[test]
     fn jitter_within_tolerance_passes_and_a_gap_restarts() {
         let mut d = kim_2013();
@@ -256,16 +317,18 @@ mod tests {
         assert!(matches!(d.push(now + PERIOD_US, [0.0]), Pushed::Fitted(_)));
     }
 
+    /// Equal and earlier time stamps.
     #[test]
-    fn time_that_stands_still_or_runs_back_restarts() {
+    fn non_increasing_time_restarts_the_window() {
         let mut d = kim_2013();
         d.push(5 * PERIOD_US, [0.0]);
         assert_eq!(d.push(5 * PERIOD_US, [0.0]), Pushed::Restarted);
         assert_eq!(d.push(PERIOD_US, [0.0]), Pushed::Restarted);
     }
 
+    /// Window above the capacity, order zero, negative tolerance.
     #[test]
-    fn refuses_what_cannot_be_differentiated() {
+    fn an_invalid_fit_or_tolerance_is_rejected() {
         let new = |fit| Differentiator::<f32, 1, 8>::new(fit, Growth::Odd, 0.1).unwrap_err();
         assert_eq!(new(Fit::centred(9, 2, 1)).field, "window");
         assert_eq!(new(Fit::centred(6, 0, 1)).field, "order");

@@ -1,9 +1,12 @@
-//! Savitzky-Golay: a polynomial fitted to the last few samples, smoothed or differentiated.
+//! Savitzky-Golay filter: a polynomial fitted to the newest samples, smoothed or differentiated.
+//! \[Savitzky1964\]
 //!
-//! Used by \[Kim2013\] and \[Kim2016\] to turn filtered rates into angular accelerations.
+//! Input: N channels at an even sample period. Output: value and derivative of the fitted
+//! polynomial at a fixed place in the window. \[Kim2013\] and \[Kim2016\] turn filtered rates into
+//! angular accelerations by it.
 //!
-//! * [`kernel`]: the weights, for any window, order, derivative and evaluation point;
-//! * [`differentiator`]: the same over a stream of samples, which must be evenly spaced.
+//! * [`kernel`]: weights for any window, order, derivative and evaluation point;
+//! * [`differentiator`]: the weights applied to a stream of samples.
 
 pub mod differentiator;
 pub mod kernel;

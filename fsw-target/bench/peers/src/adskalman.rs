@@ -1,4 +1,4 @@
-//! The crate `adskalman`. Its prediction of the state, `Φ x`, is in the count.
+//! The crate `adskalman`. The count includes its prediction of the state, `Φ x`.
 
 use crate::{Filter, Problem};
 use adskalman::{
@@ -7,7 +7,7 @@ use adskalman::{
 };
 use nalgebra::{Const, SMatrix, SVector};
 
-/// The filter with its two models.
+/// Filter with transition and observation model.
 pub struct Adskalman {
     estimate: StateAndCovariance<f32, Const<9>>,
     transition: Transition,
@@ -28,12 +28,12 @@ struct Observation {
 }
 
 impl Adskalman {
-    /// With `(1 − K H) P`.
+    /// With the update `P ← (1 − K H) P`.
     pub fn plain(problem: &Problem) -> Self {
         Self::new(problem, CovarianceUpdateMethod::OptimalKalman)
     }
 
-    /// With Joseph's form, the crate's default.
+    /// With Joseph's form of the update, the default of the crate.
     pub fn joseph(problem: &Problem) -> Self {
         Self::new(problem, CovarianceUpdateMethod::JosephForm)
     }

@@ -1,9 +1,9 @@
-//! nalgebra, as the equations stand in a textbook.
+//! Textbook equations with dense matrices of nalgebra.
 
 use crate::{Filter, Problem};
 use nalgebra::{SMatrix, SVector};
 
-/// State and covariance, and the matrices of the model.
+/// State, covariance, and matrices of the model.
 pub struct Dense {
     x: SVector<f32, 9>,
     p: SMatrix<f32, 9, 9>,
@@ -14,7 +14,7 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// Before the first step.
+    /// The filter before its first step.
     pub fn new(problem: &Problem) -> Self {
         Self {
             x: SVector::zeros(),
@@ -28,7 +28,7 @@ impl Dense {
 }
 
 impl Filter for Dense {
-    #[allow(non_snake_case, reason = "the letters of the equations")]
+    #[allow(non_snake_case, reason = "symbols of the equations")]
     fn step(&mut self, measured: &SVector<f32, 3>) {
         let (F, H) = (&self.phi, &self.h);
         let P = F * self.p * F.transpose() + self.q;

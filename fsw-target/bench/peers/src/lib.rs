@@ -1,8 +1,8 @@
-//! Other Kalman filters on the work of `joint-ekf`'s covariance, which the image `bench` counts beside
-//! ours: nine states, three measured.
+//! Kalman filters of other crates on the problem of `joint-ekf`'s covariance, nine states and three
+//! measurements, counted by the image `bench` for comparison.
 //!
-//! A crate of its own, so that they are compiled for speed, as our steps are, and not for size as the
-//! rest of the firmware.
+//! A crate of its own, so that it is compiled for speed, as the estimator steps are, and not for size
+//! as the rest of the firmware.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -13,29 +13,29 @@ mod minikalman;
 
 use nalgebra::{SMatrix, SVector};
 
-/// What all of them are given.
+/// Problem of all filters.
 #[derive(Debug, Clone, Copy)]
 pub struct Problem {
-    /// Φ.
+    /// Transition matrix Φ.
     pub transition: SMatrix<f32, 9, 9>,
-    /// Q.
+    /// Process noise covariance Q.
     pub process_noise: SMatrix<f32, 9, 9>,
-    /// Square root of P at the start, its diagonal.
+    /// Square roots of the diagonal of the initial covariance P.
     pub sigma: [f32; 9],
-    /// Square root of R, of each axis.
+    /// Square root of the diagonal of R, equal for all axes.
     pub measurement_noise: f32,
 }
 
-/// A filter about zero: its state is the deviation from what is predicted.
+/// A filter about zero: its state is the deviation from the prediction.
 pub trait Filter {
-    /// Predicts, and updates with a measured deviation.
+    /// Predicts, then updates with the measured deviation.
     fn step(&mut self, measured: &SVector<f32, 3>);
     /// Variances of the nine states.
     fn variances(&self) -> [f32; 9];
 }
 
-/// Shows each of them to `visit`, by its name, before its first step. Generic in nothing, so that all
-/// of it is compiled here.
+/// Passes each filter to `visit`, by its name, before its first step. Not generic, so that all code
+/// is compiled in this crate.
 pub fn each(problem: &Problem, visit: &mut dyn FnMut(&'static str, &mut dyn Filter)) {
     visit("dense-nalgebra", &mut dense::Dense::new(problem));
     visit("adskalman", &mut adskalman::Adskalman::plain(problem));

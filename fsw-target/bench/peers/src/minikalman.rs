@@ -1,4 +1,4 @@
-//! The crate `minikalman`. Its prediction of the state, `Φ x`, is in the count.
+//! The crate `minikalman`. The count includes its prediction of the state, `Φ x`.
 
 use crate::{Filter, Problem};
 use minikalman::prelude::*;
@@ -14,7 +14,7 @@ use nalgebra::SVector;
 const STATES: usize = 9;
 const MEASUREMENTS: usize = 3;
 
-/// Before the first step.
+/// The filter before its first step.
 #[allow(non_snake_case, reason = "the names of the crate's buffers")]
 pub fn new(problem: &Problem) -> impl Filter + use<> {
     impl_buffer_x!(x, STATES, f32, 0.0);
@@ -54,7 +54,7 @@ pub fn new(problem: &Problem) -> impl Filter + use<> {
     }
 }
 
-/// Filter and observation, of types that only the crate's macros can name.
+/// Filter and observation, of types named only by the crate's macros.
 struct Minikalman<F, M> {
     filter: F,
     observation: M,

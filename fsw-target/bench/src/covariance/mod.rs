@@ -1,9 +1,8 @@
-//! The covariance alone, nine states and three measurements: `P ← Φ P Φᵀ + Q`, then the Kalman update
-//! with a measured rate. Ours, and others on the same numbers.
+//! Covariance propagation alone, nine states and three measurements: `P ← Φ P Φᵀ + Q`, then the Kalman
+//! update with a measured rate. The form of `joint-ekf` and the peers on the same numbers.
 //!
-//! What a step does besides (gate, dynamics, Jacobians, monitor) is left out, as the others have
-//! nothing of it. In the end all must have come to the same variances: only the same work is
-//! comparable.
+//! Gate, dynamics, Jacobians and monitor of a step are left out, since the peers have none. All filters
+//! must end at the same variances, which shows that they do the same work.
 
 mod ours;
 
@@ -15,14 +14,14 @@ use fsw_core::dynamics::interval::{Drive, Interval};
 use fsw_core::dynamics::step::{Transition, runge_kutta_4};
 use fsw_core::{Inertia, Vec3, dynamics::gyrostat::Gyrostat};
 
-/// Steps of each. All cost about the same.
+/// Steps per filter; all have about the same cost.
 const STEPS: usize = 100;
 
-/// After so many in single precision, ours and a filter with a plain covariance agree this well, of
-/// the square root of each variance.
+/// Tolerance of the standard deviations after all steps, relative: `f32` rounding of a plain
+/// covariance against the UD form.
 const AGREE: f32 = 0.01;
 
-/// The numbers: the CubeSat as it turns at a few degrees per second, at 10 Hz.
+/// Problem: the CubeSat at a few degrees per second, sampled at 10 Hz.
 const INERTIA_KG_M2: [f32; 6] = [0.058, 0.104, 0.118, -0.0021, 0.0016, 0.0028];
 const RATE_RAD_S: [f32; 3] = [0.05, -0.08, 0.1];
 const TORQUE_N_M: [f32; 3] = [2e-4, -1e-4, 3e-4];
@@ -33,23 +32,23 @@ const RATE_WALK_RAD_S_SQRT_S: f32 = 1e-5;
 const INERTIA_WALK_KG_M2_SQRT_S: f32 = 1e-5;
 const SIGMA: [f32; 9] = [1e-4, 1e-4, 1e-4, 0.01, 0.01, 0.01, 0.004, 0.004, 0.004];
 
-/// What all filters are given.
+/// Problem of all filters.
 struct Problem {
     transition: Transition<f32>,
     /// Random walk of each inertia element, kg m²/√s.
     inertia_walk_kg_m2_sqrt_s: f32,
 }
 
-/// A filter about zero: its state is the deviation from what is predicted.
+/// A filter about zero: its state is the deviation from the prediction.
 trait Filter {
-    /// Predicts, and updates with a measured deviation of the rate, rad/s.
+    /// Predicts, then updates with the measured deviation of the rate, rad/s.
     fn step(&mut self, measured_rad_s: &Vec3<f32>);
     /// Variances of the nine states.
     fn variances(&self) -> [f32; 9];
 }
 
 impl Problem {
-    /// `None` if the inertia had no inverse.
+    /// A problem with this random walk of the inertia; `None` if the inertia has no inverse.
     fn new(inertia_walk_kg_m2_sqrt_s: f32) -> Option<Self> {
         let body = Gyrostat::new(&Inertia::new(INERTIA_KG_M2))?;
         let drive = Drive {
@@ -63,7 +62,7 @@ impl Problem {
         Some(Self { transition, inertia_walk_kg_m2_sqrt_s })
     }
 
-    /// Written out, as the others want it.
+    /// The problem as full matrices.
     fn of_peers(&self) -> fsw_peers::Problem {
         let mut transition = Mat::<f32, 9, 9>::identity();
         transition.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.transition.rate);
@@ -80,8 +79,11 @@ impl Problem {
     }
 }
 
-/// Counts them all; the error says what went wrong.
-// Not inlined: the peers take more stack than the estimators, and only here.
+/// Counts every filter.
+///
+/// # Errors
+/// The reason, for the log.
+// Not inlined: the peers need more stack than the estimators, in this function only.
 #[inline(never)]
 pub fn count_all(counter: &mut Counter, tally: &mut Tally) -> Result<(), &'static str> {
     let still = Problem::new(0.0).ok_or("the inertia has no inverse")?;
@@ -99,7 +101,7 @@ pub fn count_all(counter: &mut Counter, tally: &mut Tally) -> Result<(), &'stati
     counted
 }
 
-/// Another's filter.
+/// A peer as [`Filter`].
 struct Peer<'a>(&'a mut dyn fsw_peers::Filter);
 
 impl Filter for Peer<'_> {
@@ -115,11 +117,12 @@ impl Filter for Peer<'_> {
 struct Bench<'a> {
     counter: &'a mut Counter,
     tally: &'a mut Tally,
-    /// Variances of the first filter on a problem.
+    /// Variances at the end of the first filter of a problem.
     expected: Option<[f32; 9]>,
 }
 
 impl Bench<'_> {
+    /// Counts a filter, logs it, and compares its variances with the first one's.
     fn count(&mut self, name: &'static str, filter: &mut impl Filter) -> Result<(), &'static str> {
         self.tally.clear();
         let mut noise = Noise::new();
@@ -137,8 +140,13 @@ impl Bench<'_> {
         if found.iter().zip(&expected).all(agrees) {
             Ok(())
         } else {
-            fsw_target::log_line!("{} found {:?}, not {:?}", name, found, expected);
-            Err("a filter doesn't come to the same variances")
+            fsw_target::log_line!(
+                "{} has the variances {:?}, expected {:?}",
+                name,
+                found,
+                expected
+            );
+            Err("a filter ends at other variances than the first one")
         }
     }
 }

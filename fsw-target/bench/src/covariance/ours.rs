@@ -1,4 +1,4 @@
-//! The form that flies.
+//! Covariance form of `joint-ekf`.
 
 use super::{
     DURATION_S, Filter, GYRO_NOISE_RAD_S, INERTIA_KG_M2, Problem, RATE_WALK_RAD_S_SQRT_S, SIGMA,
@@ -8,7 +8,7 @@ use fsw_core::estimator::joint_ekf::{Config, Form, State, structured_ud};
 use fsw_core::math::ud::Ud;
 use fsw_core::{Inertia, Vec3};
 
-/// With all that it needs for a step.
+/// Structured UD form with the inputs of a step.
 pub struct StructuredUd {
     form: structured_ud::StructuredUd<f32>,
     transition: Transition<f32>,
@@ -16,7 +16,7 @@ pub struct StructuredUd {
 }
 
 impl StructuredUd {
-    /// Before the first step.
+    /// The filter before its first step.
     pub fn new(problem: &Problem) -> Self {
         let config = Config {
             rate_walk_rad_s_sqrt_s: RATE_WALK_RAD_S_SQRT_S,

@@ -1,5 +1,4 @@
-//! A flight loop in the exception PendSV, which each sample of the gyro raises: what an image does
-//! whose main loop is somebody else's.
+//! Flight loop in the exception PendSV, raised by each gyro sample: for images with another main loop.
 
 use core::cell::Cell;
 use core::convert::Infallible;
@@ -11,20 +10,20 @@ use fsw_target::board::GyroDataReady;
 use fsw_target::flight::flight_loop::{FlightLoop, Sensors, Tick};
 use fsw_target::flight::sensors::{CommandedTorque, Gyro, WheelTachometers};
 
-/// Samples that the loop has taken.
+/// Samples stepped.
 static SAMPLES: AtomicU32 = AtomicU32::new(0);
-/// Where it gets the gyro's line from.
+/// Data-ready line, passed to the exception.
 static LINE: Mutex<Cell<Option<GyroDataReady>>> = Mutex::new(Cell::new(None));
 
-/// A flight loop runs above the main loop, which only makes the samples and waits for nothing.
-pub fn loop_flies(data_ready: GyroDataReady) -> bool {
-    const WANTED: u32 = 20;
+/// Whether the flight loop steps every sample that the main loop triggers.
+pub fn loop_steps_every_sample(data_ready: GyroDataReady) -> bool {
+    const SAMPLE_COUNT: u32 = 20;
     data_ready.also_pend_sv();
     critical_section::with(|section| LINE.borrow(section).set(Some(data_ready)));
-    for _ in 0..WANTED {
+    for _ in 0..SAMPLE_COUNT {
         GyroDataReady::trigger();
     }
-    SAMPLES.load(Ordering::Relaxed) == WANTED
+    SAMPLES.load(Ordering::Relaxed) == SAMPLE_COUNT
 }
 
 /// Gyro and tachometer of a body at rest.
@@ -46,7 +45,7 @@ impl WheelTachometers<1> for AtRest {
 
 type Flight = FlightLoop<JointEkfUd<f32, 1>, GyroDataReady, AtRest, AtRest, CommandedTorque, 1>;
 
-/// One tick of a flight loop for each sample, whatever the main loop does meanwhile.
+/// One tick of the flight loop per sample, independent of the main loop.
 #[cortex_m_rt::exception]
 fn PendSV() {
     static mut FLIGHT: Option<Flight> = None;
@@ -59,6 +58,7 @@ fn PendSV() {
     }
 }
 
+/// Flight loop of a body with one wheel.
 fn start(data_ready: GyroDataReady) -> Option<Flight> {
     let wheels = WheelArray::new([Vec3::new(0.0, 0.0, 1.0)], [1e-5]).ok()?;
     let estimator = JointEkfUd::new(Config::new(1e-4), wheels).ok()?;

@@ -1,13 +1,13 @@
-//! `bringup`: looks at each part of the board in turn. The first image to flash on a new board.
+//! `bringup`: checks each part of the board in turn. The first image to flash on a new board.
 //!
 //! | | |
 //! |---|---|
-//! | purpose | says which parts of the board work, in QEMU as far as QEMU has them |
-//! | log | defmt, on RTT and on USART1: one line for each part |
-//! | serial | USART2 sends back what it receives |
-//! | end | success if what is on the chip works; what is wired to it, and the flash, is only told of |
+//! | purpose | check of the board's parts; in QEMU, of the parts that QEMU emulates |
+//! | log | defmt, on RTT and on USART1: one line per part |
+//! | serial | USART2 echoes |
+//! | end | success if the peripherals of the chip work; wired parts and flash are reported only |
 //!
-//! Overwrites the checkpoint in the flash's last sector.
+//! Overwrites checkpoints in the last sector of the flash.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -24,8 +24,9 @@ mod on_target {
     use fsw_target::board::{
         Board, CheckpointFlash, Delay, GyroBus, GyroDataReady, Tunnel, WheelCaptures, now_us,
     };
-    use fsw_target::drivers::gyro::bmi088::{CHIP_ID, register};
-    use fsw_target::drivers::gyro::bus::{RegisterBus, Spi};
+    use fsw_target::drivers::gyro::RateGyro;
+    use fsw_target::drivers::gyro::bus::Spi;
+    use fsw_target::drivers::gyro::fitted::{Chip, Settings};
     use fsw_target::drivers::wheel_tach::CaptureTimer;
     use fsw_target::flight::sensors::DataReady;
     use fsw_target::flight::supervisor::{Supervisor, Task};
@@ -40,32 +41,35 @@ mod on_target {
         log::init(board.link.into_log_output());
         defmt::info!("{}", report);
 
-        let mut all_well = true;
-        all_well &= passed("clock", time_goes_on());
-        all_well &= passed("data ready", data_ready_stamps(&mut board.data_ready));
-        all_well &= passed("loop in an interrupt", in_interrupt::loop_flies(board.data_ready));
-        all_well &= passed("watchdog", watchdog_takes_food(&mut board.watchdog));
-        look_at_wheels(&mut board.captures.start(SHORTEST_EDGE_S));
-        look_for_gyro(board.gyro_bus);
-        look_at_flash(&mut board.flash);
+        let mut all_work = true;
+        all_work &= report_check("clock", clock_advances());
+        all_work &= report_check("data ready", data_ready_stamps(&mut board.data_ready));
+        all_work &= report_check(
+            "loop in an interrupt",
+            in_interrupt::loop_steps_every_sample(board.data_ready),
+        );
+        all_work &= report_check("watchdog", watchdog_is_fed_by_permit(&mut board.watchdog));
+        report_wheels(&mut board.captures.start(SHORTEST_EDGE_S));
+        report_gyro(board.gyro_bus);
+        report_flash(&mut board.flash);
         let echoed = echo(&mut board.tunnel);
-        defmt::info!("USART2: {=u32} bytes sent back, {}", echoed, board.tunnel.counters());
+        defmt::info!("USART2: {=u32} bytes echoed, {}", echoed, board.tunnel.counters());
         defmt::info!(
             "stack: {=u32} of {=u32} bytes",
             stack::high_water_bytes(),
             stack::size_bytes()
         );
-        if all_well { exit::success() } else { exit::failure() }
+        if all_work { exit::success() } else { exit::failure() }
     }
 
-    /// Says so.
-    fn passed(part: &'static str, passes: bool) -> bool {
+    /// Logs the result of a check and returns it.
+    fn report_check(part: &'static str, passes: bool) -> bool {
         defmt::info!("{=str}: {=str}", part, if passes { "works" } else { "FAILS" });
         passes
     }
 
-    /// Time goes on and never back, and a delay takes at least its time.
-    fn time_goes_on() -> bool {
+    /// The clock is monotonic, and a delay takes at least its duration.
+    fn clock_advances() -> bool {
         const DELAY_US: u32 = 2_000;
         let mut last_us = now_us();
         let start_us = last_us;
@@ -82,7 +86,7 @@ mod on_target {
         last_us > start_us && passed_us >= u64::from(DELAY_US)
     }
 
-    /// One interrupt, one stamp of its time; three, and the newest stamp is the one.
+    /// One interrupt gives one stamp at its time; of three, the newest stamp remains.
     fn data_ready_stamps(data_ready: &mut GyroDataReady) -> bool {
         let before_us = now_us();
         GyroDataReady::trigger();
@@ -100,8 +104,9 @@ mod on_target {
         is_in_time && has_newer && is_newest && is_over && data_ready.overruns() == overruns + 2
     }
 
-    /// The watchdog is not started: it can't be stopped any more when the image ends.
-    fn watchdog_takes_food(watchdog: &mut fsw_target::board::Watchdog) -> bool {
+    /// A complete set of task reports gives one permit to feed the watchdog. The watchdog itself stays
+    /// off: it could not be stopped at the end of the image.
+    fn watchdog_is_fed_by_permit(watchdog: &mut fsw_target::board::Watchdog) -> bool {
         let mut supervisor = Supervisor::new();
         Task::ALL.into_iter().for_each(|task| supervisor.report(task));
         let permit = supervisor.permit();
@@ -110,30 +115,34 @@ mod on_target {
         is_granted && supervisor.permit().is_none()
     }
 
-    /// Half of the time between the edges of the fastest wheel: 6000 rpm, 24 edges a turn.
+    /// Shortest interval between edges, s: half of that at 6000 rpm and 24 edges per turn.
     const SHORTEST_EDGE_S: f32 = 0.5 / (100.0 * 24.0);
 
-    /// Where the wheels are after a second; turn them by hand to see something.
-    fn look_at_wheels(captures: &mut WheelCaptures) {
+    /// Logs the positions of the wheels after one second, in edges. Turn the wheels by hand.
+    fn report_wheels(captures: &mut WheelCaptures) {
         Delay.delay_ms(1_000);
         match captures.captured() {
-            Ok(captured) => defmt::info!("wheel edges in a second: {}", captured.map(|c| c.edges)),
+            Ok(captured) => {
+                defmt::info!("wheel edges in one second: {}", captured.map(|c| c.edges))
+            }
             Err(error) => defmt::warn!("wheels: {}", error),
         }
     }
 
-    /// Asks the gyro who it is.
-    fn look_for_gyro(bus: GyroBus) {
-        let mut id = [0];
-        match Spi::new(bus).read(register::CHIP_ID, &mut id) {
-            Ok(()) if id == [CHIP_ID] => defmt::info!("gyro: there"),
-            Ok(()) => defmt::warn!("gyro: not there, {=[u8; 1]:#04x} answers for an identity", id),
-            Err(error) => defmt::warn!("gyro: the bus failed, {}", error),
+    /// Logs whether the fitted gyro answers with its identity.
+    fn report_gyro(bus: GyroBus) {
+        let expected = <Chip<Spi<GyroBus>> as RateGyro>::IDENTITY;
+        match Chip::new(Spi::new(bus), Settings::default()).identity() {
+            Ok(found) if found == expected => defmt::info!("gyro: works"),
+            Ok(found) => {
+                defmt::warn!("gyro: identity {=u8:#04x}, expected {=u8:#04x}", found, expected)
+            }
+            Err(error) => defmt::warn!("gyro: {}", error),
         }
     }
 
-    /// Erases the last sector, writes to it and reads it back.
-    fn look_at_flash(flash: &mut CheckpointFlash) {
+    /// Erases the last sector, writes to it, reads it back, and logs the result.
+    fn report_flash(flash: &mut CheckpointFlash) {
         const PATTERN: [u8; 8] = *b"bringup\n";
         let end = flash.capacity() as u32;
         let start = end - CheckpointFlash::ERASE_SIZE as u32;
@@ -151,17 +160,17 @@ mod on_target {
         }
     }
 
-    /// How often the tunnel is asked in vain before it is left alone: a few seconds.
+    /// Idle polls of the tunnel before the echo ends: a few seconds.
     const IDLE_POLLS: u32 = 6_000_000;
 
-    /// Sends back what comes until nothing comes any more. Returns the number of bytes.
+    /// Echoes bytes until the line is idle. Returns their number.
     fn echo(tunnel: &mut Tunnel) -> u32 {
         let mut echoed: u32 = 0;
         let mut idle = 0;
         while idle < IDLE_POLLS {
             match tunnel.read() {
                 Ok(byte) => {
-                    // As long as a byte takes on the line, and then it is given up.
+                    // A byte that the port does not take is dropped.
                     let _ = (0..IDLE_POLLS).try_for_each(|_| match tunnel.write(byte) {
                         Ok(()) => Err(()),
                         Err(_) => Ok(()),
@@ -178,5 +187,5 @@ mod on_target {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("looks at a board: cargo qemu bringup");
+    println!("bringup runs on the target only: cargo qemu bringup");
 }

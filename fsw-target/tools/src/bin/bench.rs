@@ -1,5 +1,5 @@
-//! `cargo bench-target`: what each step of the estimators costs on the target, in instructions,
-//! beside the budgets. Exit code 1 where one is exceeded, 2 where nothing could be counted.
+//! `cargo bench-target`: instructions of each estimator step on the target, compared with the budgets.
+//! Exit code 1 if a budget is exceeded, 2 if nothing could be counted.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -8,7 +8,7 @@ use target_tools::bench;
 fn main() -> ExitCode {
     match bench::run() {
         Ok(table) => {
-            // A reader that has seen enough (`cargo bench-target | head`) is no error.
+            // A closed pipe (`cargo bench-target | head`) is not an error.
             let _ = writeln!(std::io::stdout(), "{table}");
             if table.is_kept() { ExitCode::SUCCESS } else { ExitCode::from(1) }
         }

@@ -1,6 +1,6 @@
-//! Scenarios that come with the program, by name.
+//! The built-in scenarios, by name.
 
-/// What `run` simulates if it is told nothing.
+/// The scenario of `run` without an argument.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
 const BUILT_IN: [(&str, &str); 30] = [
@@ -75,25 +75,25 @@ pub(super) fn text(wanted: &str) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Scenario;
     use super::*;
+    use crate::input::Scenario;
 
     #[test]
-    fn every_built_in_scenario_loads_and_is_called_what_it_says() {
+    fn every_built_in_scenario_loads_under_its_name() {
         for name in built_in_names() {
             assert_eq!(Scenario::load(name).unwrap().name, name);
         }
     }
 
     #[test]
-    fn no_change_is_deployment_without_the_deployment() {
+    fn no_change_is_deployment_without_its_change() {
         let load = |name| Scenario::load(name).unwrap();
         let (name, changes) = (load("no-change").name, load("no-change").changes);
         assert_eq!(Scenario { name, changes, ..load("deployment") }, load("no-change"));
     }
 
     #[test]
-    fn the_wrong_priors_are_wrong_by_half_and_one_says_so() {
+    fn wrong_priors_are_wrong_by_half_with_wide_and_narrow_sigma() {
         let truth = Scenario::load(DEFAULT_SCENARIO).unwrap();
         for (name, sigmas_off) in [
             ("stsat3-spin-up-wrong-prior", 1.0),
@@ -109,7 +109,7 @@ mod tests {
                 assert!((sigmas / sigmas_off - 1.0).abs() < 0.02, "{name}, element {i}: {sigmas}");
             }
             let (name, prior) = (truth.name.clone(), truth.prior.clone());
-            assert_eq!(Scenario { name, prior, ..scenario }, truth, "nothing else differs");
+            assert_eq!(Scenario { name, prior, ..scenario }, truth, "only the prior differs");
         }
     }
 

@@ -1,61 +1,98 @@
-//! How the true inertia changes in flight: what happens at once, and what goes on slowly.
+//! `[[change]]` and `[drift]`: changes of the true inertia in flight, unknown to the estimator.
 //!
 //! ```toml
-//! [[change]]                                   # deployment, docking, a lost mass; in order of time
+//! [[change]]                                   # deployment, docking, loss of a mass; ascending time
 //! time_s = 300.0
 //! inertia_factor = [1.05, 1, 1, 1, 1, 1]       # each element times this; or instead
-//! inertia_kg_m2 = [14.9, 17.3, 20.3, 0, 0, 0]  # the tensor from then on, wheels included and locked
-//! [drift]                                      # fuel
+//! inertia_kg_m2 = [14.9, 17.3, 20.3, 0, 0, 0]  # the new tensor, wheels included and locked
+//! [drift]                                      # fuel consumption
 //! inertia_rate_per_hour = [-0.01, -0.01, -0.01, 0, 0, 0]
 //! ```
 //!
-//! The drift is a straight line in time, each element by this share of what it was at the start, or
-//! just after the last change. Elements are about the centre of mass of the moment, in axes fixed to
-//! the body.
+//! The drift is linear in time: each element changes by a constant share per hour of its value at the
+//! start or just after the last change. Elements are about the instantaneous centre of mass, in axes
+//! fixed to the body.
 //!
-//! What is assumed of the momentum: a change takes no angular momentum along and brings none, nor
-//! does what drifts. So the total is conserved in inertial space but for the external torque, and each
-//! wheel keeps its own axial momentum, since a bearing passes no torque about its axis: the rate and
-//! the wheels' speeds relative to the body jump, unless all is at rest. Parts that move within the
-//! craft do this exactly. A mass that leaves a turning body, and the jet of a thruster, take momentum
-//! along; that would be a torque, which isn't modelled.
-//!
-//! The estimator is told nothing of all this.
+//! Assumption: neither a change nor the drift transports angular momentum. The total is conserved in
+//! inertial space except for the external torque. Each wheel keeps its axial momentum, as a bearing
+//! transmits no torque about its axis. Rate and relative wheel speeds therefore jump unless all is at
+//! rest. This is exact for parts that move within the craft. A mass that leaves a rotating body, and
+//! the jet of a thruster, carry momentum away; the equivalent torque is not modelled.
 
+use flight_input::InputError;
+use flight_input::inertia::{is_physical, principal_moments, tensor};
+use flight_input::key::{ELEMENTS, FINITE, Key, NUMBER, PHYSICAL, Range, Table};
+use flight_input::section::{List, Section};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::super::check::{Check, is_physical, principal_moments, tensor};
-use super::super::error::{InputError, Problem};
-use super::{Scenario, SimulatedWheel};
+use super::problem::ScenarioProblem;
+use super::wheel::{SimulatedWheel, moments_without_wheels};
 
 const SECONDS_PER_HOUR: f64 = 3600.0;
 
-/// How the true inertia departs from what it is at the start. Not at all by default.
+const IN_FLIGHT: Range =
+    Range::new("after the start and the previous change, before the end of the flight", |_| true);
+
+const TIME: Key = Key::required("time_s", NUMBER, "s", IN_FLIGHT, "Time since the start");
+const FACTOR: Key =
+    Key::required("inertia_factor", ELEMENTS, "", FINITE, "Factor of each inertia element")
+        .or("required without `inertia_kg_m2`");
+const INERTIA: Key = Key::required(
+    "inertia_kg_m2",
+    ELEMENTS,
+    "kg m²",
+    PHYSICAL,
+    "New `jxx jyy jzz jxy jxz jyz`, wheels included and locked",
+)
+.or("required without `inertia_factor`");
+const RATE: Key = Key::required(
+    "inertia_rate_per_hour",
+    ELEMENTS,
+    "1/h",
+    FINITE,
+    "Change of each element per hour, as a share of it at the start or after the last change",
+);
+
+/// The keys of `[[change]]`.
+pub(super) const CHANGE_TABLE: Table = Table {
+    header: "[[change]]",
+    about: "A sudden change of the true inertia, in ascending time. The new tensor must be that of \
+            a rigid body that carries the wheels. Optional.",
+    keys: &[TIME, FACTOR, INERTIA],
+};
+/// The keys of `[drift]`.
+pub(super) const DRIFT_TABLE: Table = Table {
+    header: "[drift]",
+    about: "A linear drift of the true inertia. Optional.",
+    keys: &[RATE],
+};
+
+/// Departures of the true inertia from its initial value. None by default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
-    /// What happens at once, in order of time.
+    /// Sudden changes, in ascending time.
     pub sudden: Vec<SuddenChange>,
-    /// What goes on slowly: share of each element per hour, of what it was at the start or just after
-    /// the last sudden change.
+    /// Linear drift: share of each element per hour, of its value at the start or just after the last
+    /// sudden change.
     pub drift_per_hour: [f64; 6],
 }
 
-/// A new tensor from one moment on.
+/// A new tensor from one instant on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SuddenChange {
-    /// When, s since the start. A sample at this very time already sees what follows.
+    /// Time since the start, s. A sample at this instant observes the new tensor.
     pub time_s: f64,
     /// `jxx jyy jzz jxy jxz jyz` just after it, kg m².
     pub inertia_kg_m2: [f64; 6],
 }
 
-/// A part of a flight over which each element of the inertia is a straight line in time.
+/// Part of a flight over which each inertia element is linear in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
-    /// Its start, s since the start of the flight.
+    /// Start, s since the start of the flight.
     pub from_s: f64,
-    /// Its end; none where it is the flight's.
+    /// End, s since the start of the flight; none for the end of the flight.
     pub to_s: Option<f64>,
     /// `jxx jyy jzz jxy jxz jyz` at its start, kg m².
     pub inertia_kg_m2: [f64; 6],
@@ -64,12 +101,20 @@ pub struct Stretch {
 }
 
 impl Changes {
-    /// Whether the inertia goes on changing slowly.
+    /// True if the inertia drifts.
     pub fn drifts(&self) -> bool {
         self.drift_per_hour.iter().any(|share| *share != 0.0)
     }
 
-    fn stretch(&self, from_s: f64, to_s: Option<f64>, inertia_kg_m2: [f64; 6]) -> Stretch {
+    /// The stretch after `after` sudden changes of a body with these elements at the start.
+    pub(super) fn stretch(&self, after: usize, initial_kg_m2: [f64; 6]) -> Stretch {
+        let start = SuddenChange { time_s: 0.0, inertia_kg_m2: initial_kg_m2 };
+        let begin = after.checked_sub(1).and_then(|index| self.sudden.get(index)).unwrap_or(&start);
+        let to_s = self.sudden.get(after).map(|next| next.time_s);
+        self.stretch_between(begin.time_s, to_s, begin.inertia_kg_m2)
+    }
+
+    fn stretch_between(&self, from_s: f64, to_s: Option<f64>, inertia_kg_m2: [f64; 6]) -> Stretch {
         let slope = |i: usize| inertia_kg_m2[i] * self.drift_per_hour[i] / SECONDS_PER_HOUR;
         Stretch { from_s, to_s, inertia_kg_m2, slope_kg_m2_s: std::array::from_fn(slope) }
     }
@@ -83,109 +128,111 @@ impl Stretch {
     }
 }
 
-impl Scenario {
-    /// The flight from one sudden change to the next; a single stretch if there is none.
-    pub fn stretches(&self) -> impl Iterator<Item = Stretch> {
-        (0..=self.changes.sudden.len()).map(|index| self.stretch(index))
-    }
-
-    /// The stretch after so many sudden changes.
-    pub fn stretch(&self, after: usize) -> Stretch {
-        let sudden = &self.changes.sudden;
-        let start = SuddenChange { time_s: 0.0, inertia_kg_m2: self.spacecraft.inertia_kg_m2 };
-        let begin = after.checked_sub(1).and_then(|index| sudden.get(index)).unwrap_or(&start);
-        let to_s = sudden.get(after).map(|next| next.time_s);
-        self.changes.stretch(begin.time_s, to_s, begin.inertia_kg_m2)
-    }
-
-    /// The true elements at a time of the flight, kg m².
-    pub fn inertia_at_kg_m2(&self, time_s: f64) -> [f64; 6] {
-        let begun = self.changes.sudden.partition_point(|change| change.time_s <= time_s);
-        self.stretch(begun).inertia_at_kg_m2(time_s)
-    }
-
-    /// The true elements at the end of the flight, kg m²: what its last estimate is measured with.
-    pub fn final_inertia_kg_m2(&self) -> [f64; 6] {
-        self.inertia_at_kg_m2(self.duration_s)
-    }
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ChangeFile {
     time_s: Spanned<f64>,
-    inertia_factor: Option<Spanned<Vec<f64>>>,
-    inertia_kg_m2: Option<Spanned<Vec<f64>>>,
+    inertia_factor: Option<List>,
+    inertia_kg_m2: Option<List>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DriftFile {
-    inertia_rate_per_hour: Spanned<Vec<f64>>,
+    inertia_rate_per_hour: List,
 }
 
-/// Checks the tables `[[change]]` and `[drift]` of a body that starts with these elements and carries
-/// these wheels.
-pub(super) fn changes(
-    check: &Check<'_>,
-    sudden: &[Spanned<ChangeFile>],
-    drift: Option<&DriftFile>,
-    (inertia_kg_m2, wheels): (&[f64; 6], &[SimulatedWheel]),
-    duration_s: f64,
-) -> Result<Changes, InputError> {
-    let drift_key = "drift.inertia_rate_per_hour";
-    let drift = drift.map(|file| &file.inertia_rate_per_hour);
-    let mut changes = Changes::default();
-    if let Some(shares) = drift {
-        changes.drift_per_hour = check.list(drift_key, shares)?;
+/// `[[change]]` and `[drift]` as written, and the body that they change.
+pub(super) struct ChangesFile<'a> {
+    pub sudden: &'a [Spanned<ChangeFile>],
+    pub drift: Option<&'a DriftFile>,
+    pub initial_kg_m2: [f64; 6],
+    pub wheels: &'a [SimulatedWheel],
+}
+
+impl ChangesFile<'_> {
+    /// The checked changes of a flight of this duration.
+    ///
+    /// The tensor is checked at both ends of each stretch. Physical tensors form a convex set, so the
+    /// linear drift between them is physical too.
+    pub(super) fn read(&self, root: &Section<'_>, duration_s: f64) -> Result<Changes, InputError> {
+        let mut changes = Changes::default();
+        if let Some(drift) = self.drift {
+            let section = root.table("drift");
+            changes.drift_per_hour = section.list(&RATE, &drift.inertia_rate_per_hour)?;
+        }
+        let mut stretch = changes.stretch_between(0.0, None, self.initial_kg_m2);
+        for (index, spanned) in self.sudden.iter().enumerate() {
+            let (file, section) = (spanned.get_ref(), root.entry("change", index));
+            let time_s = section.number_if(&TIME, &file.time_s, |time_s| {
+                stretch.from_s < time_s && time_s < duration_s
+            })?;
+            let before_kg_m2 = self.end_of(root, &stretch, time_s)?;
+            let (key, list, inertia_kg_m2) = file.elements(&section, spanned, &before_kg_m2)?;
+            self.check_body(&section, key, list, time_s, &inertia_kg_m2)?;
+            changes.sudden.push(SuddenChange { time_s, inertia_kg_m2 });
+            stretch = changes.stretch_between(time_s, None, inertia_kg_m2);
+        }
+        self.end_of(root, &stretch, duration_s)?;
+        Ok(changes)
     }
-    let body = |key: &str, value: &Spanned<Vec<f64>>, time_s: f64, elements: &[f64; 6]| {
-        let principal_moments_kg_m2 = principal_moments(&tensor(elements));
-        let rest = super::file::without_wheels(elements, wheels);
+
+    /// The elements at the end of a stretch, kg m².
+    fn end_of(
+        &self,
+        root: &Section<'_>,
+        stretch: &Stretch,
+        to_s: f64,
+    ) -> Result<[f64; 6], InputError> {
+        let end_kg_m2 = stretch.inertia_at_kg_m2(to_s);
+        if let Some(drift) = self.drift {
+            let (section, shares) = (root.table("drift"), &drift.inertia_rate_per_hour);
+            self.check_body(&section, &RATE, shares, to_s, &end_kg_m2)?;
+        }
+        Ok(end_kg_m2)
+    }
+
+    /// Requires a rigid body that carries the wheels.
+    fn check_body(
+        &self,
+        section: &Section<'_>,
+        key: &Key,
+        value: &List,
+        time_s: f64,
+        elements_kg_m2: &[f64; 6],
+    ) -> Result<(), InputError> {
+        let principal_moments_kg_m2 = principal_moments(&tensor(elements_kg_m2));
+        let rest = moments_without_wheels(elements_kg_m2, self.wheels);
         if is_physical(&principal_moments_kg_m2) && rest[0] > 0.0 {
             return Ok(());
         }
-        let key = key.to_owned();
-        Err(check.error(value, Problem::ChangesToNoBody { key, time_s, principal_moments_kg_m2 }))
-    };
-    // Between two tensors that a body can have, all on the straight line are.
-    let end_of = |stretch: &Stretch, to_s: f64| {
-        let end = stretch.inertia_at_kg_m2(to_s);
-        drift.map_or(Ok(()), |shares| body(drift_key, shares, to_s, &end)).map(|()| end)
-    };
-
-    let mut stretch = changes.stretch(0.0, None, *inertia_kg_m2);
-    for (index, spanned) in sudden.iter().enumerate() {
-        let (file, key) = (spanned.get_ref(), format!("change[{}]", index + 1));
-        let time_s = check.number(
-            &format!("{key}.time_s"),
-            &file.time_s,
-            "after the start and the change before, and before the end of the flight",
-            |time_s| stretch.from_s < time_s && time_s < duration_s,
-        )?;
-        let before = end_of(&stretch, time_s)?;
-        let (name, list, elements) = match (&file.inertia_factor, &file.inertia_kg_m2) {
-            (Some(factor), None) => {
-                let name = format!("{key}.inertia_factor");
-                let factors: [f64; 6] = check.list(&name, factor)?;
-                (name, factor, std::array::from_fn(|i| before[i] * factors[i]))
-            }
-            (None, Some(elements)) => {
-                let name = format!("{key}.inertia_kg_m2");
-                let list = check.list(&name, elements)?;
-                (name, elements, list)
-            }
-            _ => {
-                let keys = &["inertia_factor", "inertia_kg_m2"];
-                return Err(check.error(spanned, Problem::NotOneOf { key, keys }));
-            }
-        };
-        body(&name, list, time_s, &elements)?;
-        changes.sudden.push(SuddenChange { time_s, inertia_kg_m2: elements });
-        stretch = changes.stretch(time_s, None, elements);
+        let key = section.full(key);
+        let problem = ScenarioProblem::UnphysicalChange { key, time_s, principal_moments_kg_m2 };
+        Err(section.error(value, problem))
     }
-    end_of(&stretch, duration_s)?;
-    Ok(changes)
+}
+
+impl ChangeFile {
+    /// The new elements, with the key and the list that give them.
+    fn elements(
+        &self,
+        section: &Section<'_>,
+        table: &Spanned<Self>,
+        before_kg_m2: &[f64; 6],
+    ) -> Result<(&'static Key, &List, [f64; 6]), InputError> {
+        match (&self.inertia_factor, &self.inertia_kg_m2) {
+            (Some(factors), None) => {
+                let list: [f64; 6] = section.list(&FACTOR, factors)?;
+                Ok((&FACTOR, factors, std::array::from_fn(|i| before_kg_m2[i] * list[i])))
+            }
+            (None, Some(elements)) => Ok((&INERTIA, elements, section.list(&INERTIA, elements)?)),
+            _ => {
+                let key = section.path().to_owned();
+                let keys = [FACTOR.name, INERTIA.name];
+                Err(section.error(table, ScenarioProblem::NotOneOf { key, keys }))
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -193,6 +240,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::input::Scenario;
 
     const BODY: &str = r#"name = "test"
 duration_s = 7200.0
@@ -220,7 +268,7 @@ spin_inertia_kg_m2 = 1.0
     }
 
     #[test]
-    fn nothing_changes_unless_it_is_said() {
+    fn inertia_is_constant_by_default() {
         let scenario = parse("").unwrap();
         assert_eq!(scenario.changes, Changes::default());
         assert_eq!(scenario.stretches().count(), 1);
@@ -228,7 +276,7 @@ spin_inertia_kg_m2 = 1.0
     }
 
     #[test]
-    fn a_change_is_of_what_was_before_and_the_drift_goes_on_from_there() {
+    fn change_acts_on_the_drifted_tensor_and_the_drift_continues() {
         let scenario = parse(&format!("{FACTOR}{TENSOR}{DRIFT}")).unwrap();
         near(scenario.inertia_at_kg_m2(1800.0), [2.85, 4.0, 5.05, 0.1, 0.0, 0.0]);
         near(scenario.inertia_at_kg_m2(3600.0), [2.7, 4.2, 5.1, 0.2, 0.0, 0.0]);
@@ -239,11 +287,11 @@ spin_inertia_kg_m2 = 1.0
     }
 
     #[test]
-    fn every_tensor_is_scaled_with_the_dispersed_truth() {
+    fn dispersion_scales_every_tensor() {
         let dispersion = "[dispersion]\ninertia_factor = [1.0, 2.0]\n";
         let scenario = parse(&format!("{FACTOR}{dispersion}")).unwrap();
         near(scenario.of_truth(1).final_inertia_kg_m2(), [6.0, 8.4, 10.0, 0.4, 0.0, 0.0]);
-        // A wheel of 1 kg m² about z, in a body that is to have 0.9.
+        // A wheel of 1 kg m² about z in a body of 0.9 kg m².
         let change = TENSOR.replace("6, 7, 8, 0", "3, 3, 3, 0");
         let message = parse(&format!("{change}{}", dispersion.replace("2.0", "0.3")));
         let message = message.unwrap_err().to_string();
@@ -251,7 +299,7 @@ spin_inertia_kg_m2 = 1.0
     }
 
     #[test]
-    fn each_bad_value_is_named() {
+    fn each_bad_value_is_reported() {
         for (extra, good, bad, expected) in [
             (FACTOR, "3600", "0", "s.toml:12: `change[1].time_s` is 0; it must be after the start"),
             (FACTOR, "3600", "7200", "s.toml:12: `change[1].time_s` is 7200; it must be after"),
@@ -263,31 +311,31 @@ spin_inertia_kg_m2 = 1.0
                 FACTOR,
                 "1.05",
                 "2.5",
-                "s.toml:13: `change[1].inertia_factor` makes principal moments of [2.994, 5, 10.01] \
-                 kg m² by t = 3600 s, which no body that carries these wheels has",
+                "s.toml:13: `change[1].inertia_factor` leads to principal moments [2.994, 5, 10.01] \
+                 kg m² at t = 3600 s, which no body that carries these wheels has",
             ),
             (
                 FACTOR,
                 "inertia_factor = [1, 1.05, 1, 2, 1, 1]\n",
                 "",
-                "s.toml:11: `change[1]` takes one of inertia_factor, inertia_kg_m2; give just one",
+                "s.toml:11: `change[1]` takes exactly one of inertia_factor, inertia_kg_m2; keep",
             ),
             (
                 FACTOR,
                 "1, 1]",
                 "1, 1]\ninertia_kg_m2 = [6, 7, 8, 0, 0, 0]",
-                "s.toml:11: `change[1]` takes one of inertia_factor, inertia_kg_m2; give just one",
+                "s.toml:11: `change[1]` takes exactly one of inertia_factor, inertia_kg_m2; keep",
             ),
-            // A body that is no more than its wheel about z.
-            (TENSOR, "6, 7, 8", "1, 1, 1", "s.toml:13: `change[1].inertia_kg_m2` makes principal"),
+            // About z the body has no more than its wheel.
+            (TENSOR, "6, 7, 8", "1, 1, 1", "s.toml:13: `change[1].inertia_kg_m2` leads to princ"),
             (DRIFT, "-0.1", "nan", "s.toml:12: `drift.inertia_rate_per_hour` is [NaN, 0, 0.02, 0,"),
             (DRIFT, "-0.1, 0,", "-0.1,", "s.toml:12: `drift.inertia_rate_per_hour` has 5 entries"),
             (
                 DRIFT,
                 "-0.1",
                 "-0.5",
-                "s.toml:12: `drift.inertia_rate_per_hour` makes principal moments of [-0.002498, \
-                 4.002, 5.2] kg m² by t = 7200 s",
+                "s.toml:12: `drift.inertia_rate_per_hour` leads to principal moments [-0.002498, \
+                 4.002, 5.2] kg m² at t = 7200 s",
             ),
             (DRIFT, "inertia_", "moment_", "s.toml:12: unknown key `moment_rate_per_hour`"),
         ] {

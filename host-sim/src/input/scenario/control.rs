@@ -1,35 +1,78 @@
-//! A closed-loop slew: the attitude controller of a scenario, and how its file writes it.
+//! `[control]`: the attitude controller of a closed-loop slew.
 //!
 //! ```toml
-//! [control]                            # optional; three wheels or more
-//! target_attitude_deg = [0, 0, 0]      # roll, pitch, yaw; left out: zero
+//! [control]                            # optional; three or more wheels
+//! target_attitude_deg = [0, 0, 0]      # roll, pitch, yaw
 //! natural_frequency_rad_s = 0.043      # gains 2 ω² J and 2 ζ ω J, with the true J; or instead
 //! damping_ratio = 0.707
 //! attitude_gain_n_m = [1, 1, 1]        # gains about x, y, z
 //! rate_gain_n_m_s = [20, 20, 20]
 //! ```
 //!
-//! With gains proportional to `J`, no external torque and total momentum zero, a slew from rest
-//! stays about one fixed axis, whatever the angles, and shows no more than `J` along it: three
-//! of six directions. Wheels that spin, or gains that aren't proportional to `J`, show more.
+//! Observability: with gains proportional to `J`, no external torque and zero total momentum, a slew
+//! from rest is about one fixed axis for any angles. Only `J` along that axis is observable: three of
+//! six directions. Spinning wheels, or gains not proportional to `J`, make more observable.
 
+use flight_input::InputError;
+use flight_input::inertia::tensor;
+use flight_input::key::{FINITE, Key, NUMBER, POSITIVE, Table, VECTOR};
+use flight_input::section::{List, Section};
 use nalgebra::{Matrix3, Matrix3xX, UnitQuaternion, Vector3};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::super::check::{Check, tensor};
-use super::super::error::{InputError, Problem};
-use super::SimulatedWheel;
+use super::problem::ScenarioProblem;
+use super::spacecraft::attitude;
+use super::wheel::SimulatedWheel;
 
-/// Least singular value of the unit axes side by side, at which they still span three dimensions.
-/// Below, some torque on the body would take a thousand times as much of the motors.
+/// Least singular value of the matrix of unit wheel axes: below it the axes do not span three
+/// dimensions, as some torque on the body takes 1,000 times as much motor torque.
 const LEAST_SPAN: f64 = 1e-3;
 
-/// Proportional-derivative control of the attitude by the wheels, \[Kim2010\] Eq. (17):
+const TARGET: Key = Key::required(
+    "target_attitude_deg",
+    VECTOR,
+    "deg",
+    FINITE,
+    "Target roll, pitch and yaw (3-2-1), at rest",
+)
+.or("[0, 0, 0]");
+const FREQUENCY: Key = Key::required(
+    "natural_frequency_rad_s",
+    NUMBER,
+    "rad/s",
+    POSITIVE,
+    "ω of the gains 2 ω² J and 2 ζ ω J, with the true J",
+)
+.or("gains per axis");
+const DAMPING: Key =
+    Key::required("damping_ratio", NUMBER, "", POSITIVE, "ζ of these gains").or("gains per axis");
+const ATTITUDE_GAIN: Key = Key::required(
+    "attitude_gain_n_m",
+    VECTOR,
+    "N m",
+    POSITIVE,
+    "Gains on the vector part of the error quaternion, per axis",
+)
+.or("gains from ω and ζ");
+const RATE_GAIN: Key =
+    Key::required("rate_gain_n_m_s", VECTOR, "N m s", POSITIVE, "Gains on the body rate, per axis")
+        .or("gains from ω and ζ");
+
+/// The keys of `[control]`.
+pub(super) const TABLE: Table = Table {
+    header: "[control]",
+    about: "Attitude control by three or more wheels whose axes span three dimensions. Gains are \
+            given either by `natural_frequency_rad_s` and `damping_ratio`, or by \
+            `attitude_gain_n_m` and `rate_gain_n_m_s`. Optional.",
+    keys: &[TARGET, FREQUENCY, DAMPING, ATTITUDE_GAIN, RATE_GAIN],
+};
+
+/// Proportional-derivative attitude control by the wheels, \[Kim2010\] Eq. (17):
 /// `u = −K_P q_e − K_D ω`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
-    /// Where to: the rotation that takes body axes to inertial axes. The target is at rest.
+    /// Target attitude, at rest: the rotation from body axes to inertial axes.
     pub target: UnitQuaternion<f64>,
     /// `K_P`, on the vector part of the error quaternion, N m.
     pub attitude_gain_n_m: Matrix3<f64>,
@@ -37,19 +80,22 @@ pub struct Control {
     pub rate_gain_n_m_s: Matrix3<f64>,
 }
 
+/// `K_P` and `K_D`.
+type Gains = (Matrix3<f64>, Matrix3<f64>);
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ControlFile {
-    target_attitude_deg: Option<Spanned<Vec<f64>>>,
+    target_attitude_deg: Option<List>,
     natural_frequency_rad_s: Option<Spanned<f64>>,
     damping_ratio: Option<Spanned<f64>>,
-    attitude_gain_n_m: Option<Spanned<Vec<f64>>>,
-    rate_gain_n_m_s: Option<Spanned<Vec<f64>>>,
+    attitude_gain_n_m: Option<List>,
+    rate_gain_n_m_s: Option<List>,
 }
 
-/// Checks the table `[control]` of a spacecraft with these elements and wheels.
+/// The checked `[control]` of a spacecraft with these elements and wheels.
 pub(super) fn control(
-    check: &Check<'_>,
+    section: &Section<'_>,
     spanned: &Spanned<ControlFile>,
     inertia_kg_m2: &[f64; 6],
     wheels: &[SimulatedWheel],
@@ -57,19 +103,17 @@ pub(super) fn control(
     let file = spanned.get_ref();
     let axes: Vec<Vector3<f64>> = wheels.iter().map(|motor| motor.wheel.axis).collect();
     if !spans(&axes) {
-        return Err(check.error(spanned, Problem::WheelsDoNotSpan { found: axes.len() }));
+        let problem = ScenarioProblem::WheelsDoNotSpan { found: axes.len() };
+        return Err(section.error(spanned, problem));
     }
     let has_frequency = file.natural_frequency_rad_s.is_some() || file.damping_ratio.is_some();
     let has_gains = file.attitude_gain_n_m.is_some() || file.rate_gain_n_m_s.is_some();
     let (attitude_gain_n_m, rate_gain_n_m_s) = match (has_frequency, has_gains) {
-        (true, true) => return Err(check.error(spanned, Problem::TwoKindsOfGains)),
-        (_, false) => file.proportional_gains(check, spanned, inertia_kg_m2)?,
-        (false, true) => file.axis_gains(check, spanned)?,
+        (true, true) => return Err(section.error(spanned, ScenarioProblem::TwoKindsOfGains)),
+        (_, false) => file.proportional_gains(section, spanned, inertia_kg_m2)?,
+        (false, true) => file.axis_gains(section, spanned)?,
     };
-    let target = match &file.target_attitude_deg {
-        Some(angles) => attitude(check, "control.target_attitude_deg", angles)?,
-        None => UnitQuaternion::identity(),
-    };
+    let target = attitude(section, &TARGET, &file.target_attitude_deg)?;
     Ok(Control { target, attitude_gain_n_m, rate_gain_n_m_s })
 }
 
@@ -77,38 +121,31 @@ impl ControlFile {
     /// `2 ω² J` and `2 ζ ω J`, \[Kim2010\] Table 1.
     fn proportional_gains(
         &self,
-        check: &Check<'_>,
+        section: &Section<'_>,
         table: &Spanned<Self>,
         inertia_kg_m2: &[f64; 6],
-    ) -> Result<(Matrix3<f64>, Matrix3<f64>), InputError> {
-        let number = |key: &str, value: &Option<Spanned<f64>>| match value {
-            Some(value) => check.positive(key, value),
-            None => Err(check.error(table, Problem::MissingKey { key: key.to_owned() })),
+    ) -> Result<Gains, InputError> {
+        let number = |key: &Key, value: &Option<Spanned<f64>>| {
+            section.optional_number(key, value)?.ok_or_else(|| section.missing(key, table))
         };
-        let omega = number("control.natural_frequency_rad_s", &self.natural_frequency_rad_s)?;
-        let zeta = number("control.damping_ratio", &self.damping_ratio)?;
+        let omega = number(&FREQUENCY, &self.natural_frequency_rad_s)?;
+        let zeta = number(&DAMPING, &self.damping_ratio)?;
         let inertia = tensor(inertia_kg_m2);
         Ok((inertia * (2.0 * omega * omega), inertia * (2.0 * zeta * omega)))
     }
 
     fn axis_gains(
         &self,
-        check: &Check<'_>,
+        section: &Section<'_>,
         table: &Spanned<Self>,
-    ) -> Result<(Matrix3<f64>, Matrix3<f64>), InputError> {
-        let gain = |key: &str, value: &Option<Spanned<Vec<f64>>>| {
-            let Some(value) = value else {
-                return Err(check.error(table, Problem::MissingKey { key: key.to_owned() }));
-            };
-            let gains = check.vector(key, value)?;
-            if gains.iter().all(|gain| *gain > 0.0) {
-                return Ok(Matrix3::from_diagonal(&gains));
-            }
-            Err(check.bad_list(key, value, "three positive gains"))
+    ) -> Result<Gains, InputError> {
+        let gain = |key: &Key, value: &Option<List>| {
+            let value = value.as_ref().ok_or_else(|| section.missing(key, table))?;
+            section.vector(key, value).map(|gains| Matrix3::from_diagonal(&gains))
         };
         Ok((
-            gain("control.attitude_gain_n_m", &self.attitude_gain_n_m)?,
-            gain("control.rate_gain_n_m_s", &self.rate_gain_n_m_s)?,
+            gain(&ATTITUDE_GAIN, &self.attitude_gain_n_m)?,
+            gain(&RATE_GAIN, &self.rate_gain_n_m_s)?,
         ))
     }
 }
@@ -117,23 +154,14 @@ fn spans(axes: &[Vector3<f64>]) -> bool {
     axes.len() >= 3 && Matrix3xX::from_columns(axes).singular_values().min() >= LEAST_SPAN
 }
 
-/// Roll, pitch and yaw in degrees, as the rotation that takes body axes to inertial axes: the body
-/// is turned by yaw about z, then by pitch about its new y, then by roll about its new x (3-2-1).
-pub(super) fn attitude(
-    check: &Check<'_>,
-    key: &str,
-    angles_deg: &Spanned<Vec<f64>>,
-) -> Result<UnitQuaternion<f64>, InputError> {
-    let [roll, pitch, yaw] = check.list::<3>(key, angles_deg)?.map(f64::to_radians);
-    Ok(UnitQuaternion::from_euler_angles(roll, pitch, yaw))
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
-    use super::super::Scenario;
+    use nalgebra::UnitQuaternion;
+
     use super::*;
+    use crate::input::Scenario;
 
     const BODY: &str = "name = 'test'
 duration_s = 60
@@ -154,7 +182,7 @@ gyro = { rate_hz = 10, noise_rad_s = 1e-4 }
     }
 
     #[test]
-    fn gains_are_proportional_to_the_inertia_or_as_told() {
+    fn gains_are_proportional_to_the_inertia_or_per_axis() {
         let control = with(FREQUENCY).unwrap().control.unwrap();
         let inertia = Matrix3::new(3.0, 0.1, 0.0, 0.1, 4.0, 0.0, 0.0, 0.0, 5.0);
         assert!((control.attitude_gain_n_m - inertia * 0.5).norm() < 1e-15);
@@ -168,7 +196,7 @@ gyro = { rate_hz = 10, noise_rad_s = 1e-4 }
     }
 
     #[test]
-    fn yaw_turns_the_bodys_x_axis_to_inertial_y() {
+    fn yaw_of_90_deg_turns_body_x_to_inertial_y() {
         let attitude = parse(BODY).unwrap().spacecraft.attitude;
         assert!((attitude * Vector3::x() - Vector3::y()).norm() < 1e-15);
     }
@@ -184,7 +212,7 @@ gyro = { rate_hz = 10, noise_rad_s = 1e-4 }
     }
 
     #[test]
-    fn each_bad_value_is_named() {
+    fn each_bad_value_is_reported() {
         for (control, expected) in [
             ("natural_frequency_rad_s = 0.5", "s.toml:14: missing key `control.damping_ratio`"),
             ("", "s.toml:14: missing key `control.natural_frequency_rad_s`"),
@@ -195,7 +223,7 @@ gyro = { rate_hz = 10, noise_rad_s = 1e-4 }
             ("attitude_gain_n_m = [1, 1, 1]", "s.toml:14: missing key `control.rate_gain_n_m_s`"),
             (
                 "attitude_gain_n_m = [1, -1, 1]\nrate_gain_n_m_s = [1, 1, 1]",
-                "s.toml:15: `control.attitude_gain_n_m` is [1, -1, 1]; it must be three positive",
+                "s.toml:15: `control.attitude_gain_n_m` is [1, -1, 1]; it must be positive and",
             ),
             (
                 "damping_ratio = 1\nrate_gain_n_m_s = [1, 1, 1]",

@@ -1,121 +1,139 @@
-//! What differs from run to run of a campaign, besides the gyro's noise.
+//! `[dispersion]`: differences between the runs of a campaign besides gyro noise.
 //!
 //! ```toml
-//! [dispersion]                                 # optional, as each of its keys
-//! inertia_factor = [0.9, 0.8, 0.7, 0.6, 0.5]   # the true tensor times these, in turn; after a change too
-//! [dispersion.initial_estimate]                # where a filter starts: uniform within ± of these
+//! [dispersion]                                 # optional, as is each of its keys
+//! inertia_factor = [0.9, 0.8, 0.7, 0.6, 0.5]   # of the true tensor, in turn; after a change too
+//! [dispersion.initial_estimate]                # uniform within ± of these
 //! rate_rad_s = 1.0e-3
 //! moments_kg_m2 = 30.0
 //! products_kg_m2 = 2.0
-//! rate_sigma_rad_s = 1.0e-3                    # what it is told that this is worth, one sigma
+//! rate_sigma_rad_s = 1.0e-3                    # initial sigmas of the filter
 //! sigma_kg_m2 = [20, 20, 20, 1.2, 1.2, 1.2]
 //! ```
-//!
-//! All follows from a run's seed alone, so that `run --seed` flies it again.
 
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64;
+use flight_input::InputError;
+use flight_input::key::{
+    ANY, ELEMENTS, Key, NOT_NEGATIVE, NUMBER, POSITIVE, Range, TABLE as A_TABLE, Table,
+};
+use flight_input::section::{List, Section};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::super::check::Check;
-use super::super::craft::InitialEstimate;
-use super::super::error::InputError;
-use super::{RandomSpacecraft, Scenario};
+use super::random_spacecraft::RandomSpacecraft;
 
-/// The gyro's noise has the same seed and is far shorter than this.
-const BEYOND_THE_GYRO: u128 = 1 << 64;
+const FACTORS: Range = Range::new(
+    "one or more positive factors, each leaving the body heavier than its wheels",
+    |factor| factor.is_finite() && factor > 0.0,
+);
 
-/// What differs from run to run. Nothing by default.
+const INERTIA_FACTOR: Key = Key::required(
+    "inertia_factor",
+    "list of numbers",
+    "",
+    FACTORS,
+    "Factors of the true inertia; a run takes number seed mod length",
+)
+.or("1");
+const INITIAL_ESTIMATE: Key = Key::required(
+    "initial_estimate",
+    A_TABLE,
+    "",
+    ANY,
+    "Distribution of the filter's initial state: see `[dispersion.initial_estimate]`",
+)
+.or("that of the estimator");
+const RATE: Key = Key::required(
+    "rate_rad_s",
+    NUMBER,
+    "rad/s",
+    NOT_NEGATIVE,
+    "Half-width of each axis of the initial rate",
+);
+const MOMENTS: Key = Key::required(
+    "moments_kg_m2",
+    NUMBER,
+    "kg m²",
+    NOT_NEGATIVE,
+    "Half-width of each initial moment",
+);
+const PRODUCTS: Key = Key::required(
+    "products_kg_m2",
+    NUMBER,
+    "kg m²",
+    NOT_NEGATIVE,
+    "Half-width of each initial product",
+);
+const RATE_SIGMA: Key = Key::required(
+    "rate_sigma_rad_s",
+    NUMBER,
+    "rad/s",
+    POSITIVE,
+    "Initial sigma of the rate in the filter",
+);
+const SIGMA: Key = Key::required(
+    "sigma_kg_m2",
+    ELEMENTS,
+    "kg m²",
+    POSITIVE,
+    "Initial sigma of each inertia element in the filter",
+);
+
+/// The keys of `[dispersion]`.
+pub(super) const TABLE: Table = Table {
+    header: "[dispersion]",
+    about: "Differences between the runs of a campaign besides gyro noise. Optional.",
+    keys: &[INERTIA_FACTOR, INITIAL_ESTIMATE],
+};
+/// The keys of `[dispersion.initial_estimate]`.
+pub(super) const INITIAL_TABLE: Table = Table {
+    header: "[dispersion.initial_estimate]",
+    about: "The filter's initial state, uniform about zero. Optional.",
+    keys: &[RATE, MOMENTS, PRODUCTS, RATE_SIGMA, SIGMA],
+};
+
+/// Differences between runs. None by default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dispersion {
-    /// Factors of the true inertia: a run takes number `seed mod length`. Empty: all fly the
-    /// scenario's own.
+    /// Factors of the true inertia: a run takes number `seed mod length`. Empty for factor 1.
     pub inertia_factors: Vec<f64>,
-    /// Where the estimator starts.
+    /// Distribution of the filter's initial state.
     pub initial_estimate: Option<InitialSpread>,
-    /// What the whole spacecraft is drawn from, if each run has its own. All else that the scenario
-    /// says of it is then that of seed 0.
+    /// Distribution of the spacecraft, if each run has its own. The scenario then holds the spacecraft
+    /// of seed 0.
     pub spacecraft: Option<RandomSpacecraft>,
 }
 
-/// Half-widths of uniform distributions about zero, and the sigmas that go with them.
+/// Half-widths of uniform distributions about zero, and the initial sigmas of the filter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InitialSpread {
-    /// Of each axis of the rate, rad/s.
+    /// Half-width of each axis of the rate, rad/s.
     pub rate_rad_s: f64,
-    /// Of each moment, kg m².
+    /// Half-width of each moment, kg m².
     pub moments_kg_m2: f64,
-    /// Of each product, kg m².
+    /// Half-width of each product, kg m².
     pub products_kg_m2: f64,
-    /// One sigma of the rate that the estimator is told, rad/s.
+    /// Initial sigma of the rate, rad/s.
     pub rate_sigma_rad_s: f64,
-    /// One sigma of each element that the estimator is told, kg m².
+    /// Initial sigma of each inertia element, kg m².
     pub sigma_kg_m2: [f64; 6],
 }
 
 impl Dispersion {
-    /// How many different truths there are.
+    /// Number of different true spacecraft.
     pub fn truths(&self) -> usize {
         self.inertia_factors.len().max(1)
     }
 
-    /// Which of them the run of this seed flies.
+    /// Index of the true spacecraft of this seed.
     pub fn truth_of(&self, seed: u64) -> usize {
         (seed % self.truths() as u64) as usize
-    }
-}
-
-impl InitialSpread {
-    fn draw(&self, seed: u64) -> InitialEstimate {
-        let mut random = Pcg64::seed_from_u64(seed);
-        random.advance(BEYOND_THE_GYRO);
-        let mut within = |half_width: f64| half_width * (2.0 * random.random::<f64>() - 1.0);
-        let rate_rad_s = std::array::from_fn(|_| within(self.rate_rad_s));
-        let inertia_kg_m2 = std::array::from_fn(|i| {
-            within(if i < 3 { self.moments_kg_m2 } else { self.products_kg_m2 })
-        });
-        InitialEstimate {
-            rate_rad_s: rate_rad_s.into(),
-            rate_sigma_rad_s: self.rate_sigma_rad_s,
-            inertia_kg_m2,
-            sigma_kg_m2: self.sigma_kg_m2,
-        }
-    }
-}
-
-impl Scenario {
-    /// The scenario with truth number `index` of its [`Dispersion`].
-    pub fn of_truth(&self, index: usize) -> Self {
-        let mut scenario = self.clone();
-        if let Some(factor) = self.dispersion.inertia_factors.get(index) {
-            let scale = |elements: &mut [f64; 6]| *elements = elements.map(|j| j * factor);
-            scale(&mut scenario.spacecraft.inertia_kg_m2);
-            scenario.changes.sudden.iter_mut().for_each(|change| scale(&mut change.inertia_kg_m2));
-        }
-        scenario
-    }
-
-    /// The scenario as the run of this seed flies it.
-    pub fn of_seed(&self, seed: u64) -> Self {
-        if let Some(random) = &self.dispersion.spacecraft {
-            return Self {
-                solve_for: self.solve_for,
-                disturbance_torque_n_m: self.disturbance_torque_n_m,
-                ..random.draw(&self.name, seed)
-            };
-        }
-        let mut scenario = self.of_truth(self.dispersion.truth_of(seed));
-        let spread = &self.dispersion.initial_estimate;
-        scenario.initial_estimate = spread.as_ref().map(|spread| spread.draw(seed));
-        scenario
     }
 }
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DispersionFile {
-    inertia_factor: Option<Spanned<Vec<f64>>>,
+    inertia_factor: Option<List>,
     initial_estimate: Option<InitialSpreadFile>,
 }
 
@@ -126,43 +144,40 @@ struct InitialSpreadFile {
     moments_kg_m2: Spanned<f64>,
     products_kg_m2: Spanned<f64>,
     rate_sigma_rad_s: Spanned<f64>,
-    sigma_kg_m2: Spanned<Vec<f64>>,
+    sigma_kg_m2: List,
 }
 
 impl DispersionFile {
-    /// `fits` says whether a body of the scenario's inertia times a factor can carry its wheels.
-    pub(super) fn check(
+    /// `carries_wheels`: whether a body of the scenario's inertia times a factor can carry the wheels.
+    pub(super) fn read(
         &self,
-        check: &Check<'_>,
-        fits: impl Fn(f64) -> bool,
+        section: &Section<'_>,
+        carries_wheels: impl Fn(f64) -> bool,
     ) -> Result<Dispersion, InputError> {
-        let inertia_factors = match &self.inertia_factor {
-            None => Vec::new(),
-            Some(factors) => {
-                let list = factors.get_ref();
-                let is_good = |factor: &f64| factor.is_finite() && *factor > 0.0 && fits(*factor);
-                if list.is_empty() || !list.iter().all(is_good) {
-                    let required = "one or more positive factors, each leaving the body heavier than its wheels";
-                    return Err(check.bad_list("dispersion.inertia_factor", factors, required));
-                }
-                list.clone()
+        let mut inertia_factors = Vec::new();
+        if let Some(factors) = &self.inertia_factor {
+            let list = factors.get_ref();
+            section.all_in(&section.full(&INERTIA_FACTOR), &FACTORS, factors)?;
+            if list.is_empty() || !list.iter().all(|factor| carries_wheels(*factor)) {
+                return Err(section.list_out_of_range(&INERTIA_FACTOR, factors));
             }
-        };
+            inertia_factors = list.clone();
+        }
+        let initial = section.table(INITIAL_ESTIMATE.name);
         let initial_estimate =
-            self.initial_estimate.as_ref().map(|spread| spread.check(check)).transpose()?;
+            self.initial_estimate.as_ref().map(|spread| spread.read(&initial)).transpose()?;
         Ok(Dispersion { inertia_factors, initial_estimate, spacecraft: None })
     }
 }
 
 impl InitialSpreadFile {
-    fn check(&self, check: &Check<'_>) -> Result<InitialSpread, InputError> {
-        let key = |name: &str| format!("dispersion.initial_estimate.{name}");
+    fn read(&self, section: &Section<'_>) -> Result<InitialSpread, InputError> {
         Ok(InitialSpread {
-            rate_rad_s: check.not_negative(&key("rate_rad_s"), &self.rate_rad_s)?,
-            moments_kg_m2: check.not_negative(&key("moments_kg_m2"), &self.moments_kg_m2)?,
-            products_kg_m2: check.not_negative(&key("products_kg_m2"), &self.products_kg_m2)?,
-            rate_sigma_rad_s: check.positive(&key("rate_sigma_rad_s"), &self.rate_sigma_rad_s)?,
-            sigma_kg_m2: check.sigmas(&key("sigma_kg_m2"), &self.sigma_kg_m2)?,
+            rate_rad_s: section.number(&RATE, &self.rate_rad_s)?,
+            moments_kg_m2: section.number(&MOMENTS, &self.moments_kg_m2)?,
+            products_kg_m2: section.number(&PRODUCTS, &self.products_kg_m2)?,
+            rate_sigma_rad_s: section.number(&RATE_SIGMA, &self.rate_sigma_rad_s)?,
+            sigma_kg_m2: section.list(&SIGMA, &self.sigma_kg_m2)?,
         })
     }
 }
@@ -171,7 +186,9 @@ impl InitialSpreadFile {
 mod tests {
     use std::path::Path;
 
-    use super::*;
+    use flight_input::InputError;
+
+    use crate::input::Scenario;
 
     const GOOD: &str = r#"name = "test"
 duration_s = 60.0
@@ -198,7 +215,7 @@ sigma_kg_m2 = [1, 1, 1, 2, 2, 2]
     }
 
     #[test]
-    fn each_bad_value_is_named() {
+    fn each_bad_value_is_reported() {
         for (good, bad, expected) in [
             ("[0.9, 0.5]", "[]", "s.toml:12: `dispersion.inertia_factor` is []; it must be one or"),
             (
@@ -206,7 +223,7 @@ sigma_kg_m2 = [1, 1, 1, 2, 2, 2]
                 "-0.9",
                 "s.toml:12: `dispersion.inertia_factor` is [-0.9, 0.5]; it must be one",
             ),
-            // Half the body of 5 kg m² about z, and a wheel of 3.
+            // Half of 5 kg m² about z, with a wheel of 3 kg m².
             ("1.0", "3.0", "s.toml:12: `dispersion.inertia_factor` is [0.9, 0.5]; it must be one"),
             ("factor", "factors", "s.toml:12: unknown key `inertia_factors` (did you mean"),
             ("= 0.1", "= -1", "s.toml:14: `dispersion.initial_estimate.rate_rad_s` is -1; it must"),
@@ -223,7 +240,7 @@ sigma_kg_m2 = [1, 1, 1, 2, 2, 2]
     }
 
     #[test]
-    fn a_run_follows_from_its_seed() {
+    fn run_is_determined_by_its_seed() {
         let scenario = parse(GOOD).unwrap();
         assert_eq!(scenario.of_seed(7), scenario.of_seed(7));
         assert_ne!(scenario.of_seed(7).initial_estimate, scenario.of_seed(9).initial_estimate);
@@ -232,7 +249,7 @@ sigma_kg_m2 = [1, 1, 1, 2, 2, 2]
     }
 
     #[test]
-    fn starts_fill_their_range_evenly() {
+    fn initial_estimates_are_uniform() {
         let scenario = parse(GOOD).unwrap();
         let half_width = [3.0, 3.0, 3.0, 0.5, 0.5, 0.5];
         let (mut sum, mut square, count) = ([0.0; 6], [0.0; 6], 4000);
@@ -254,14 +271,14 @@ sigma_kg_m2 = [1, 1, 1, 2, 2, 2]
     }
 
     #[test]
-    fn a_start_that_no_body_has_is_no_prior() {
+    fn unphysical_initial_estimate_is_not_a_prior() {
         let scenario = parse(GOOD).unwrap();
         let physical = (0..200).filter(|seed| {
             let craft = scenario.of_seed(*seed).craft();
             let start = craft.initial_estimate.unwrap();
             craft.prior.is_some_and(|prior| prior.inertia_kg_m2 == start.inertia_kg_m2)
         });
-        // An eighth has three positive moments, and half of these obey the triangle inequality.
+        // One in eight has three positive moments; half of these satisfy the triangle inequality.
         assert!((2..40).contains(&physical.count()));
     }
 }

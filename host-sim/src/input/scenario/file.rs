@@ -1,150 +1,84 @@
-//! The tables of a `SCENARIO.toml` as they are written, and their checks.
+//! The tables of a `SCENARIO.toml`, combined into a [`Scenario`].
 
 use std::path::Path;
 
-use nalgebra::{UnitQuaternion, Vector3};
+use flight_input::InputError;
+use flight_input::craft::filter::{self, Filter, FilterFile};
+use flight_input::craft::prior::{self, PriorFile};
+use flight_input::craft::wheel::check_count;
+use flight_input::key::{ANY, Key, NUMBER, POSITIVE, TABLE, TABLES as REPEATED, TEXT, Table};
+use flight_input::section::Section;
+use flight_input::toml_source::TomlSource;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use toml::Spanned;
 
-use super::super::check::{Check, principal_moments, tensor};
-use super::super::craft::{FilterFile, PriorFile, SolveFor, Wheel, check_wheel_count, wheel_key};
-use super::super::error::{InputError, Problem};
-use super::super::toml_source::TomlSource;
-use super::change::{ChangeFile, DriftFile, changes};
-use super::control::{ControlFile, attitude, control};
-use super::dispersion::DispersionFile;
-use super::profile_file::{
-    ExternalProfileFile, Surroundings, WheelProfileFile, external_profile, wheel_profile,
+use super::change::{self, ChangeFile, ChangesFile, DriftFile};
+use super::control::{self, ControlFile, control};
+use super::definition::Scenario;
+use super::dispersion::{self, Dispersion, DispersionFile};
+use super::disturbance::{self, Disturbance, DisturbanceFile};
+use super::gyro::{self, GyroFile};
+use super::limits::MAX_SAMPLES;
+use super::problem::ScenarioProblem;
+use super::profile::{self, ExternalProfileFile, ExternalTorque, Surroundings, external_profile};
+use super::random_draw;
+use super::random_spacecraft::{self, RandomSpacecraftFile};
+use super::spacecraft::{self, SpacecraftFile};
+use super::wheel::{self, SimulatedWheel, WheelFile, moments_without_wheels};
+
+const NAME: Key = Key::required("name", TEXT, "", ANY, "Name in reports");
+const DURATION: Key = Key::required(
+    "duration_s",
+    NUMBER,
+    "s",
+    POSITIVE,
+    "Duration of the flight, at most 1e7 samples",
+);
+
+const ROOT: Table = Table {
+    header: "",
+    about: "Keys above the first table, and the tables. A scenario of random spacecraft has only \
+            `name`, `[random_spacecraft]` and `[disturbance]`.",
+    keys: &[
+        NAME,
+        DURATION,
+        Key::required("spacecraft", TABLE, "", ANY, "True body"),
+        Key::required("change", REPEATED, "", ANY, "Sudden changes of the inertia").or("no change"),
+        Key::required("drift", TABLE, "", ANY, "Drift of the inertia").or("no drift"),
+        Key::required("wheel", REPEATED, "", ANY, "Reaction wheels").or("no wheel"),
+        Key::required("torque", TABLE, "", ANY, "Commanded external torque").or("no torque"),
+        Key::required("control", TABLE, "", ANY, "Attitude controller").or("no controller"),
+        Key::required("gyro", TABLE, "", ANY, "Simulated gyro"),
+        Key::required("disturbance", TABLE, "", ANY, "Unknown torque, further unknowns").or("none"),
+        Key::required("prior", TABLE, "", ANY, "Expected inertia").or("no prior"),
+        Key::required("filter", TABLE, "", ANY, "Process noise").or("that of the estimators"),
+        Key::required("dispersion", TABLE, "", ANY, "Differences between runs").or("none"),
+    ],
 };
-use super::random_spacecraft::RandomSpacecraftFile;
-use super::{
-    Dispersion, ExternalTorque, MAX_RATE_HZ, MAX_SAMPLES, Scenario, SimulatedGyro, SimulatedWheel,
-    Spacecraft, TorqueProfile,
-};
+const FILTER_TABLE: Table =
+    Table { keys: &[filter::RATE_WALK, filter::INERTIA_WALK], ..filter::TABLE };
 
-/// Reads and checks a scenario; `folder` is where the tables it names are.
-pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> {
-    match source.parse()? {
-        Kind { random_spacecraft: Some(_) } => read_random(source),
-        Kind { random_spacecraft: None } => read_one(source, folder),
-    }
-}
+/// The tables of a scenario file.
+pub const TABLES: [Table; 15] = [
+    ROOT,
+    spacecraft::TABLE,
+    wheel::TABLE,
+    profile::WHEEL_TABLE,
+    profile::EXTERNAL_TABLE,
+    control::TABLE,
+    gyro::TABLE,
+    disturbance::TABLE,
+    prior::TABLE,
+    FILTER_TABLE,
+    change::CHANGE_TABLE,
+    change::DRIFT_TABLE,
+    dispersion::TABLE,
+    dispersion::INITIAL_TABLE,
+    random_spacecraft::TABLE,
+];
 
-/// A scenario in which each seed has a spacecraft of its own.
-fn read_random(source: &TomlSource) -> Result<Scenario, InputError> {
-    let file: RandomFile = source.parse()?;
-    let check = &Check::new(source);
-    let random = file.random_spacecraft.check(check)?;
-    let Disturbance { torque_n_m, solve_for } = file.disturbance.check(check)?;
-    let dispersion = Dispersion { spacecraft: Some(random.clone()), ..Dispersion::default() };
-    Ok(Scenario {
-        name: file.name.clone(),
-        disturbance_torque_n_m: torque_n_m,
-        solve_for,
-        dispersion,
-        ..random.draw(&file.name, 0)
-    })
-}
-
-/// A scenario of one spacecraft.
-fn read_one(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> {
-    let file: ScenarioFile = source.parse()?;
-    let check = &Check::new(source);
-
-    let duration_s = check.positive("duration_s", &file.duration_s)?;
-    let gyro = file.gyro.check(check)?;
-    check_sample_count(check, &file.duration_s, duration_s * gyro.rate_hz)?;
-    let spacecraft = file.spacecraft.check(check)?;
-    let surroundings = Surroundings { folder, duration_s };
-    check_wheel_count(check, &file.wheel)?;
-    let wheels = (file.wheel.iter().enumerate())
-        .map(|(index, wheel)| wheel.get_ref().check(check, &wheel_key(index), surroundings))
-        .collect::<Result<Vec<_>, _>>()?;
-    check_wheels_fit(check, &file.spacecraft.inertia_kg_m2, &spacecraft, &wheels)?;
-    let body = (&spacecraft.inertia_kg_m2, wheels.as_slice());
-    let changes = changes(check, &file.change, file.drift.as_ref(), body, duration_s)?;
-    let later = changes.sudden.iter().map(|change| change.inertia_kg_m2);
-    let tensors: Vec<[f64; 6]> = later.chain([spacecraft.inertia_kg_m2]).collect();
-    let carries_wheels = |factor: f64| {
-        let rest = |tensor: &[f64; 6]| without_wheels(&tensor.map(|j| j * factor), &wheels)[0];
-        tensors.iter().all(|tensor| rest(tensor) > 0.0)
-    };
-    let dispersion = file.dispersion.check(check, carries_wheels)?;
-    let torque = match &file.torque {
-        Some(profile) => external_profile(check, profile, surroundings)?,
-        None => ExternalTorque::ZERO,
-    };
-
-    let control = (file.control.as_ref())
-        .map(|table| control(check, table, &spacecraft.inertia_kg_m2, &wheels))
-        .transpose()?;
-    let disturbance = file.disturbance.check(check)?;
-
-    Ok(Scenario {
-        name: file.name,
-        duration_s,
-        spacecraft,
-        changes,
-        wheels,
-        torque,
-        control,
-        gyro,
-        disturbance_torque_n_m: disturbance.torque_n_m,
-        solve_for: disturbance.solve_for,
-        prior: file.prior.map(|prior| prior.check(check)).transpose()?,
-        rate_walk_rad_s_sqrt_s: file.filter.rate_walk(check)?,
-        inertia_walk_kg_m2_sqrt_hour: file.filter.inertia_walk(check)?,
-        dispersion,
-        initial_estimate: None,
-    })
-}
-
-fn check_sample_count(
-    check: &Check<'_>,
-    duration_s: &Spanned<f64>,
-    samples: f64,
-) -> Result<(), InputError> {
-    if samples <= MAX_SAMPLES {
-        return Ok(());
-    }
-    Err(check.error(duration_s, Problem::TooManySamples { samples, limit: MAX_SAMPLES }))
-}
-
-/// The body without the wheels' spin inertia, `J − Σ Iₛ a aᵀ`, is what the motors turn against; the
-/// equation of motion has no solution unless it is positive definite.
-fn check_wheels_fit(
-    check: &Check<'_>,
-    inertia: &Spanned<Vec<f64>>,
-    spacecraft: &Spacecraft,
-    wheels: &[SimulatedWheel],
-) -> Result<(), InputError> {
-    let principal_moments_kg_m2 = without_wheels(&spacecraft.inertia_kg_m2, wheels);
-    if principal_moments_kg_m2[0] > 0.0 {
-        return Ok(());
-    }
-    let key = "spacecraft.inertia_kg_m2".to_owned();
-    Err(check.error(inertia, Problem::WheelsOutweighBody { key, principal_moments_kg_m2 }))
-}
-
-/// Principal moments of `J − Σ Iₛ a aᵀ`, ascending, kg m².
-pub(super) fn without_wheels(inertia_kg_m2: &[f64; 6], wheels: &[SimulatedWheel]) -> [f64; 3] {
-    let mut rest = tensor(inertia_kg_m2);
-    for SimulatedWheel { wheel, .. } in wheels {
-        rest -= wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2;
-    }
-    principal_moments(&rest)
-}
-
-fn optional_vector(
-    check: &Check<'_>,
-    key: &str,
-    value: &Option<Spanned<Vec<f64>>>,
-) -> Result<Vector3<f64>, InputError> {
-    value.as_ref().map_or(Ok(Vector3::zeros()), |value| check.vector(key, value))
-}
-
-/// Tells a scenario of random spacecraft from one of a single one.
+/// Discriminator: a scenario of random spacecraft, or of a single one.
 #[derive(Deserialize)]
 struct Kind {
     random_spacecraft: Option<IgnoredAny>,
@@ -182,130 +116,125 @@ struct ScenarioFile {
     dispersion: DispersionFile,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SpacecraftFile {
-    inertia_kg_m2: Spanned<Vec<f64>>,
-    rate_rad_s: Option<Spanned<Vec<f64>>>,
-    attitude_deg: Option<Spanned<Vec<f64>>>,
-}
-
-impl SpacecraftFile {
-    fn check(&self, check: &Check<'_>) -> Result<Spacecraft, InputError> {
-        let attitude = match &self.attitude_deg {
-            Some(angles) => attitude(check, "spacecraft.attitude_deg", angles)?,
-            None => UnitQuaternion::identity(),
-        };
-        Ok(Spacecraft {
-            attitude,
-            inertia_kg_m2: check.inertia("spacecraft.inertia_kg_m2", &self.inertia_kg_m2)?,
-            rate_rad_s: optional_vector(check, "spacecraft.rate_rad_s", &self.rate_rad_s)?,
-        })
+/// The checked scenario; `folder` is that of the CSV tables it names.
+pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> {
+    let root = Section::root(source);
+    match source.parse()? {
+        Kind { random_spacecraft: Some(_) } => source.parse::<RandomFile>()?.read(&root),
+        Kind { random_spacecraft: None } => source.parse::<ScenarioFile>()?.read(&root, folder),
     }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct WheelFile {
-    name: Option<String>,
-    axis: Spanned<Vec<f64>>,
-    spin_inertia_kg_m2: Spanned<f64>,
-    speed_rad_s: Option<Spanned<f64>>,
-    torque: Option<WheelProfileFile>,
-}
-
-impl WheelFile {
-    fn check(
-        &self,
-        check: &Check<'_>,
-        key: &str,
-        surroundings: Surroundings<'_>,
-    ) -> Result<SimulatedWheel, InputError> {
-        let inertia_key = format!("{key}.spin_inertia_kg_m2");
-        let wheel = Wheel {
+impl RandomFile {
+    fn read(&self, root: &Section<'_>) -> Result<Scenario, InputError> {
+        let random = self.random_spacecraft.read(&root.table("random_spacecraft"))?;
+        let Disturbance { torque_n_m, solve_for } = self.disturbance.read(root)?;
+        let dispersion = Dispersion { spacecraft: Some(random.clone()), ..Dispersion::default() };
+        Ok(Scenario {
             name: self.name.clone(),
-            axis: check.axis(&format!("{key}.axis"), &self.axis)?,
-            spin_inertia_kg_m2: check.positive(&inertia_key, &self.spin_inertia_kg_m2)?,
-        };
-        let speed_rad_s = match &self.speed_rad_s {
-            Some(speed) => check.finite(&format!("{key}.speed_rad_s"), speed)?,
-            None => 0.0,
-        };
-        let torque = match &self.torque {
-            Some(profile) => wheel_profile(check, &format!("{key}.torque"), profile, surroundings)?,
-            None => TorqueProfile::ZERO,
-        };
-        Ok(SimulatedWheel { wheel, speed_rad_s, torque })
+            disturbance_torque_n_m: torque_n_m,
+            solve_for,
+            dispersion,
+            ..random_draw::scenario(&random, &self.name, 0)
+        })
     }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct GyroFile {
-    rate_hz: Spanned<f64>,
-    noise_rad_s: Spanned<f64>,
-    bias_rad_s: Option<Spanned<Vec<f64>>>,
-    bias_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
-    quantum_rad_s: Option<Spanned<f64>>,
-    range_rad_s: Option<Spanned<f64>>,
-}
-
-impl GyroFile {
-    fn check(&self, check: &Check<'_>) -> Result<SimulatedGyro, InputError> {
-        let not_negative = |key: &str, value: &Option<Spanned<f64>>| {
-            value.as_ref().map_or(Ok(0.0), |value| check.not_negative(key, value))
+impl ScenarioFile {
+    fn read(self, root: &Section<'_>, folder: &Path) -> Result<Scenario, InputError> {
+        let duration_s = root.number(&DURATION, &self.duration_s)?;
+        let gyro = self.gyro.read(&root.table("gyro"))?;
+        self.check_sample_count(root, duration_s * gyro.rate_hz)?;
+        let spacecraft = self.spacecraft.read(&root.table("spacecraft"))?;
+        let inertia_kg_m2 = &spacecraft.inertia_kg_m2;
+        let surroundings = Surroundings { folder, duration_s };
+        let wheels = self.wheels(root, inertia_kg_m2, surroundings)?;
+        let changes = ChangesFile {
+            sudden: &self.change,
+            drift: self.drift.as_ref(),
+            initial_kg_m2: *inertia_kg_m2,
+            wheels: &wheels,
+        }
+        .read(root, duration_s)?;
+        let later = changes.sudden.iter().map(|change| change.inertia_kg_m2);
+        let tensors: Vec<[f64; 6]> = later.chain([*inertia_kg_m2]).collect();
+        let carries_wheels = |factor: f64| {
+            let rest = |j: &[f64; 6]| moments_without_wheels(&j.map(|j| j * factor), &wheels)[0];
+            tensors.iter().all(|tensor| rest(tensor) > 0.0)
         };
-        let walk = &self.bias_walk_rad_s_sqrt_s;
-        let quantum_rad_s = not_negative("gyro.quantum_rad_s", &self.quantum_rad_s)?;
-        let range_rad_s = (self.range_rad_s.as_ref())
-            .map(|range| check.positive("gyro.range_rad_s", range))
+        let dispersion = self.dispersion.read(&root.table("dispersion"), carries_wheels)?;
+        let torque = (self.torque.as_ref())
+            .map(|profile| external_profile(&root.table("torque"), profile, surroundings))
             .transpose()?;
-        Ok(SimulatedGyro {
-            rate_hz: check.number(
-                "gyro.rate_hz",
-                &self.rate_hz,
-                "positive, and at most 100 kHz",
-                |rate| rate > 0.0 && rate <= MAX_RATE_HZ,
-            )?,
-            noise_rad_s: check.positive("gyro.noise_rad_s", &self.noise_rad_s)?,
-            bias_rad_s: optional_vector(check, "gyro.bias_rad_s", &self.bias_rad_s)?,
-            bias_walk_rad_s_sqrt_s: not_negative("gyro.bias_walk_rad_s_sqrt_s", walk)?,
-            quantum_rad_s: (quantum_rad_s > 0.0).then_some(quantum_rad_s),
-            range_rad_s,
+        let control = (self.control.as_ref())
+            .map(|table| control(&root.table("control"), table, inertia_kg_m2, &wheels))
+            .transpose()?;
+        let disturbance = self.disturbance.read(root)?;
+        let filter = self.filter(root)?;
+        let prior = self.prior.map(|prior| prior.read(root)).transpose()?;
+        Ok(Scenario {
+            changes,
+            wheels,
+            torque: torque.unwrap_or(ExternalTorque::ZERO),
+            control,
+            disturbance_torque_n_m: disturbance.torque_n_m,
+            solve_for: disturbance.solve_for,
+            prior,
+            filter,
+            dispersion,
+            ..Scenario::free(self.name, duration_s, spacecraft, gyro)
         })
     }
-}
 
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DisturbanceFile {
-    #[serde(default)]
-    torque: bool,
-    #[serde(default)]
-    gyro_bias: bool,
-    torque_n_m: Option<Spanned<Vec<f64>>>,
-}
+    fn check_sample_count(&self, root: &Section<'_>, samples: f64) -> Result<(), InputError> {
+        if samples <= MAX_SAMPLES {
+            return Ok(());
+        }
+        let problem = ScenarioProblem::TooManySamples { samples, limit: MAX_SAMPLES };
+        Err(root.error(&self.duration_s, problem))
+    }
 
-/// What disturbs the motion, and what the estimator is asked for.
-struct Disturbance {
-    torque_n_m: Vector3<f64>,
-    solve_for: SolveFor,
-}
+    /// The wheels, which must leave the body a positive definite inertia.
+    fn wheels(
+        &self,
+        root: &Section<'_>,
+        inertia_kg_m2: &[f64; 6],
+        surroundings: Surroundings<'_>,
+    ) -> Result<Vec<SimulatedWheel>, InputError> {
+        check_count(root, &self.wheel)?;
+        let wheels = (self.wheel.iter().enumerate())
+            .map(|(index, wheel)| wheel.get_ref().read(&root.entry("wheel", index), surroundings))
+            .collect::<Result<Vec<_>, _>>()?;
+        let principal_moments_kg_m2 = moments_without_wheels(inertia_kg_m2, &wheels);
+        if principal_moments_kg_m2[0] > 0.0 {
+            return Ok(wheels);
+        }
+        let section = root.table("spacecraft");
+        let key = section.full(&spacecraft::INERTIA);
+        let problem = ScenarioProblem::WheelsOutweighBody { key, principal_moments_kg_m2 };
+        Err(section.error(&self.spacecraft.inertia_kg_m2, problem))
+    }
 
-impl DisturbanceFile {
-    fn check(&self, check: &Check<'_>) -> Result<Disturbance, InputError> {
-        Ok(Disturbance {
-            torque_n_m: optional_vector(check, "disturbance.torque_n_m", &self.torque_n_m)?,
-            solve_for: SolveFor { torque: self.torque, gyro_bias: self.gyro_bias },
-        })
+    /// Process noise. The smoothness of the torque follows from its profile.
+    fn filter(&self, root: &Section<'_>) -> Result<Filter, InputError> {
+        if let Some(span) = self.filter.torque_is_smooth_at() {
+            let key = root.table("filter").full(&filter::TORQUE_IS_SMOOTH);
+            return Err(root.error_at(span, ScenarioProblem::KeyOfCraftFile { key }));
+        }
+        self.filter.read(root)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use flight_input::error::Problem;
+    use nalgebra::{UnitQuaternion, Vector3};
 
-    /// A scenario that is right: each test makes one thing wrong in it.
+    use super::*;
+    use crate::input::craft::SolveFor;
+    use crate::input::scenario::TorqueProfile;
+
+    /// A valid scenario; each test changes one part of it.
     const GOOD: &str = r#"name = "test"
 duration_s = 60.0
 [spacecraft]
@@ -325,7 +254,7 @@ noise_rad_s = 1e-4
     }
 
     #[test]
-    fn what_is_left_out_is_zero_or_none() {
+    fn absent_keys_have_their_defaults() {
         let scenario = parse(GOOD).unwrap();
         assert_eq!(scenario.spacecraft.rate_rad_s, Vector3::zeros());
         assert_eq!(scenario.spacecraft.attitude, UnitQuaternion::identity());
@@ -342,7 +271,7 @@ noise_rad_s = 1e-4
     }
 
     #[test]
-    fn estimator_is_told_all_but_the_truth() {
+    fn craft_of_a_scenario_excludes_the_truth() {
         let extra = "bias_rad_s = [1, 2, 3]\nquantum_rad_s = 1e-5\nrange_rad_s = 4\n\
                      [disturbance]\ntorque = true\ntorque_n_m = [1e-6, 0, 0]\n";
         let scenario = parse(&format!("{GOOD}{extra}{WHEEL}")).unwrap();
@@ -355,7 +284,7 @@ noise_rad_s = 1e-4
     }
 
     #[test]
-    fn each_bad_value_is_named() {
+    fn each_bad_value_is_reported() {
         for (good, bad, expected) in [
             ("60.0", "0", "s.toml:2: `duration_s` is 0; it must be positive"),
             ("60.0", "inf", "s.toml:2: `duration_s` is inf; it must be positive and finite"),
@@ -380,7 +309,7 @@ noise_rad_s = 1e-4
     }
 
     #[test]
-    fn each_bad_optional_value_is_named() {
+    fn each_bad_optional_value_is_reported() {
         for (extra, expected) in [
             ("bias_rad_s = [0, 0]", "`gyro.bias_rad_s` has 2 entries, but takes 3"),
             ("bias_rad_s = [0, 0, nan]", "`gyro.bias_rad_s` is [0, 0, NaN]; it must be finite"),
@@ -401,9 +330,13 @@ noise_rad_s = 1e-4
     }
 
     #[test]
-    fn each_bad_value_of_a_wheel_is_named() {
+    fn each_bad_value_of_a_wheel_is_reported() {
         for (good, bad, expected) in [
-            ("[0, 0, 2]", "[0, 0, 0]", "s.toml:12: `wheel[2].axis` is [0, 0, 0]; it must be a dir"),
+            (
+                "[0, 0, 2]",
+                "[0, 0, 0]",
+                "s.toml:12: `wheel[2].axis` is [0, 0, 0]; it must be finite",
+            ),
             ("1e-3", "0", "s.toml:13: `wheel[2].spin_inertia_kg_m2` is 0; it must be positive"),
             ("axis", "axes", "s.toml:12: unknown key `axes` (did you mean `axis`?)"),
             (
@@ -420,30 +353,41 @@ noise_rad_s = 1e-4
     }
 
     #[test]
-    fn wheels_heavier_than_the_body_are_refused() {
+    fn wheels_heavier_than_the_body_are_rejected() {
         let message = message(&format!("{GOOD}{}", WHEEL.replace("1e-3", "3.0").repeat(2)));
         assert!(
             message.starts_with(
-                "s.toml:4: `spacecraft.inertia_kg_m2` includes the wheels (locked), but leaves \
-                 principal moments [-1, 3, 4]"
+                "s.toml:4: `spacecraft.inertia_kg_m2` includes the wheels (locked), but without \
+                 their spin inertia its principal moments are [-1, 3, 4]"
             ),
             "{message}"
         );
     }
 
     #[test]
-    fn unphysical_prior_is_refused() {
+    fn unphysical_prior_is_rejected() {
         let prior = "[prior]\ninertia_kg_m2 = [1,1,3,0,0,0]\nsigma_kg_m2 = [1,1,1,1,1,1]\n";
         let message = message(&format!("{GOOD}{prior}"));
         assert!(message.starts_with("s.toml:9: `prior.inertia_kg_m2`"), "{message}");
     }
 
     #[test]
-    fn unknown_name_lists_the_built_in_scenarios() {
-        let message = Scenario::load("stsat").unwrap_err().to_string();
-        assert!(message.starts_with("stsat: neither a file nor a built-in scenario"), "{message}");
-        assert!(message.contains("stsat3-spin-up, stsat3-spin-up-wrong-prior"), "{message}");
-        let message = Scenario::load("gone.toml").unwrap_err().to_string();
-        assert!(message.starts_with("gone.toml: cannot be read: "), "{message}");
+    fn torque_is_smooth_is_rejected_with_the_reason() {
+        let message = message(&format!("{GOOD}[filter]\ntorque_is_smooth = true\n"));
+        assert!(message.starts_with("s.toml:9: `filter.torque_is_smooth` is a key of craft files"));
+    }
+
+    #[test]
+    fn every_key_of_the_reader_has_a_row_in_the_reference() {
+        for table in TABLES {
+            let above = if table.header.starts_with("[wheel.") { "[[wheel]]\n" } else { "" };
+            let text = format!("{above}{}\nxyzzy = 1\n", table.header);
+            let problem = parse(&text).unwrap_err().problem;
+            let Problem::UnknownKey { known, .. } = problem else { panic!("{problem}") };
+            let known: Vec<_> = known.iter().filter(|key| *key != "torque_is_smooth").collect();
+            assert_eq!(known, table.names().iter().collect::<Vec<_>>(), "{}", table.header);
+        }
+        let random = parse("aaa = 1\n[random_spacecraft]\n").unwrap_err().to_string();
+        assert!(random.contains("known keys here: name, random_spacecraft, disturbance"));
     }
 }

@@ -1,7 +1,7 @@
 //! The figures of \[Bellar2019\].
 
 use super::{CAMPAIGN, LOOKED_AT_EVERY, OWN, PAPER, PUBLISHED, Run, Study};
-use crate::campaign::statistics::Verdict;
+use crate::campaign::Verdict;
 use crate::input::ELEMENT_NAMES;
 use crate::papers::observability::{TIME_CONSTANT_S, rank_of_observability_matrix};
 use crate::papers::{PapersFailed, figure};
@@ -70,7 +70,7 @@ impl Study {
         elements: std::ops::Range<usize>,
         runs: &[Run],
     ) -> Result<String, PlotError> {
-        let typical = self.truths.typical(runs.iter().map(|run| run.campaign[0].yardstick));
+        let typical = self.truths.typical(runs.iter().map(|run| run.campaign[0].reference));
         let panel = |i: usize| {
             let bound_percent =
                 typical.bound_kg_m2[i].map_or(1.0, |b| 100.0 * b / typical.truth_kg_m2[i].abs());

@@ -6,11 +6,11 @@ use fsw_core::Inertia;
 use nalgebra::Vector3;
 
 use super::PapersFailed;
-use super::course::{Course, Method, OWN};
+use super::course::{Course, OWN};
 use super::distribution::Distribution;
-use crate::campaign::statistics::{FAR, SURE, Verdict};
 use crate::campaign::{self, Campaign, RunFailed, Truths};
-use crate::estimation::{AnyEstimator, EstimatorName, Precision, SetUpError};
+use crate::campaign::{MAX_CONSISTENT_SIGMAS, MAX_CONVERGED_BOUNDS, Verdict};
+use crate::estimation::{AnyEstimator, EstimatorName, Method, Precision, SetUpError};
 use crate::input::{ELEMENT_NAMES, Scenario};
 use crate::report::published::{PublishedTable, Row};
 
@@ -59,7 +59,7 @@ pub struct Run {
     published: OneFlight,
     own: OneFlight,
     /// In the order of [`CAMPAIGN`].
-    campaign: [campaign::Run; 5],
+    campaign: [campaign::CampaignRun; 5],
 }
 
 struct OneFlight {
@@ -91,33 +91,33 @@ impl Study {
         })
     }
 
-    fn campaign_run(&self, method: Method, seed: u64) -> Result<campaign::Run, RunFailed> {
+    fn campaign_run(&self, method: Method, seed: u64) -> Result<campaign::CampaignRun, RunFailed> {
         let Method { estimator, precision } = method;
         let (scenario, truths) = (&self.campaign, &self.truths);
-        Campaign { scenario, truths, estimator, precision, first_seed: seed, runs: 1 }.run(0)
+        Campaign { scenario, truths, estimator, precision, first_seed: seed, runs: 1 }.run_one(0)
     }
 
     fn one_flight(&self, method: Method, seed: u64) -> Result<OneFlight, SetUpError> {
         let truth_kg_m2 = self.course.truth_kg_m2();
         let limit = CONVERGED_WITHIN * truth_kg_m2[..3].iter().sum::<f64>() / 3.0;
-        let is_close = |on_board: &dyn AnyEstimator| {
-            let elements = on_board.estimate().inertia.elements_kg_m2();
+        let is_close = |estimator: &dyn AnyEstimator| {
+            let elements = estimator.estimate().inertia.elements_kg_m2();
             (0..6).all(|i| (elements[i] - truth_kg_m2[i]).abs() < limit)
         };
         let (mut error, mut sigma) = (MeanSquare::default(), MeanSquare::default());
         let mut convergence_s = f64::NAN;
-        let flown = self.course.fly(method, seed, |number, on_board| {
+        let flown = self.course.fly(method, seed, |number, estimator| {
             let instant = &self.course.flight.instants[number];
             // The first is the guess of Table 2 itself, degrees per second off.
             if number > 0 {
-                error.add(on_board.rate_rad_s() - instant.rate_rad_s);
+                error.add(estimator.rate_rad_s() - instant.rate_rad_s);
             }
-            if let Some(one_sigma) = on_board.rate_sigma_rad_s() {
+            if let Some(one_sigma) = estimator.rate_sigma_rad_s() {
                 sigma.add(one_sigma);
             }
             if number % LOOKED_AT_EVERY == 0 {
                 let time_s = instant.time_us as f64 * 1e-6;
-                convergence_s = match is_close(on_board) {
+                convergence_s = match is_close(estimator) {
                     true if convergence_s.is_nan() => time_s,
                     true => convergence_s,
                     false => f64::NAN,
@@ -125,7 +125,7 @@ impl Study {
             }
         })?;
         Ok(OneFlight {
-            verdict: self.course.yardstick().score(&flown.estimate).verdict,
+            verdict: self.course.reference().score(&flown.estimate).verdict,
             estimate_kg_m2: flown.estimate.inertia.elements_kg_m2(),
             rate_rmse_deg_s: error.root().to_degrees(),
             rate_sigma_deg_s: sigma.root().to_degrees(),
@@ -261,7 +261,8 @@ impl Study {
         format!(
             "Uniform within ±30 and ±2 kg m², the initial tensor is one that a body can have in \
              {physical:.1} % of the runs; in seven of eight a moment is negative. Diverged: by its own \
-             word, or an error beyond {FAR:.0} bounds and {SURE:.0} of its own sigmas. {} \
+             word, or an error beyond {MAX_CONVERGED_BOUNDS:.0} bounds and \
+             {MAX_CONSISTENT_SIGMAS:.0} of its own sigmas. {} \
              needs no start.",
             OWN.estimator
         )

@@ -7,9 +7,9 @@
 //!
 //! Both papers' estimators are the same sums solved at different times, so both are accumulated as
 //! one square-root information factor R of `HᵀH = RᵀR`: no stored history, and no normal matrix,
-//! which in single precision would lose what the motion shows weakly. Recursive least squares in the
-//! covariance form of \[Kim2013\] has the same solution (tested). With the moments first among the
-//! elements, fixing the products needs no sums of its own.
+//! which in single precision would lose weakly excited directions. Recursive least squares in
+//! the covariance form of \[Kim2013\] has the same solution (tested). With the moments first among
+//! the elements, fixing the products needs no sums of its own.
 //!
 //! Departures from the papers: rows are weighted by the noise of their own acceleration; the prior
 //! (`P₀` of \[Kim2013\]) joins when solving, so that it neither fades under a forgetting factor nor
@@ -67,7 +67,8 @@ crate::persist!([T: Real] Instant<T> {
 pub struct Regression<T: Real> {
     /// R and `R⁻ᵀ Hᵀ y`.
     information: SquareRootInformation<T, 6>,
-    /// Typical nominal moment, `√(tr(J₀²) / 3)`: acceleration noise times this is the noise of a row.
+    /// Typical nominal moment, `√(tr(J₀²) / 3)`: acceleration noise times this is the noise of a
+    /// row.
     moment_kg_m2: T,
     /// Instants, weighted by the forgetting: not a whole number.
     instants: T,

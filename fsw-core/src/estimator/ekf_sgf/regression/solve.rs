@@ -7,8 +7,8 @@ use crate::math::{Mat, Vec3, scalar::Real};
 use crate::prior::Prior;
 use crate::tensor::{Inertia, regressor_noise_share};
 
-/// Rows before the mean square of their residuals is used as the noise level: its relative scatter is
-/// then below √(2/60) = 0.18.
+/// Rows before the mean square of their residuals is used as the noise level: its relative scatter
+/// is then below √(2/60) = 0.18.
 const RESIDUALS_COUNT: u32 = 60;
 
 impl<T: Real> Regression<T> {
@@ -16,20 +16,21 @@ impl<T: Real> Regression<T> {
     ///
     /// The covariance is the sum of
     ///
-    /// * `s² (HᵀH)⁻¹`, the noise of the equation's balance: `s²` the mean squared residual in sigmas,
-    ///   at least 1;
+    /// * `s² (HᵀH)⁻¹`, the noise of the equation's balance: `s²` the mean squared residual in
+    ///   sigmas, at least 1;
     /// * `A (S² + j₀ j₀ᵀ) Aᵀ`, the same noise in the regressor, which biases the solution towards
-    ///   zero by `A j`, `A = (HᵀH)⁻¹ N`; `N = n σ² diag(1 1 1 2 2 2)` is the noise's expected share of
-    ///   `HᵀH` (see `tensor::regressor_noise_share`), and `S² + j₀ j₀ᵀ` the second moment of j;
+    ///   zero by `A j`, `A = (HᵀH)⁻¹ N`; `N = n σ² diag(1 1 1 2 2 2)` is the noise's expected share
+    ///   of `HᵀH` (see `tensor::regressor_noise_share`), and `S² + j₀ j₀ᵀ` the second moment of j;
     /// * `m mᵀ`, `m = (HᵀH)⁻¹ Hᵀ b`: the effect of the known imbalance b, the lag of the rate;
     /// * with three moments, the effect of the products' own sigma.
     ///
-    /// A direction with little more information than the prior is set to the prior. A spin about one
-    /// axis `a` thus shows the three elements of `J a`, whatever noise does to the rank of `HᵀH`.
+    /// A direction with little more information than the prior is set to the prior. A spin about
+    /// one axis `a` thus determines the three elements of `J a`, for any rank that noise gives
+    /// `HᵀH`.
     ///
     /// Left out: the correlation between instants that share a window (up to a factor of two: the
-    /// covariance is too large for motions slow beside the window, too small for those as fast as it);
-    /// noise of the rate in `ω^× G(ω)`; errors of torque and wheels.
+    /// covariance is too large for motions slow beside the window, too small for those as fast as
+    /// it); noise of the rate in `ω^× G(ω)`; errors of torque and wheels.
     pub fn solve(&self, elements: Elements, nominal: &Prior<T>) -> Solution<T> {
         let mut information = self.information;
         for i in 0..6 {
@@ -49,11 +50,11 @@ impl<T: Real> Regression<T> {
         }
     }
 
-    /// The three moments m with the products p at their nominal values, from the first three rows of
-    /// the factor: `R₁₁ m = d₁ − R₁₂ p`.
+    /// The three moments m with the products p at their nominal values, from the first three rows
+    /// of the factor: `R₁₁ m = d₁ − R₁₂ p`.
     ///
-    /// An error `δp` moves the moments by `−R₁₁⁻¹ R₁₂ δp`, which joins the covariance. The correlation
-    /// of moments and products that follows from it is left out.
+    /// An error `δp` moves the moments by `−R₁₁⁻¹ R₁₂ δp`, which joins the covariance. The
+    /// correlation of moments and products that follows from it is left out.
     #[inline(never)]
     fn solve_moments(
         &self,

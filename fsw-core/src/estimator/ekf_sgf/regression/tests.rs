@@ -4,9 +4,12 @@ use super::*;
 use crate::monitor::observability::observed;
 use proptest::prelude::*;
 
+/// Elements of the body, kg m².
 const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
+/// Stated noise of the accelerations, rad/s².
 const SIGMA_RAD_S2: f64 = 1e-4;
 
+/// Prior, up to 0.8 kg m² from the truth.
 fn prior<T: Real>() -> Prior<T> {
     Prior {
         inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0].map(T::lit),
@@ -14,7 +17,7 @@ fn prior<T: Real>() -> Prior<T> {
     }
 }
 
-/// An instant of any motion, and the torque that it takes.
+/// An instant of any motion, with the torque of the equation of motion.
 fn instant(j: &[f64; 6], rate: [f64; 3], acceleration: [f64; 3]) -> Instant<f64> {
     let (w, a) = (Vec3::from(rate), Vec3::from(acceleration));
     let j = Inertia::new(*j).matrix_kg_m2();
@@ -27,6 +30,7 @@ fn instant(j: &[f64; 6], rate: [f64; 3], acceleration: [f64; 3]) -> Instant<f64>
     }
 }
 
+/// The same in single precision.
 fn narrow(i: &Instant<f64>) -> Instant<f32> {
     let cast = |v: &Vec3<f64>| v.map(|x| x as f32);
     Instant {
@@ -38,6 +42,7 @@ fn narrow(i: &Instant<f64>) -> Instant<f32> {
     }
 }
 
+/// 20 s about all axes, 200 instants.
 fn tumble(j: &[f64; 6]) -> impl Iterator<Item = Instant<f64>> {
     (0..200).map(move |k| {
         let t = 0.1 * f64::from(k);
@@ -49,11 +54,11 @@ fn tumble(j: &[f64; 6]) -> impl Iterator<Item = Instant<f64>> {
     })
 }
 
-/// What the prior does to a noiseless solution: its weight over the data's.
+/// Shift of a noiseless solution by the prior, kg m²: its weight over that of the data.
 const PRIOR_SHIFT: f64 = 1e-4;
 
 #[test]
-fn a_tumble_shows_all_six_in_both_precisions() {
+fn a_tumble_observes_all_six_elements_in_both_precisions() {
     let (mut double, mut single) =
         (Regression::<f64>::new(&prior()), Regression::<f32>::new(&prior()));
     for i in tumble(&INERTIA) {
@@ -70,7 +75,7 @@ fn a_tumble_shows_all_six_in_both_precisions() {
 }
 
 #[test]
-fn three_moments_with_the_products_known() {
+fn known_products_leave_the_moments_exact() {
     let known = Prior {
         inertia_kg_m2: [0.75, 0.6, 0.9, 0.1, -0.2, 0.05],
         sigma_kg_m2: [1.0, 1.0, 1.0, 1e-3, 1e-3, 1e-3],
@@ -83,12 +88,13 @@ fn three_moments_with_the_products_known() {
     for k in 0..6 {
         assert!((found.inertia.elements_kg_m2()[k] - INERTIA[k]).abs() < PRIOR_SHIFT);
     }
-    let seen = observed(&found.covariance_kg2_m4, &known.sigma_kg_m2);
-    assert_eq!(seen.element, [true, true, true, false, false, false]);
+    let observation = observed(&found.covariance_kg2_m4, &known.sigma_kg_m2);
+    assert_eq!(observation.element, [true, true, true, false, false, false]);
 }
 
+/// The error of each moment is within three sigma.
 #[test]
-fn three_moments_own_up_to_products_that_are_not_known() {
+fn unknown_products_widen_the_sigma_of_the_moments() {
     let mut sums = Regression::new(&prior());
     for i in tumble(&INERTIA) {
         sums.add(&i);
@@ -101,7 +107,7 @@ fn three_moments_own_up_to_products_that_are_not_known() {
 }
 
 proptest! {
-    /// The recursion as \[Kim2013\] prints it, with Joseph's covariance, one row at a time.
+    /// The recursion of \[Kim2013\], with the covariance in Joseph's form.
     #[test]
     fn agrees_with_the_printed_recursion(
         motion in prop::collection::vec(prop::array::uniform6(-1.0..1.0f64), 30),
@@ -112,7 +118,7 @@ proptest! {
             &prior::<f64>().sigma_kg_m2.map(|s| s * s).into());
         for m in &motion {
             let mut i = instant(&INERTIA, [m[0], m[1], m[2]], [m[3], m[4], m[5]]);
-            // Loud, so that the prior still counts.
+            // Large, so that the prior still has weight.
             i.acceleration_sigma_rad_s2 = 1.0;
             sums.add(&i);
             let r = sums.moment_kg_m2 * sums.moment_kg_m2;
@@ -137,8 +143,10 @@ proptest! {
         prop_assert!((factor * factor.transpose() - p).abs().max() < 1e-10);
     }
 
+    /// Observed are `Jzz` by the acceleration, `Jxz` and `Jyz` by the gyroscopic torque of the
+    /// spin.
     #[test]
-    fn a_constant_axis_shows_three_elements_whatever_the_noise(
+    fn a_constant_axis_observes_three_elements_in_any_noise(
         noise in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64), 400),
     ) {
         let mut sums = Regression::<f32>::new(&prior());
@@ -151,10 +159,10 @@ proptest! {
         }
         let found = sums.solve(Elements::All, &prior());
         let j = found.inertia.elements_kg_m2();
-        let seen = observed(&found.covariance_kg2_m4, &prior().sigma_kg_m2);
+        let observation = observed(&found.covariance_kg2_m4, &prior().sigma_kg_m2);
         // jzz by the acceleration; jxz and jyz by the gyroscopic torque of the same spin.
-        prop_assert_eq!(seen.element, [false, false, true, false, true, true]);
-        prop_assert_eq!(seen.directions, 3);
+        prop_assert_eq!(observation.element, [false, false, true, false, true, true]);
+        prop_assert_eq!(observation.directions, 3);
         prop_assert!((f64::from(j[2]) - INERTIA[2]).abs() < 0.02);
         for k in [0, 1, 3] {
             let sigma = prior::<f32>().sigma_kg_m2[k];
@@ -163,6 +171,7 @@ proptest! {
         }
     }
 
+    /// NaN, infinities and overflowing rows are left out.
     #[test]
     fn any_bits_leave_a_finite_solution(
         bits in prop::collection::vec(prop::array::uniform12(any::<u32>()), 40),
@@ -186,8 +195,10 @@ proptest! {
     }
 }
 
+/// A torque of 0.3 N m s times the rate: each error is within 1.1 sigma, the worst above 0.01 kg
+/// m².
 #[test]
-fn a_known_imbalance_is_owned_up_to() {
+fn a_known_imbalance_is_within_the_covariance() {
     let mut sums = Regression::new(&prior());
     for mut i in tumble(&INERTIA) {
         i.imbalance_n_m = i.rate_rad_s * 0.3;
@@ -205,12 +216,12 @@ fn a_known_imbalance_is_owned_up_to() {
 }
 
 #[test]
-fn nothing_seen_is_the_prior() {
+fn without_data_the_solution_is_the_prior() {
     let sums = Regression::<f32>::new(&prior());
     for elements in [Elements::Moments, Elements::All] {
         let found = sums.solve(elements, &prior());
-        let seen = observed(&found.covariance_kg2_m4, &prior().sigma_kg_m2);
-        assert_eq!(seen.directions, 0);
+        let observation = observed(&found.covariance_kg2_m4, &prior().sigma_kg_m2);
+        assert_eq!(observation.directions, 0);
         for k in 0..6 {
             let error = found.inertia.elements_kg_m2()[k] - prior::<f32>().inertia_kg_m2[k];
             assert!(error.abs() < 1e-6);
@@ -218,6 +229,7 @@ fn nothing_seen_is_the_prior() {
     }
 }
 
+/// λ = 0.95 over 200 instants leaves 3e-5 of the weight before the change.
 #[test]
 fn forgetting_follows_a_change() {
     let later = INERTIA.map(|x| 1.5 * x);

@@ -27,9 +27,9 @@ impl<T: Real, const N: usize> ElementPrior<T, N> {
     /// The solution `x` (kg m²) with its covariance C (kg² m⁴), and the prior in each unobserved
     /// direction.
     ///
-    /// With `S = diag(σᵢ)` the scaled covariance is `S⁻¹ C S⁻¹ = V D Vᵀ`; a direction is a column v of
-    /// V. Where `√d < 0.75` it keeps value `vᵀ S⁻¹ (x − x₀)` and variance d, elsewhere it takes those of
-    /// the prior, 0 and 1:
+    /// With `S = diag(σᵢ)` the scaled covariance is `S⁻¹ C S⁻¹ = V D Vᵀ`; a direction is a column v
+    /// of V. Where `√d < 0.75` it keeps value `vᵀ S⁻¹ (x − x₀)` and variance d, elsewhere it takes
+    /// those of the prior, 0 and 1:
     ///
     /// `x ← x₀ + Σ S v vᵀ S⁻¹ (x − x₀)` over the observed, `C ← Σ d S v vᵀ S` over all directions.
     ///

@@ -1,0 +1,294 @@
+//! [`Craft`], read from and written to a `CRAFT.toml`.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::disturbance::{self, DisturbanceFile, SolveFor};
+use super::filter::{self, Filter, FilterFile};
+use super::gyro::{self, GyroData, GyroFile};
+use super::prior::{self, Prior, PriorFile};
+use super::wheel::{self, Wheel, WheelFile, check_count};
+use crate::error::InputError;
+use crate::key::{ANY, Key, TABLE, TABLES as REPEATED, Table};
+use crate::section::Section;
+use crate::toml_source::TomlSource;
+
+const ROOT: Table = Table {
+    header: "",
+    about: "Tables of a craft file.",
+    keys: &[
+        Key::required("wheel", REPEATED, "", ANY, "Reaction wheels").or("no wheel"),
+        Key::required("gyro", TABLE, "", ANY, "Gyro").or("unknown gyro"),
+        Key::required("prior", TABLE, "", ANY, "Expected inertia").or("no prior"),
+        Key::required("filter", TABLE, "", ANY, "Process noise").or("that of the estimators"),
+        Key::required("disturbance", TABLE, "", ANY, "Further unknowns").or("none"),
+    ],
+};
+
+/// The tables of a craft file.
+pub const TABLES: [Table; 6] =
+    [ROOT, wheel::TABLE, gyro::TABLE, prior::TABLE, filter::TABLE, disturbance::TABLE];
+
+/// A spacecraft as known to the estimator.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Craft {
+    /// The reaction wheels, in the order of the log's columns `wheel_1_rad_s`, `wheel_2_rad_s`, …
+    pub wheels: Vec<Wheel>,
+    /// Known properties of the gyro.
+    pub gyro: GyroData,
+    /// Inertia expected before any measurement, if known.
+    pub prior: Option<Prior>,
+    /// Process noise of the filters.
+    pub filter: Filter,
+    /// Unknowns besides the inertia.
+    pub solve_for: SolveFor,
+    /// Initial state of a filter that starts from a guess. Drawn by a campaign; not a key.
+    pub initial_estimate: Option<InitialEstimate>,
+}
+
+/// Initial state of a filter. Its inertia need not be physical.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InitialEstimate {
+    /// Body rate, rad/s.
+    pub rate_rad_s: Vector3<f64>,
+    /// One sigma of each axis, rad/s.
+    pub rate_sigma_rad_s: f64,
+    /// `jxx jyy jzz jxy jxz jyz`, kg m²: any finite numbers.
+    pub inertia_kg_m2: [f64; 6],
+    /// One sigma of each, kg m².
+    pub sigma_kg_m2: [f64; 6],
+}
+
+impl Craft {
+    /// The craft in the file at `path`.
+    ///
+    /// # Errors
+    /// The file cannot be read, has an unknown key, or a value outside the range of its key.
+    pub fn load(path: &Path) -> Result<Self, InputError> {
+        Self::from_source(&TomlSource::read(path)?)
+    }
+
+    /// The craft in the text of a `CRAFT.toml`; `file` is the name in errors.
+    ///
+    /// # Errors
+    /// As of [`Self::load`].
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, InputError> {
+        Self::from_source(&TomlSource::new(file, text))
+    }
+
+    /// The text of a `CRAFT.toml` that reads back as this craft.
+    ///
+    /// Debug formatting is used throughout: the shortest decimal that reads back as the same number,
+    /// and lists in the syntax of TOML.
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        for wheel in &self.wheels {
+            wheel.write(&mut text);
+        }
+        self.gyro.write(&mut text);
+        if let Some(prior) = &self.prior {
+            prior.write(&mut text);
+        }
+        self.filter.write(&mut text);
+        self.solve_for.write(&mut text);
+        text
+    }
+
+    fn from_source(source: &TomlSource) -> Result<Self, InputError> {
+        let file: CraftFile = source.parse()?;
+        let root = Section::root(source);
+        check_count(&root, &file.wheel)?;
+        let wheels = (file.wheel.iter().enumerate())
+            .map(|(index, wheel)| wheel.get_ref().read(&root.entry("wheel", index)))
+            .collect::<Result<_, _>>()?;
+        let gyro = file.gyro.read(&root.table("gyro"))?;
+        let prior = file.prior.map(|prior| prior.read(&root)).transpose()?;
+        let filter = file.filter.read(&root)?;
+        let DisturbanceFile { torque, gyro_bias } = file.disturbance;
+        Ok(Self {
+            wheels,
+            gyro,
+            prior,
+            filter,
+            solve_for: SolveFor { torque, gyro_bias },
+            initial_estimate: None,
+        })
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CraftFile {
+    #[serde(default)]
+    wheel: Vec<Spanned<WheelFile>>,
+    #[serde(default)]
+    gyro: GyroFile,
+    prior: Option<PriorFile>,
+    #[serde(default)]
+    filter: FilterFile,
+    #[serde(default)]
+    disturbance: DisturbanceFile,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Problem;
+
+    fn message(text: &str) -> String {
+        Craft::from_toml("craft.toml", text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn written_craft_reads_back_the_same() {
+        let craft = Craft {
+            wheels: vec![Wheel {
+                name: Some("+x \"fast\"".to_owned()),
+                axis: Vector3::new(1.0, 1.0, 1.0).normalize(),
+                spin_inertia_kg_m2: 2.1e-5,
+            }],
+            gyro: GyroData {
+                noise_rad_s: Some(1e-4),
+                range_rad_s: None,
+                quantum_rad_s: Some(1e-5),
+            },
+            prior: Some(Prior {
+                inertia_kg_m2: [25.0, 25.0, 25.0, 2.0, 2.0, 2.0],
+                sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
+            }),
+            filter: Filter {
+                rate_walk_rad_s_sqrt_s: Some(1e-6),
+                inertia_walk_kg_m2_sqrt_hour: Some(0.25),
+                is_torque_smooth: true,
+            },
+            solve_for: SolveFor { torque: true, gyro_bias: false },
+            initial_estimate: None,
+        };
+        let again = Craft::from_toml("craft.toml", &craft.to_toml()).unwrap();
+        assert!((again.wheels[0].axis - craft.wheels[0].axis).norm() < 1e-15);
+        assert_eq!(again.wheels[0].name, craft.wheels[0].name);
+        assert_eq!(
+            (again.gyro, again.prior, again.filter, again.solve_for),
+            (craft.gyro, craft.prior, craft.filter, craft.solve_for)
+        );
+        let bare = Craft::default();
+        assert_eq!(Craft::from_toml("craft.toml", &bare.to_toml()).unwrap(), bare);
+    }
+
+    #[test]
+    fn empty_file_is_a_craft_without_wheels() {
+        assert_eq!(Craft::from_toml("craft.toml", "").unwrap(), Craft::default());
+    }
+
+    #[test]
+    fn documented_example_is_read() {
+        let craft = Craft::from_toml(
+            "craft.toml",
+            "[[wheel]]\naxis = [0.0, 0.0, 2.0]\nspin_inertia_kg_m2 = 1.691e-6\n\
+             [gyro]\nnoise_rad_s = 1.0e-4\n\
+             [prior]\ninertia_kg_m2 = [25, 25, 25, 2, 2, 2]\n\
+             sigma_kg_m2 = [30, 30, 30, 10, 10, 10]\n\
+             [disturbance]\ntorque = true\ngyro_bias = false\n",
+        )
+        .unwrap();
+        assert_eq!(craft.wheels[0].axis, Vector3::z());
+        assert_eq!(craft.wheels[0].spin_inertia_kg_m2, 1.691e-6);
+        assert_eq!(craft.gyro.noise_rad_s, Some(1e-4));
+        assert_eq!(craft.prior.unwrap().sigma_kg_m2[5], 10.0);
+        assert_eq!(craft.solve_for, SolveFor { torque: true, gyro_bias: false });
+    }
+
+    #[test]
+    fn zero_axis_is_reported_with_key_and_line() {
+        let wheel = "[[wheel]]\nspin_inertia_kg_m2 = 1e-3\naxis =";
+        assert_eq!(
+            message(&format!("{wheel} [1, 0, 0]\n{wheel} [0, 0, 0]\n")),
+            "craft.toml:6: `wheel[2].axis` is [0, 0, 0]; it must be finite, with at least \
+             one entry other than zero"
+        );
+    }
+
+    #[test]
+    fn axis_must_be_three_finite_numbers() {
+        let wheel = "[[wheel]]\nspin_inertia_kg_m2 = 1e-3\naxis =";
+        let nan = message(&format!("{wheel} [nan, 0, 1]"));
+        assert!(nan.contains("`wheel[1].axis` is [NaN, 0, 1]; it must be finite"), "{nan}");
+        let long = message(&format!("{wheel} [0, 0, 1, 0]"));
+        assert!(long.contains("`wheel[1].axis` has 4 entries, but takes 3"), "{long}");
+        let short = message(&format!("{wheel} [0, 1]"));
+        assert!(short.contains("`wheel[1].axis` has 2 entries, but takes 3"), "{short}");
+    }
+
+    #[test]
+    fn spin_inertia_must_be_positive_and_finite() {
+        for bad in ["0", "-1e-3", "nan", "inf"] {
+            let text = format!("[[wheel]]\naxis = [1, 0, 0]\nspin_inertia_kg_m2 = {bad}");
+            let message = message(&text);
+            assert!(message.starts_with("craft.toml:3: `wheel[1].spin_inertia_kg_m2` is"), "{bad}");
+        }
+    }
+
+    #[test]
+    fn gyro_values_must_be_positive_and_finite() {
+        for key in ["noise_rad_s", "range_rad_s", "quantum_rad_s"] {
+            for bad in ["0", "-1e-4", "nan", "inf"] {
+                let message = message(&format!("[gyro]\n{key} = {bad}"));
+                assert!(message.starts_with(&format!("craft.toml:2: `gyro.{key}` is")), "{bad}");
+                assert!(message.ends_with("it must be positive and finite"), "{message}");
+            }
+        }
+    }
+
+    #[test]
+    fn unphysical_prior_is_rejected() {
+        let prior = |inertia: &str| {
+            message(&format!("[prior]\ninertia_kg_m2 = {inertia}\nsigma_kg_m2 = [1,1,1,1,1,1]"))
+        };
+        let triangle = prior("[1, 1, 3, 0, 0, 0]");
+        assert!(triangle.starts_with("craft.toml:2: `prior.inertia_kg_m2`"), "{triangle}");
+        assert!(triangle.contains("principal moments are [1, 1, 3]"), "{triangle}");
+        let indefinite = prior("[1, 1, 1, 2, 0, 0]");
+        assert!(indefinite.contains("principal moments are [-1, 1, 3]"), "{indefinite}");
+        let short = prior("[1, 1, 1]");
+        assert!(short.contains("`prior.inertia_kg_m2` has 3 entries, but takes 6"), "{short}");
+    }
+
+    #[test]
+    fn prior_sigma_must_be_positive() {
+        let text = "[prior]\ninertia_kg_m2 = [1,1,1,0,0,0]\nsigma_kg_m2 = [1,1,1,0,1,1]";
+        let message = message(text);
+        assert!(message.starts_with("craft.toml:3: `prior.sigma_kg_m2` is"), "{message}");
+        assert!(message.ends_with("it must be positive and finite"), "{message}");
+    }
+
+    #[test]
+    fn ninth_wheel_is_rejected_with_the_limit() {
+        let text = "[[wheel]]\naxis = [1, 0, 0]\nspin_inertia_kg_m2 = 1e-3\n".repeat(9);
+        assert_eq!(
+            message(&text),
+            "craft.toml:25: 9 [[wheel]] tables, but at most 8 are supported; remove some"
+        );
+    }
+
+    #[test]
+    fn unknown_keys_are_rejected_in_every_table() {
+        assert!(message("gyros = 1").contains("did you mean `gyro`?"));
+        assert!(message("[gyro]\nnoise = 1").contains("did you mean `noise_rad_s`?"));
+        assert!(message("[prior]\ninertia = []").contains("did you mean `inertia_kg_m2`?"));
+        assert!(message("[disturbance]\ntorqe = true").contains("did you mean `torque`?"));
+        assert!(message("[[wheel]]\naxes = []").contains("did you mean `axis`?"));
+    }
+
+    #[test]
+    fn every_key_of_the_reader_has_a_row_in_the_reference() {
+        for table in TABLES {
+            let error = Craft::from_toml("craft.toml", &format!("{}\nxyzzy = 1", table.header));
+            let problem = error.unwrap_err().problem;
+            let Problem::UnknownKey { known, .. } = problem else { panic!("{problem}") };
+            assert_eq!(known, table.names(), "{}", table.header);
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! `[gyro]`: the gyro's data sheet.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::error::InputError;
+use crate::key::{Key, NUMBER, POSITIVE, Table};
+use crate::section::Section;
+
+const NOISE: Key = Key::required(
+    "noise_rad_s",
+    NUMBER,
+    "rad/s",
+    POSITIVE,
+    "White noise of one sample, one sigma per axis",
+)
+.or("estimated from the residuals");
+const RANGE: Key =
+    Key::required("range_rad_s", NUMBER, "rad/s", POSITIVE, "Full scale per axis").or("unlimited");
+const QUANTUM: Key =
+    Key::required("quantum_rad_s", NUMBER, "rad/s", POSITIVE, "Least significant bit")
+        .or("negligible");
+
+/// The keys of `[gyro]` in a craft file.
+pub const TABLE: Table =
+    Table { header: "[gyro]", about: "The gyro. Optional.", keys: &[NOISE, RANGE, QUANTUM] };
+
+/// Known properties of the gyro.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GyroData {
+    /// White noise of one sample, one sigma per axis, rad/s; none if unknown.
+    pub noise_rad_s: Option<f64>,
+    /// Full scale per axis, rad/s; none if unknown or unlimited.
+    pub range_rad_s: Option<f64>,
+    /// Least significant bit, rad/s; none if unknown or negligible.
+    pub quantum_rad_s: Option<f64>,
+}
+
+impl GyroData {
+    pub(super) fn write(&self, text: &mut String) {
+        *text += "[gyro]\n";
+        let Self { noise_rad_s, range_rad_s, quantum_rad_s } = *self;
+        for (key, value) in [(NOISE, noise_rad_s), (RANGE, range_rad_s), (QUANTUM, quantum_rad_s)] {
+            if let Some(value) = value {
+                *text += &format!("{} = {value:?}\n", key.name);
+            }
+        }
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GyroFile {
+    noise_rad_s: Option<Spanned<f64>>,
+    range_rad_s: Option<Spanned<f64>>,
+    quantum_rad_s: Option<Spanned<f64>>,
+}
+
+impl GyroFile {
+    pub(super) fn read(&self, section: &Section<'_>) -> Result<GyroData, InputError> {
+        Ok(GyroData {
+            noise_rad_s: section.optional_number(&NOISE, &self.noise_rad_s)?,
+            range_rad_s: section.optional_number(&RANGE, &self.range_rad_s)?,
+            quantum_rad_s: section.optional_number(&QUANTUM, &self.quantum_rad_s)?,
+        })
+    }
+}

@@ -1,0 +1,34 @@
+//! The values of a log.
+
+use nalgebra::Vector3;
+
+/// A checked log: at least one row, time strictly increasing, every value finite.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedLog {
+    /// The rows, oldest first.
+    pub rows: Vec<LogRow>,
+    /// Time stamp of the first row in the log's own time scale, s.
+    pub start_s: f64,
+    /// True if the log has torque columns; otherwise the torque of each row is zero.
+    pub has_torque: bool,
+    /// Notes to the user, one sentence each: the ignored columns.
+    pub notes: Vec<String>,
+}
+
+/// One sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogRow {
+    /// Line in the file, from 1.
+    pub line: u64,
+    /// Time since the first row, µs.
+    pub time_us: u64,
+    /// Measured body rate, body axes, rad/s.
+    pub rate_rad_s: Vector3<f64>,
+    /// Speed of each wheel relative to the body, rad/s.
+    pub wheel_speed_rad_s: Vec<f64>,
+    /// External torque, body axes, N m.
+    pub torque_n_m: Vector3<f64>,
+    /// Attitude, if the log has it: inertial to body axes as in \[Kim2010\] Eq. (6), scalar last, of
+    /// any norm. The estimators that use it check it sample by sample.
+    pub attitude: Option<[f64; 4]>,
+}

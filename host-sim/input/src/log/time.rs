@@ -1,0 +1,150 @@
+//! Time stamps, from decimal text to integers, exactly.
+//!
+//! `f64` seconds since 1970 resolve only 0.2 µs, and sums over a long log lose microseconds. Time is
+//! therefore integer throughout: text → picoseconds → difference → microseconds.
+
+/// Resolution: decimal places of a second.
+const DECIMALS: i32 = 12;
+const PICOSECONDS_PER_MICROSECOND: i128 = 1_000_000;
+/// Limit of a time stamp in seconds, as a power of ten: within `i128` at this resolution.
+const MAX_POWER: i32 = 18;
+
+/// A time stamp in picoseconds from the log's own origin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct TimeStamp {
+    picoseconds: i128,
+}
+
+/// Fault of a text that is not a time stamp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TimeError {
+    /// Not a decimal number.
+    NotANumber,
+    /// NaN, infinite, or beyond 10¹⁸ s.
+    NotFinite,
+}
+
+impl TimeStamp {
+    /// A decimal number of seconds, with or without an exponent, truncated to twelve decimals.
+    pub(super) fn parse(text: &str) -> Result<Self, TimeError> {
+        // The grammar of numbers is that of the standard library, in this column as in the others.
+        let approximate: f64 = text.parse().map_err(|_| TimeError::NotANumber)?;
+        if !approximate.is_finite() || approximate.abs() >= 10f64.powi(MAX_POWER) {
+            return Err(TimeError::NotFinite);
+        }
+
+        let (mantissa, exponent) = match text.split_once(['e', 'E']) {
+            Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>()),
+            None => (text, Ok(0)),
+        };
+        // An exponent beyond i32 with a finite value: the value is zero to this resolution.
+        let Ok(exponent) = exponent else { return Ok(Self { picoseconds: 0 }) };
+        let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+
+        // value = digits · 10^(exponent − length of fraction) s, digit by digit down to the last
+        // decimal of the resolution.
+        let digits = whole.bytes().chain(fraction.bytes()).filter(u8::is_ascii_digit);
+        let digits_before_point = whole.bytes().filter(u8::is_ascii_digit).count();
+        let mut power = i64::from(exponent) + digits_before_point as i64 + i64::from(DECIMALS);
+        let mut picoseconds: i128 = 0;
+        for digit in digits {
+            if power <= 0 {
+                break;
+            }
+            power -= 1;
+            picoseconds = picoseconds * 10 + i128::from(digit - b'0');
+        }
+        for _ in 0..power {
+            if picoseconds == 0 {
+                break;
+            }
+            picoseconds *= 10;
+        }
+        let sign = if text.starts_with('-') { -1 } else { 1 };
+        Ok(Self { picoseconds: sign * picoseconds })
+    }
+
+    /// The time since `start`, rounded to 1 µs; none if negative or beyond 64 bits.
+    pub(super) fn microseconds_since(self, start: Self) -> Option<u64> {
+        let picoseconds = self.picoseconds - start.picoseconds;
+        let half = PICOSECONDS_PER_MICROSECOND / 2;
+        u64::try_from((picoseconds + half).div_euclid(PICOSECONDS_PER_MICROSECOND)).ok()
+    }
+}
+
+/// Seconds as an exact decimal number without trailing zeros.
+pub(super) fn seconds_text(time_us: u64) -> String {
+    let (whole, fraction) = (time_us / 1_000_000, time_us % 1_000_000);
+    let text = format!("{whole}.{fraction:06}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn microseconds(start: &str, end: &str) -> Option<u64> {
+        let (start, end) = (TimeStamp::parse(start).unwrap(), TimeStamp::parse(end).unwrap());
+        end.microseconds_since(start)
+    }
+
+    #[test]
+    fn decimal_text_is_exact() {
+        for (text, expected) in [
+            ("0.1", 100_000),
+            ("1e-1", 100_000),
+            ("+.1E+0", 100_000),
+            ("0.000001", 1),
+            ("1.", 1_000_000),
+            ("12345e-4", 1_234_500),
+            ("0.00001e5", 1_000_000),
+            ("2.47E-4", 247),
+            ("0.0000004", 0),
+            ("0.0000005", 1),
+            ("1e-999999999999", 0),
+            ("0e999999999999", 0),
+            ("123456789.123456", 123_456_789_123_456),
+        ] {
+            assert_eq!(microseconds("0", text), Some(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn microseconds_are_exact_from_a_distant_origin() {
+        assert_eq!(microseconds("1750000000.000001", "1750000000.000248"), Some(247));
+        assert_eq!(microseconds("-0.5", "0.25"), Some(750_000));
+        // Equal as f64.
+        assert_eq!(microseconds("100000000000000000.1", "100000000000000000.2"), Some(100_000));
+    }
+
+    #[test]
+    fn text_that_is_not_a_time_is_rejected() {
+        for (text, expected) in [
+            ("", TimeError::NotANumber),
+            ("-", TimeError::NotANumber),
+            ("1e", TimeError::NotANumber),
+            ("0x10", TimeError::NotANumber),
+            ("12:00", TimeError::NotANumber),
+            ("nan", TimeError::NotFinite),
+            ("-inf", TimeError::NotFinite),
+            ("1e400", TimeError::NotFinite),
+            ("1e18", TimeError::NotFinite),
+        ] {
+            assert_eq!(TimeStamp::parse(text), Err(expected), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn overflow_and_negative_differences_give_none() {
+        assert_eq!(microseconds("0", "9e17"), None);
+        assert_eq!(microseconds("1", "0"), None);
+    }
+
+    #[test]
+    fn written_time_reads_back_exactly() {
+        for time_us in [0, 1, 247, 100_000, 1_000_000, 123_456_789_123_456] {
+            assert_eq!(microseconds("0", &seconds_text(time_us)), Some(time_us));
+        }
+        assert_eq!(seconds_text(600_000_000), "600");
+    }
+}

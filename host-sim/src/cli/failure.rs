@@ -1,0 +1,77 @@
+//! Failures of the verbs, and their exit codes.
+
+use std::io;
+
+use fsw_target::link::command::CommandError;
+use thiserror::Error;
+
+use crate::campaign::RunFailed;
+use crate::estimation::SetUpError;
+use crate::input::InputError;
+use crate::papers::PapersFailed;
+use crate::report::OutputError;
+use crate::truth::IntegrationFailed;
+
+/// Exit code of bad input.
+pub(super) const BAD_INPUT: u8 = 2;
+/// Exit code of a run that could not finish.
+const UNFINISHED: u8 = 1;
+
+/// Reason why a verb did not finish. The message says where, what, and what to do.
+#[derive(Debug, Error)]
+pub(super) enum Failure {
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error("{source_name}: {error}")]
+    SetUp { source_name: String, error: SetUpError },
+    #[error(
+        "{file}: no telemetry packet in {bytes} bytes; give the raw bytes of the line, and check the \
+         baud rate"
+    )]
+    NoTelemetry { file: String, bytes: u64 },
+    #[error("{0}; the flight computer would reject it")]
+    InvalidCommand(CommandError),
+    #[error("{file}: no [prior]; add one, or give --inertia and --sigma")]
+    NoPrior { file: String },
+    #[error(transparent)]
+    Integration(#[from] IntegrationFailed),
+    #[error("{scenario}: {error}")]
+    Campaign { scenario: String, error: RunFailed },
+    #[error("stopped before the first run was complete; there is no result")]
+    Interrupted,
+    #[error(transparent)]
+    Papers(#[from] PapersFailed),
+    #[cfg(unix)]
+    #[error(transparent)]
+    Pil(#[from] crate::pil::PilFailed),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error("the result cannot be printed: {0}")]
+    Print(io::Error),
+    #[error("the result cannot be written as JSON: {0}")]
+    Json(serde_json::Error),
+}
+
+impl Failure {
+    pub(super) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Input(_)
+            | Self::SetUp { .. }
+            | Self::Campaign { error: RunFailed::SetUp(_), .. }
+            | Self::NoTelemetry { .. }
+            | Self::InvalidCommand(_)
+            | Self::NoPrior { .. } => BAD_INPUT,
+            #[cfg(unix)]
+            Self::Pil(crate::pil::PilFailed::NotFlown(_)) => BAD_INPUT,
+            #[cfg(unix)]
+            Self::Pil(_) => UNFINISHED,
+            Self::Integration(_)
+            | Self::Campaign { error: RunFailed::Integration(_), .. }
+            | Self::Interrupted
+            | Self::Papers(_)
+            | Self::Output(_)
+            | Self::Print(_)
+            | Self::Json(_) => UNFINISHED,
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! A log streamed through an estimator.
+
+use fsw_core::outcome::OutcomeCounts;
+use fsw_core::{Estimate, Outcome};
+
+use super::adapter::AnyEstimator;
+use crate::input::log::LogRow;
+
+/// Result of a log.
+pub struct EstimationResult {
+    /// Number of samples by outcome.
+    pub counts: OutcomeCounts,
+    /// Estimate after the last sample.
+    pub estimate: Estimate<f64>,
+}
+
+impl EstimationResult {
+    /// Number of times that the estimator discarded its knowledge because new data contradicted it.
+    pub fn changes(&self) -> u32 {
+        self.counts.change_resets.saturating_add(self.counts.lockout_resets)
+    }
+}
+
+/// Streams the rows of a log through an estimator. `observe` is called after each row with the
+/// row, its outcome and the estimator.
+pub fn estimate_log(
+    rows: &[LogRow],
+    mut estimator: Box<dyn AnyEstimator>,
+    mut observe: impl FnMut(&LogRow, &Outcome, &dyn AnyEstimator),
+) -> EstimationResult {
+    let mut counts = OutcomeCounts::default();
+    for row in rows {
+        let outcome = estimator.step(row);
+        counts.add(&outcome);
+        observe(row, &outcome, estimator.as_ref());
+    }
+    EstimationResult { counts, estimate: estimator.estimate() }
+}
+
+/// Median time between samples, s; zero for a single sample.
+pub(super) fn median_period_s(rows: &[LogRow]) -> f64 {
+    let mut periods: Vec<u64> = rows.windows(2).map(|w| w[1].time_us - w[0].time_us).collect();
+    periods.sort_unstable();
+    periods.get(periods.len() / 2).map_or(0.0, |us| *us as f64 * 1e-6)
+}

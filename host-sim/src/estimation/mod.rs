@@ -1,0 +1,29 @@
+//! Estimation: any estimator of the flight core, in either precision, over a log.
+//!
+//! ```text
+//! name: table of estimators ─┐
+//! input::Craft ──────────────┴─► setup ──► system/…: configuration ──► adapter: AnyEstimator
+//! input::log ──────────────────────────────────────────────────────► log ──► EstimationResult
+//! ```
+//!
+//! In: a [`Setup`] (estimator, precision, craft, gyro noise, sample period) and the rows of a log.
+//! Out: the estimate after the last sample and the outcomes of all samples.
+//!
+//! Quantities are `f64` in SI units, body axes. A sample is rounded once to the chosen precision
+//! when it enters the core.
+
+mod adapter;
+mod error;
+mod gyro_noise;
+mod log;
+mod log_setup;
+mod name;
+mod setup;
+mod system;
+
+pub use adapter::{Acceleration, AnyEstimator, any_estimator};
+pub use error::SetUpError;
+pub use log::{EstimationResult, estimate_log};
+pub use name::{EstimatorName, Method, Precision, Properties};
+pub use setup::Setup;
+pub use system::set_up;

@@ -1,0 +1,66 @@
+//! Input of an estimator's configuration, and the parts of it that all estimators share.
+
+use fsw_core::{Prior, Real, gate};
+
+use super::error::SetUpError;
+use super::name::{EstimatorName, Precision};
+use crate::input::Craft;
+
+/// Longest gap that is bridged by prediction, sample periods. The core's own limit applies where it
+/// is longer.
+const MAX_GAP_PERIODS: f64 = 10.0;
+
+/// Everything that the configuration of an estimator depends on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup<'a> {
+    /// The estimator.
+    pub estimator: EstimatorName,
+    /// Its arithmetic.
+    pub precision: Precision,
+    /// The craft: wheels, gyro range, prior, process noise, disturbances to solve for.
+    pub craft: &'a Craft,
+    /// Gyro noise, one sigma per sample and axis, rad/s: stated by the craft or estimated from the
+    /// log. None: the estimator estimates it, if it can.
+    pub gyro_noise_rad_s: Option<f64>,
+    /// Typical time between samples, s.
+    pub sample_period_s: f64,
+    /// Reject samples far from their prediction. Off while the gyro noise itself is unknown.
+    pub refuse_spikes: bool,
+}
+
+impl Setup<'_> {
+    /// Gyro noise, rad/s.
+    ///
+    /// # Errors
+    /// [`SetUpError::NoGyroNoise`] if it is unknown.
+    pub(super) fn required_gyro_noise_rad_s<T: Real>(&self) -> Result<T, SetUpError> {
+        let missing = SetUpError::NoGyroNoise { estimator: self.estimator };
+        self.gyro_noise_rad_s.map(T::lit).ok_or(missing)
+    }
+
+    /// The craft's prior of the inertia.
+    pub(super) fn prior<T: Real>(&self) -> Option<Prior<T>> {
+        self.craft.prior.as_ref().map(|prior| Prior {
+            inertia_kg_m2: prior.inertia_kg_m2.map(T::lit),
+            sigma_kg_m2: prior.sigma_kg_m2.map(T::lit),
+        })
+    }
+
+    /// Random walk of each element of the inertia, kg m²/√s, if the craft states one.
+    pub(super) fn inertia_walk_kg_m2_sqrt_s<T: Real>(&self) -> Option<T> {
+        const SQRT_SECONDS_PER_HOUR: f64 = 60.0;
+        self.craft
+            .filter
+            .inertia_walk_kg_m2_sqrt_hour
+            .map(|walk| T::lit(walk / SQRT_SECONDS_PER_HOUR))
+    }
+
+    /// Gyro range of the craft, and the longest gap that is bridged by prediction.
+    pub(super) fn configure_gate<T: Real>(&self, gate: &mut gate::Config<T>) {
+        if let Some(range) = self.craft.gyro.range_rad_s {
+            gate.range_rad_s = T::lit(range);
+        }
+        let bridged_us = (MAX_GAP_PERIODS * self.sample_period_s * 1e6) as u64;
+        gate.max_gap_us = gate.max_gap_us.max(bridged_us);
+    }
+}

@@ -1,0 +1,59 @@
+//! `window`: Gauss-Newton fit of each manoeuvre as a whole.
+
+use fsw_core::estimator::window::{Config, Window};
+use fsw_core::{Real, WheelArray};
+
+use crate::estimation::adapter::{AnyEstimator, of_setup};
+use crate::estimation::error::SetUpError;
+use crate::estimation::setup::Setup;
+use crate::input::craft::SolveFor;
+
+/// Blocks that the estimator stores.
+const BLOCKS: usize = 512;
+/// Shortest block, s. A block has at least the core's default number of samples; at a higher sample
+/// rate it has more, so that its mean covers this time. A body turns little in it, and vibration is
+/// faster.
+const SHORTEST_BLOCK_S: f64 = 2e-3;
+/// Unknowns without disturbances to solve for: momentum, inertia, and the torque that is tested for.
+const WITH_TORQUE: usize = 12;
+/// Unknowns with disturbances to solve for: gyro bias and drag as well.
+const WITH_DRAG: usize = 18;
+/// Prior sigma of a disturbance torque, N m: above any disturbance of a small spacecraft. It bounds
+/// the torque where the motion leaves it unobserved.
+const TORQUE_SIGMA_N_M: f64 = 0.1;
+/// Prior sigma of a gyro bias, rad/s: above the bias of a consumer gyro, 3 deg/s.
+const BIAS_SIGMA_RAD_S: f64 = 0.05;
+
+/// The estimator with the unknowns that the craft asks for.
+pub fn set_up<T: Real, const W: usize>(
+    setup: &Setup<'_>,
+    wheels: WheelArray<T, W>,
+) -> Result<Box<dyn AnyEstimator>, SetUpError> {
+    if setup.craft.solve_for == SolveFor::default() {
+        with_unknowns::<T, W, WITH_TORQUE>(setup, wheels)
+    } else {
+        with_unknowns::<T, W, WITH_DRAG>(setup, wheels)
+    }
+}
+
+/// The estimator with U unknowns.
+fn with_unknowns<T: Real, const W: usize, const U: usize>(
+    setup: &Setup<'_>,
+    wheels: WheelArray<T, W>,
+) -> Result<Box<dyn AnyEstimator>, SetUpError> {
+    let solve_for = &setup.craft.solve_for;
+    let mut config = Config::of_unknown_noise();
+    config.gyro_noise_rad_s = setup.gyro_noise_rad_s.map(T::lit);
+    config.prior = setup.prior();
+    if let Some(walk) = setup.inertia_walk_kg_m2_sqrt_s() {
+        config.inertia_walk_kg_m2_sqrt_s = walk;
+    }
+    config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(TORQUE_SIGMA_N_M));
+    config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(BIAS_SIGMA_RAD_S));
+    config.is_torque_smooth = setup.craft.filter.is_torque_smooth;
+    let block_samples = (SHORTEST_BLOCK_S / setup.sample_period_s).round();
+    config.block_samples = config.block_samples.max(block_samples as u32);
+    setup.configure_gate(&mut config.gate);
+    let window = Window::<T, W, BLOCKS, U>::new(config, wheels)?;
+    Ok(of_setup::<T, _, W>(window, setup))
+}

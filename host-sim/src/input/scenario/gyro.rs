@@ -1,0 +1,112 @@
+//! `[gyro]` of a scenario: the simulated gyro.
+
+use flight_input::InputError;
+use flight_input::key::{FINITE, Key, NOT_NEGATIVE, NUMBER, POSITIVE, Range, Table, VECTOR};
+use flight_input::section::{List, Section};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::limits::MAX_RATE_HZ;
+
+const UP_TO_100_KHZ: Range =
+    Range::new("positive, and at most 100 kHz", |rate| rate > 0.0 && rate <= MAX_RATE_HZ);
+
+const RATE: Key = Key::required("rate_hz", NUMBER, "Hz", UP_TO_100_KHZ, "Samples per second");
+const NOISE: Key = Key::required(
+    "noise_rad_s",
+    NUMBER,
+    "rad/s",
+    POSITIVE,
+    "White noise of one sample, one sigma per axis; known to the estimator",
+);
+const BIAS: Key =
+    Key::required("bias_rad_s", VECTOR, "rad/s", FINITE, "Bias at the start").or("[0, 0, 0]");
+const BIAS_WALK: Key = Key::required(
+    "bias_walk_rad_s_sqrt_s",
+    NUMBER,
+    "(rad/s)/√s",
+    NOT_NEGATIVE,
+    "Random walk of the bias: one sigma per axis after 1 s",
+)
+.or("0");
+const QUANTUM: Key = Key::required(
+    "quantum_rad_s",
+    NUMBER,
+    "rad/s",
+    NOT_NEGATIVE,
+    "Least significant bit; 0 for a continuous output",
+)
+.or("0");
+const RANGE: Key = Key::required(
+    "range_rad_s",
+    NUMBER,
+    "rad/s",
+    POSITIVE,
+    "Full scale per axis, at which the output saturates",
+)
+.or("unlimited");
+
+/// The keys of `[gyro]` in a scenario.
+pub(super) const TABLE: Table = Table {
+    header: "[gyro]",
+    about: "The simulated gyro.",
+    keys: &[RATE, NOISE, BIAS, BIAS_WALK, QUANTUM, RANGE],
+};
+
+/// The simulated gyro.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulatedGyro {
+    /// Samples per second, Hz.
+    pub rate_hz: f64,
+    /// White noise of one sample, one sigma per axis, rad/s.
+    pub noise_rad_s: f64,
+    /// Bias at the start, body axes, rad/s.
+    pub bias_rad_s: Vector3<f64>,
+    /// Random walk of the bias: one sigma per axis after 1 s, (rad/s)/√s.
+    pub bias_walk_rad_s_sqrt_s: f64,
+    /// Least significant bit, rad/s; none if the output is continuous.
+    pub quantum_rad_s: Option<f64>,
+    /// Full scale per axis, at which the output saturates, rad/s; none if unlimited.
+    pub range_rad_s: Option<f64>,
+}
+
+impl SimulatedGyro {
+    /// A gyro with white noise as its only error.
+    pub(super) fn white(rate_hz: f64, noise_rad_s: f64) -> Self {
+        Self {
+            rate_hz,
+            noise_rad_s,
+            bias_rad_s: Vector3::zeros(),
+            bias_walk_rad_s_sqrt_s: 0.0,
+            quantum_rad_s: None,
+            range_rad_s: None,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GyroFile {
+    rate_hz: Spanned<f64>,
+    noise_rad_s: Spanned<f64>,
+    bias_rad_s: Option<List>,
+    bias_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
+    quantum_rad_s: Option<Spanned<f64>>,
+    range_rad_s: Option<Spanned<f64>>,
+}
+
+impl GyroFile {
+    pub(super) fn read(&self, section: &Section<'_>) -> Result<SimulatedGyro, InputError> {
+        let bias_walk = section.optional_number(&BIAS_WALK, &self.bias_walk_rad_s_sqrt_s)?;
+        let quantum_rad_s = section.optional_number(&QUANTUM, &self.quantum_rad_s)?;
+        Ok(SimulatedGyro {
+            rate_hz: section.number(&RATE, &self.rate_hz)?,
+            noise_rad_s: section.number(&NOISE, &self.noise_rad_s)?,
+            bias_rad_s: section.vector_or_zero(&BIAS, &self.bias_rad_s)?,
+            bias_walk_rad_s_sqrt_s: bias_walk.unwrap_or(0.0),
+            quantum_rad_s: quantum_rad_s.filter(|quantum| *quantum > 0.0),
+            range_rad_s: section.optional_number(&RANGE, &self.range_rad_s)?,
+        })
+    }
+}

@@ -1,0 +1,113 @@
+//! Reports assembled from the results of estimation, a simulated flight and its bound.
+
+use fsw_core::{Outcome, Status as CoreStatus};
+
+use super::history::{AccelerationRow, HistoryRow};
+use super::json::{CrlbReport, ReplayReport, RunReport, Status, matrix};
+use crate::estimation::{AnyEstimator, EstimationResult, Method};
+use crate::input::Scenario;
+use crate::input::log::LogRow;
+use crate::truth::{Bound, Flight, TorqueEffect};
+
+impl HistoryRow {
+    /// State of the estimator after one row of the log.
+    pub fn new(row: &LogRow, outcome: &Outcome, estimator: &dyn AnyEstimator) -> Self {
+        let innovation = estimator.innovation();
+        let estimate = estimator.estimate();
+        Self {
+            time_s: row.time_us as f64 * 1e-6,
+            measured_rate_rad_s: row.rate_rad_s.into(),
+            estimated_rate_rad_s: estimator.rate_rad_s().into(),
+            rate_sigma_rad_s: estimator.rate_sigma_rad_s().map(Into::into),
+            acceleration: estimator
+                .acceleration()
+                .map(|a| AccelerationRow { rad_s2: a.rad_s2.into(), delay_s: a.delay_s }),
+            innovation_rad_s: innovation.map(|i| i.rate_rad_s.into()),
+            innovation_sigma_rad_s: innovation.map(|i| i.variance_rad2_s2.map(f64::sqrt).into()),
+            nis: innovation.map(|i| i.nis()),
+            inertia_kg_m2: estimate.inertia.elements_kg_m2(),
+            sigma_kg_m2: estimate.sigma_kg_m2(),
+            outcome: outcome.name(),
+        }
+    }
+}
+
+impl ReplayReport {
+    /// Report of a log of this many samples.
+    pub fn new(method: Method, samples: usize, result: &EstimationResult) -> Self {
+        let EstimationResult { counts, estimate } = result;
+        let elements = estimate.inertia.elements_kg_m2();
+        let (over_trace, over_trace_sigma) = estimate.over_trace();
+        let rejected = counts.rejected().into_iter().filter(|(_, count)| *count > 0);
+        Self {
+            estimator: method.estimator.to_string(),
+            precision: method.precision.to_string(),
+            samples: samples as u64,
+            accepted: u64::from(counts.accepted),
+            rejected: rejected.map(|(name, count)| (name.to_owned(), u64::from(count))).collect(),
+            status: estimate.status.into(),
+            inertia_kg_m2: matrix(&elements),
+            sigma_kg_m2: estimate.sigma_kg_m2(),
+            covariance_kg2_m4: estimate.covariance_kg2_m4.into(),
+            observed_directions: usize::from(estimate.observed.directions),
+            element_observed: estimate.observed.element,
+            scale_observed: estimate.observed.scale,
+            inertia_over_trace: matrix(&over_trace),
+            inertia_over_trace_sigma: over_trace_sigma,
+            physical: estimate.inertia.check().is_ok(),
+            disturbance_torque_n_m: estimate.disturbance_torque_n_m.map(Into::into),
+            gyro_bias_rad_s: estimate.gyro_bias_rad_s.map(Into::into),
+            residual_rms_rad_s: estimate.residual_rms_rad_s,
+            residuals_white: estimate.residuals_white,
+            projected: estimate.projected,
+            changes: u64::from(result.changes()),
+        }
+    }
+}
+
+impl RunReport {
+    /// Estimate of a simulated flight compared with its truth and bound.
+    pub fn of_flight(
+        scenario: &Scenario,
+        seed: u64,
+        flight: &Flight,
+        estimate: ReplayReport,
+    ) -> Self {
+        let truth_kg_m2 = scenario.final_inertia_kg_m2();
+        Self::new(&scenario.name, seed, estimate, truth_kg_m2, flight.bound.sigma_kg_m2)
+    }
+}
+
+impl CrlbReport {
+    /// Bound of a scenario, and the effect of a constant torque.
+    pub fn of_bound(scenario: &Scenario, bound: &Bound, torque: Option<&TorqueEffect>) -> Self {
+        let report = Self::new(
+            &scenario.name,
+            bound.unknowns.names().into_iter().map(str::to_owned).collect(),
+            scenario.final_inertia_kg_m2(),
+            bound.sigma_kg_m2,
+            bound.observed_directions,
+        );
+        match torque {
+            Some(modelled) if scenario.solve_for.torque => {
+                report.with_torque(None, modelled.together_n_m)
+            }
+            Some(unmodelled) => {
+                let error = unmodelled.inertia_error_kg_m2_per_n_m;
+                report.with_torque(Some(error), unmodelled.alone_n_m)
+            }
+            None => report,
+        }
+    }
+}
+
+impl From<CoreStatus> for Status {
+    fn from(status: CoreStatus) -> Self {
+        match status {
+            CoreStatus::Converged => Self::Converged,
+            CoreStatus::Partial => Self::Partial,
+            CoreStatus::Unobservable => Self::Unobservable,
+            CoreStatus::Diverged => Self::Diverged,
+        }
+    }
+}
