@@ -42,17 +42,3 @@ mod generated {
 
 /// Spacecraft of the flight image.
 pub const CRAFT: Craft<WHEELS> = generated::CRAFT;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::flight::selected::SelectedEstimator;
-
-    #[test]
-    fn the_estimators_accept_the_craft_of_the_flight_image() {
-        assert_eq!(
-            SelectedEstimator::new(CRAFT).map(|estimator| estimator.prior()),
-            Ok(CRAFT.prior)
-        );
-    }
-}

@@ -219,6 +219,13 @@ mod tests {
     }
 
     #[test]
+    fn the_craft_of_the_flight_image_is_accepted() {
+        use crate::flight::craft::CRAFT as FLIGHT_CRAFT;
+        let prior = SelectedEstimator::new(FLIGHT_CRAFT).map(|estimator| estimator.prior());
+        assert_eq!(prior, Ok(FLIGHT_CRAFT.prior));
+    }
+
+    #[test]
     fn each_estimator_of_the_roster_can_be_selected() {
         let mut estimator = SelectedEstimator::new(CRAFT).unwrap();
         estimator.set_prior(PRIOR).unwrap();

@@ -5,10 +5,10 @@
 //! stable. [`EstimatorId`], the storage [`EstimatorSlot`], its dispatch and its layout in a checkpoint are
 //! generated from the rows.
 //!
-//! A further estimator takes a row at the foot of this file, its type and its step in `lib.rs`, and its
+//! A further estimator takes a row at the foot of this file, its type and its step in `step.rs`, and its
 //! feature in `Cargo.toml` of `fsw-steps` and of `fsw-target`.
 
-use crate::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
+use crate::step::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
 use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator;
 use fsw_core::{ConfigError, Estimate, Innovation, Outcome, Prior, Sample, Vec3, WheelArray};

@@ -4,21 +4,13 @@
 //! crystal must not stop a flight board, and the clock unit of QEMU always reads 0. (For this reason the
 //! registers are used directly and not through stm32f4xx-hal, whose set-up waits without a bound.)
 //!
-//! The clock security system detects a crystal that fails in flight: the hardware switches to the internal
-//! oscillator and raises the non-maskable interrupt. The handler removes the dividers of the buses and sets
-//! all derived rates again (baud rates, SPI, both timers), so that the board continues at a tenth of its
-//! speed, with telemetry, time and captures in the same units. Limits:
-//!
-//! * A byte on the line at that instant is lost; its packet fails the CRC.
-//! * Timers run at the wrong rate between the failure and the end of the handler, some microseconds.
-//! * The crystal stays unused until the next reset.
+//! A crystal that fails in flight: see `clock_failure.rs`.
 //!
 //! Registers: RM0090, chapters 3 (flash latency), 5 (PWR) and 7 (RCC of the STM32F405).
 
 use super::rates::{Clocks, PLL_M, PLL_N, PLL_Q};
 use core::sync::atomic::{AtomicU8, Ordering};
-use cortex_m_rt::exception;
-use stm32f4::stm32f405::{FLASH, PWR, Peripherals, RCC};
+use stm32f4::stm32f405::{FLASH, PWR, RCC};
 
 /// Polls of the ready flag of the crystal: at 16 MHz and at least six cycles each, more than 100 ms. A
 /// crystal takes 2 ms (DS8626, HSE oscillator characteristics).
@@ -57,6 +49,12 @@ pub fn fault() -> Option<ClockFault> {
         5 => Some(ClockFault::CrystalLost),
         _ => Some(ClockFault::CrystalDead),
     }
+}
+
+/// Switches the bus clocks to the internal oscillator, after the hardware has switched the core to it.
+pub(super) fn follow_loss_of_crystal(rcc: &RCC) {
+    rcc.cfgr().modify(|_, w| w.ppre1().div1().ppre2().div1());
+    FAULT.store(ClockFault::CrystalLost as u8, Ordering::Relaxed);
 }
 
 /// The current clocks.
@@ -128,21 +126,4 @@ pub fn wait(polls: u32, mut done: impl FnMut() -> bool) -> Option<()> {
         }
     }
     None
-}
-
-#[allow(unsafe_code, reason = "cortex-m-rt requires an unsafe handler")]
-// SAFETY: called by the hardware only. It shares registers with the code that it interrupts, and no
-// memory other than atomics.
-#[exception]
-unsafe fn NonMaskableInt() {
-    // SAFETY: writes registers of rates only, each in one store; no other code writes them after
-    // start-up.
-    let chip = unsafe { Peripherals::steal() };
-    if chip.RCC.cir().read().cssf().bit_is_clear() {
-        return;
-    }
-    chip.RCC.cir().modify(|_, w| w.cssc().clear());
-    chip.RCC.cfgr().modify(|_, w| w.ppre1().div1().ppre2().div1());
-    FAULT.store(ClockFault::CrystalLost as u8, Ordering::Relaxed);
-    super::follow_clocks(&chip, &Clocks::INTERNAL);
 }

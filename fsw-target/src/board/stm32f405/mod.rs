@@ -34,6 +34,7 @@
 //!   `follow_clocks`, when the clocks change in flight.
 
 pub mod captures;
+mod clock_failure;
 pub mod clocks;
 pub mod data_ready;
 pub mod flash;
@@ -162,12 +163,4 @@ fn enable_interrupts(nvic: &mut NVIC, scb: &mut SCB) {
             NVIC::unmask(interrupt);
         }
     }
-}
-
-/// Sets all rates again, called by the non-maskable interrupt after a change of the clocks.
-fn follow_clocks(chip: &Peripherals, clocks: &Clocks) {
-    time::follow_clocks(&chip.TIM5, clocks);
-    captures::follow_clocks(&chip.TIM2, clocks);
-    usart::follow_clocks(&chip.USART1, &chip.USART2, clocks);
-    spi::follow_clocks(&chip.SPI1, clocks);
 }

@@ -1,6 +1,10 @@
 //! Services of the board for the flight computer: clock, watchdog and health.
 
-use super::{ClockSource, Delay, ResetCause, Watchdog, clocks, time, usart};
+use super::rates::ClockSource;
+use super::reset::ResetCause;
+use super::time::Delay;
+use super::watchdog::Watchdog;
+use super::{clocks, time, usart};
 use crate::flight::computer::{Health, Housekeeping};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry;

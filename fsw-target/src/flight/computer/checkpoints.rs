@@ -1,6 +1,6 @@
 //! Checkpoints of the selected estimator: restored at the start, saved periodically, sent on request.
 
-use super::Housekeeping;
+use super::parts::Housekeeping;
 use crate::flight::selected::SelectedEstimator;
 use crate::link::telemetry::{CheckpointPart, CheckpointState, PART_BYTES};
 use crate::store::{self, Store};
@@ -222,7 +222,7 @@ mod tests {
                 assert!(words(&mut estimator) <= MAX_WORDS, "{id:?}, sample {k}");
             }
         }
-        // Up to three quarters of the block storage; beyond, the window merges blocks.
+        // Up to three quarters of the block storage, beyond which the window frees blocks.
         let (mut estimator, mut most) = (Box::new(SelectedEstimator::new(CRAFT).unwrap()), 0);
         for k in 0..5_000 {
             let noise = [(k % 7) as f32, (k % 5) as f32, (k % 3) as f32].map(|x| 1e-5 * x);

@@ -15,7 +15,7 @@
 //! and reported; none ends the loop.
 //!
 //! An erasure of the flash costs one to two seconds of samples. Space for the next checkpoint is therefore
-//! erased at the start, and while `window` detects rest with its windows closed. Without either between
+//! erased at the start, and while `window` is at rest with its last window concluded. Without either between
 //! two checkpoints, a save may need an erasure: every eighth save of `window`. The other estimators
 //! detect no rest.
 //!

@@ -64,7 +64,7 @@ pub struct Failure {
     pub from: u32,
 }
 
-/// Record that outlasts a restart: how the run before it ended.
+/// Restart record: end of the last run, and number of failures.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct LastRun {

@@ -1,7 +1,8 @@
 //! The defmt logger: every frame goes to RTT and to the serial port of the log.
 //!
 //! RTT never blocks: without a probe its buffer fills, and further frames are dropped. The serial port takes
-//! about 87 µs per byte at 115200 baud, with interrupts masked: for low rates, and never from an interrupt.
+//! about 87 µs per byte at 115200 baud, with interrupts masked: log at a low rate, from the flight loop
+//! at the most frequent.
 
 use super::rtt::{self, UpWriter};
 use core::cell::RefCell;

@@ -1,6 +1,7 @@
 //! Requests and replies: each request is answered by its reply, or the tunnel ends.
 
-use super::{FAILED, HELLO, IDLE, Message, NEXT, NEXT_WITH_TORQUE, NO, SOURCES, Setup, VERSION};
+use super::message::{FAILED, HELLO, IDLE, Message, NEXT, NEXT_WITH_TORQUE, NO, SOURCES, VERSION};
+use super::setup::Setup;
 use crate::link::frame::{FrameReceiver, MAX_FRAME, MAX_PACKET};
 use crate::link::wire::{Reader, Unreadable, Wire, Writer};
 use core::cell::{Cell, RefCell};

@@ -1,10 +1,11 @@
 //! The parts of a flight computer on a tunnel: each sends requests to the simulator.
 
-use super::setup::Unfit;
-use super::{
+use super::line::{Port, Tunnel, TunnelError};
+use super::message::{
     CAPTURES, Captures, FLASH_BYTES, FLASH_ERASE, FLASH_READ, FLASH_WRITE, MAX_TRANSFER,
-    PAGE_BYTES, Port, Setup, TRANSFER, Tunnel, TunnelError, WAIT,
+    PAGE_BYTES, TRANSFER, WAIT,
 };
+use super::setup::{Setup, Unfit};
 use crate::drivers::gyro::bmi088::Bmi088;
 use crate::drivers::gyro::bus::Spi;
 use crate::drivers::wheel_tach::{CaptureTimer, Captured, WheelTach};
