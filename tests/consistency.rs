@@ -1,9 +1,9 @@
 //! Statistics of the nine-state filter on the STSAT-3 spin-up, against the Cramér-Rao bound.
 //!
-//! A hundred flights each, seeds 0 to 99. An RMS over so many scatters by 7 %, a mean NEES of six
-//! degrees of freedom by 6 %, for an honest filter.
+//! 100 flights each, seeds 0 to 99. One sigma of the RMS over 100 flights is 7 %, of the mean NEES of
+//! six degrees of freedom 6 %, for a consistent filter.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot continue fails")]
 
 use fsw_core::Prior;
 use fsw_core::estimator::joint_ekf::{AsPublished, Config, Form, JointEkf, StructuredUd};
@@ -16,26 +16,27 @@ use host_sim::truth::Flight;
 
 const SEEDS: std::ops::Range<u64> = 0..100;
 
-/// Initial moments and products of the documented figures, kg m². Their sigmas are ours (7 and
-/// 1.5: the figures' source doesn't give them), about half the initial errors.
-const BEFORE: Prior<f64> = Prior {
+/// Prior of the documented figures, kg m². The sigmas are about half the initial errors: the source
+/// of the figures does not give them.
+const PRIOR: Prior<f64> = Prior {
     inertia_kg_m2: [25.0, 25.0, 25.0, 2.0, 2.0, 2.0],
     sigma_kg_m2: [7.0, 7.0, 7.0, 1.5, 1.5, 1.5],
 };
 
-/// What a hundred flights say.
+/// Statistics of 100 flights.
 #[derive(Debug)]
 struct Statistics {
     rms_over_bound: [f64; 6],
     bias_over_bound: [f64; 6],
     nees_per_dof: f64,
-    /// Runs that this is of: those with a positive definite covariance.
+    /// Runs in `nees_per_dof`: those with a positive definite covariance.
     nees_runs: usize,
-    /// Runs that did not converge: an error of more than 20 bounds, or their own word. In no other
-    /// figure.
+    /// Runs that did not converge, by an error above 20 bounds or by their status. They are left out of
+    /// the other statistics.
     failures: usize,
 }
 
+/// Scenario and true motion of the spin-up.
 struct SpinUp {
     scenario: Scenario,
     flight: Flight,
@@ -58,7 +59,7 @@ impl SpinUp {
         }
     }
 
-    /// Flies all seeds, and prints what came of it under `name`.
+    /// Statistics over all seeds, printed under `name`.
     fn statistics<T: Real, F: Form<T>>(&self, name: &str, config: Config<T>) -> Statistics {
         let reference = Reference {
             truth_kg_m2: self.scenario.spacecraft.inertia_kg_m2,
@@ -97,44 +98,49 @@ fn fly<T: Real, F: Form<T>>(log: &[LogRow], config: Config<T>) -> Estimate<T> {
     filter.estimate()
 }
 
-/// What the flying filter must hold in either precision and from any prior that isn't wrong.
-fn is_fit_to_fly(s: &Statistics) {
+/// Requirements on the flight filter in either precision, for any prior that is not wrong.
+fn check_flight_filter(s: &Statistics) {
+    /// Lower limit three sigma below the bound, upper limit of the filter's loss against the bound.
+    const RMS_OVER_BOUND: std::ops::Range<f64> = 0.8..1.6;
+    /// Five sigma of the mean over 100 flights, bounds.
+    const BIAS_OVER_BOUND: f64 = 0.5;
+    /// More than six sigma of the mean NEES over 100 flights to either side.
+    const NEES_PER_DOF: std::ops::Range<f64> = 0.6..1.5;
     assert_eq!(s.failures, 0, "{s:?}");
-    assert!(s.rms_over_bound.iter().all(|rms| (0.8..1.6).contains(rms)), "{s:?}");
-    // Five sigma of a mean over a hundred.
-    assert!(s.bias_over_bound.iter().all(|bias| bias.abs() < 0.5), "{s:?}");
-    assert!((0.6..1.5).contains(&s.nees_per_dof), "{s:?}");
+    assert!(s.rms_over_bound.iter().all(|rms| RMS_OVER_BOUND.contains(rms)), "{s:?}");
+    assert!(s.bias_over_bound.iter().all(|bias| bias.abs() < BIAS_OVER_BOUND), "{s:?}");
+    assert!(NEES_PER_DOF.contains(&s.nees_per_dof), "{s:?}");
     assert_eq!(s.nees_runs, SEEDS.count(), "{s:?}");
 }
 
 #[test]
-fn the_flying_filter_needs_no_prior_in_single_precision() {
+fn flight_filter_is_consistent_without_prior_in_single_precision() {
     let spin_up = SpinUp::new();
-    is_fit_to_fly(
+    check_flight_filter(
         &spin_up.statistics::<f32, StructuredUd<f32>>("f32, no prior", spin_up.config(None)),
     );
 }
 
 #[test]
-fn the_flying_filter_needs_no_prior_in_double_precision() {
+fn flight_filter_is_consistent_without_prior_in_double_precision() {
     let spin_up = SpinUp::new();
-    is_fit_to_fly(
+    check_flight_filter(
         &spin_up.statistics::<f64, StructuredUd<f64>>("f64, no prior", spin_up.config(None)),
     );
 }
 
 #[test]
-fn a_vague_prior_does_no_harm() {
+fn flight_filter_is_consistent_with_a_vague_prior() {
     let spin_up = SpinUp::new();
     let sigma_kg_m2 = [30.0, 30.0, 30.0, 10.0, 10.0, 10.0];
-    let config = spin_up.config(Some(Prior { sigma_kg_m2, ..BEFORE }));
-    is_fit_to_fly(&spin_up.statistics::<f32, StructuredUd<f32>>("f32, vague prior", config));
+    let config = spin_up.config(Some(Prior { sigma_kg_m2, ..PRIOR }));
+    check_flight_filter(&spin_up.statistics::<f32, StructuredUd<f32>>("f32, vague prior", config));
 }
 
-/// The plain extended filter, which linearises about its prior from the first sample on.
-fn plain(name: &str, rate_walk_rad_s_sqrt_s: f64) -> Statistics {
+/// The extended filter without alignment, linearised about its prior from the first sample on.
+fn unaligned(name: &str, rate_walk_rad_s_sqrt_s: f64) -> Statistics {
     let spin_up = SpinUp::new();
-    let config = spin_up.config::<f64>(Some(BEFORE));
+    let config = spin_up.config::<f64>(Some(PRIOR));
     let config = Config { align_above: f64::MAX, rate_walk_rad_s_sqrt_s, ..config };
     spin_up.statistics::<f64, StructuredUd<f64>>(name, config)
 }
@@ -143,19 +149,20 @@ fn largest_bias(s: &Statistics) -> f64 {
     s.bias_over_bound.iter().fold(0.0, |largest, b| b.abs().max(largest))
 }
 
-/// RMS errors within 25 % of the documented ones, which come from 60 to 200 runs: three sigma of
-/// the difference of two such figures.
-fn rms_is_near(s: &Statistics, documented: [f64; 6]) {
+/// Checks the RMS errors against documented ones, which are those of 60 to 200 runs.
+fn check_rms(s: &Statistics, documented: [f64; 6]) {
+    /// Three sigma of the ratio of two such RMS errors.
+    const RATIO: std::ops::Range<f64> = 0.75..1.25;
     for i in 0..6 {
         let ratio = s.rms_over_bound[i] / documented[i];
-        assert!((0.75..1.25).contains(&ratio), "element {i}: {s:?}");
+        assert!(RATIO.contains(&ratio), "element {i}: {s:?}");
     }
 }
 
 #[test]
-fn the_plain_filter_without_process_noise_is_biased_and_overconfident() {
-    let s = plain("plain, no process noise", 0.0);
-    rms_is_near(&s, [1.06, 1.05, 1.05, 1.82, 1.27, 2.15]);
+fn unaligned_filter_without_process_noise_is_biased_and_overconfident() {
+    let s = unaligned("unaligned, no process noise", 0.0);
+    check_rms(&s, [1.06, 1.05, 1.05, 1.82, 1.27, 2.15]);
     assert_eq!(s.failures, 0, "{s:?}");
     // Documented: bias up to 1.7 bounds, NEES 6 to 8 per degree of freedom.
     assert!((1.4..2.1).contains(&largest_bias(&s)), "{s:?}");
@@ -163,8 +170,8 @@ fn the_plain_filter_without_process_noise_is_biased_and_overconfident() {
 }
 
 #[test]
-fn a_little_process_noise_makes_the_plain_filter_less_overconfident() {
-    let s = plain("plain, a little process noise", 3.0e-7);
+fn small_process_noise_makes_the_unaligned_filter_less_overconfident() {
+    let s = unaligned("unaligned, a little process noise", 3.0e-7);
     // Documented: bias up to 1.6 bounds, NEES 2.6, one run in a hundred diverges.
     assert!(s.failures <= 3, "{s:?}");
     assert!((1.2..1.9).contains(&largest_bias(&s)), "{s:?}");
@@ -172,9 +179,9 @@ fn a_little_process_noise_makes_the_plain_filter_less_overconfident() {
 }
 
 #[test]
-fn more_process_noise_makes_the_plain_filter_cautious() {
-    let s = plain("plain, more process noise", 1.0e-6);
-    rms_is_near(&s, [1.4, 1.5, 1.4, 1.4, 1.1, 1.5]);
+fn larger_process_noise_makes_the_unaligned_filter_underconfident() {
+    let s = unaligned("unaligned, more process noise", 1.0e-6);
+    check_rms(&s, [1.4, 1.5, 1.4, 1.4, 1.1, 1.5]);
     assert_eq!(s.failures, 0, "{s:?}");
     // Documented: bias up to 1.2 bounds, NEES 0.5.
     assert!(largest_bias(&s) < 1.2, "{s:?}");
@@ -182,7 +189,7 @@ fn more_process_noise_makes_the_plain_filter_cautious() {
 }
 
 #[test]
-fn the_form_as_printed_loses_its_covariance_in_single_precision() {
+fn printed_form_loses_its_covariance_in_single_precision() {
     let spin_up = SpinUp::new();
     let noise = spin_up.scenario.gyro.noise_rad_s;
     let double = Config::bellar_2019(noise);
@@ -190,6 +197,6 @@ fn the_form_as_printed_loses_its_covariance_in_single_precision() {
     let single = Config::bellar_2019(noise as f32);
     let single = spin_up.statistics::<f32, AsPublished<f32>>("as printed, f32", single);
     assert!(double.failures <= 3, "{double:?}");
-    // (1 − K H) P in f32: that is why the UD form flies.
+    // (1 − K H) P loses definiteness in f32. The UD form, which flies, does not.
     assert!(single.failures >= 10, "{single:?}");
 }

@@ -1,4 +1,4 @@
-//! The processor in the loop: the flight computer in QEMU does to the last bit what it does on the host.
+//! Processor in the loop: the flight computer in QEMU and on the host compute the same bits.
 
 use anyhow::{Result, bail};
 use fsw_core::Prior;
@@ -12,9 +12,10 @@ use host_sim::pil::{BrokenBit, Mission, PilFailed, PilFlight, fly};
 use host_sim::truth::Flight;
 use target_tools::budgets;
 
-/// Flies a scenario, or the first so many seconds of it.
+/// A flight of a scenario.
 struct Plan {
     scenario: &'static str,
+    /// Duration, s. None for the whole scenario.
     duration_s: Option<f64>,
     estimator: EstimatorId,
     restart_at: Option<usize>,
@@ -22,7 +23,7 @@ struct Plan {
     broken: Option<BrokenBit>,
 }
 
-/// The spin-up of STSAT-3 by `window`, whole.
+/// The whole spin-up of STSAT-3 by `window`.
 const SPIN_UP: Plan = Plan {
     scenario: "stsat3-spin-up",
     duration_s: None,
@@ -32,7 +33,7 @@ const SPIN_UP: Plan = Plan {
     broken: None,
 };
 
-/// Flies the firmware and the host, and sees that the firmware's stack is enough.
+/// Flies firmware and host, and checks the use of the firmware's stack.
 fn fly_plan(plan: &Plan) -> Result<Result<PilFlight, PilFailed>> {
     let mut scenario = Scenario::load(plan.scenario)?;
     scenario.duration_s = plan.duration_s.unwrap_or(scenario.duration_s);
@@ -58,7 +59,7 @@ fn fly_plan(plan: &Plan) -> Result<Result<PilFlight, PilFailed>> {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn the_stsat3_spin_up_is_the_same_bit_by_bit() -> Result<()> {
+fn spin_up_has_the_same_bits_on_firmware_and_host() -> Result<()> {
     let flown = fly_plan(&SPIN_UP)??;
     assert_eq!((flown.compared, flown.outcomes.accepted), (6001, 6001));
     assert_eq!(flown.estimator.estimate().status, Status::Converged);
@@ -67,9 +68,9 @@ fn the_stsat3_spin_up_is_the_same_bit_by_bit() -> Result<()> {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn a_wheel_slew_is_the_same_bit_by_bit() -> Result<()> {
+fn wheel_slew_has_the_same_bits_on_firmware_and_host() -> Result<()> {
     let flown = fly_plan(&Plan { scenario: "microsat-slew", ..SPIN_UP })??;
-    // The tachometers have no speeds until they have seen three readings.
+    // The tachometers need three readings before the first speed.
     assert_eq!((flown.compared, flown.outcomes.accepted, flown.wheel_failures), (1501, 1498, 3));
     assert_eq!(flown.estimator.estimate().status, Status::Converged);
     Ok(())
@@ -77,7 +78,7 @@ fn a_wheel_slew_is_the_same_bit_by_bit() -> Result<()> {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn the_other_estimators_are_the_same_bit_by_bit() -> Result<()> {
+fn other_estimators_have_the_same_bits_on_firmware_and_host() -> Result<()> {
     for estimator in [EstimatorId::JointEkf, EstimatorId::EkfSgfRls] {
         let flown = fly_plan(&Plan { duration_s: Some(60.0), estimator, ..SPIN_UP })??;
         assert_eq!((flown.compared, flown.estimator.selected()), (601, estimator));
@@ -87,22 +88,21 @@ fn the_other_estimators_are_the_same_bit_by_bit() -> Result<()> {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn after_a_power_cut_the_flight_goes_on_bit_by_bit() -> Result<()> {
+fn flight_with_a_power_cut_has_the_bits_of_a_flight_without() -> Result<()> {
     let whole = Plan { duration_s: Some(60.0), ..SPIN_UP };
     let cut = Plan { restart_at: Some(251), ..whole };
     let [whole, cut] = [fly_plan(&whole)??, fly_plan(&cut)??];
-    let (kept, expected) = (cut.estimator.estimate(), whole.estimator.estimate());
-    assert_eq!(kept.inertia, expected.inertia);
-    assert_eq!(kept.covariance_kg2_m4, expected.covariance_kg2_m4);
+    let (resumed, expected) = (cut.estimator.estimate(), whole.estimator.estimate());
+    assert_eq!(resumed.inertia, expected.inertia);
+    assert_eq!(resumed.covariance_kg2_m4, expected.covariance_kg2_m4);
     assert_eq!(cut.outcomes, whole.outcomes);
     Ok(())
 }
 
-/// Each command once, most of them in the midst of the slew's fastest turning: checkpoints are saved and
-/// sent, the estimators take turns.
+/// Each telecommand at least once, most of them during the fastest rotation of the slew.
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn commands_in_flight_do_the_same_bit_by_bit() -> Result<()> {
+fn telecommands_have_the_same_effect_on_firmware_and_host() -> Result<()> {
     const PRIOR: Prior<f32> = Prior {
         inertia_kg_m2: [2.0, 2.0, 2.0, 0.0, 0.0, 0.0],
         sigma_kg_m2: [1.0, 1.0, 1.0, 0.5, 0.5, 0.5],
@@ -128,10 +128,10 @@ fn commands_in_flight_do_the_same_bit_by_bit() -> Result<()> {
     Ok(())
 }
 
-/// One bit of one byte of one reading, and only on the target.
+/// The bit error is in one gyro reading of the target.
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn a_bit_that_is_wrong_on_the_target_is_found_and_named() -> Result<()> {
+fn bit_error_on_the_target_is_detected_and_named() -> Result<()> {
     let broken = Some(BrokenBit { sample: 200, byte: 4, bit: 0 });
     let plan = Plan { duration_s: Some(60.0), broken, ..SPIN_UP };
     match fly_plan(&plan)? {
@@ -140,6 +140,6 @@ fn a_bit_that_is_wrong_on_the_target_is_found_and_named() -> Result<()> {
             assert!(difference.element.starts_with("estimate "), "{difference}");
             Ok(())
         }
-        other => bail!("the broken bit was not found: {other:?}"),
+        other => bail!("the bit error was not detected: {other:?}"),
     }
 }

@@ -31,13 +31,19 @@ const DEFAULT_LOG: &str =
 
 /// Indices of the columns in a log.
 struct Columns {
+    /// Time stamp.
     time: usize,
+    /// Rate about x, y and z.
     gyro: [usize; 3],
+    /// Speed of each wheel, if recorded.
     wheel: [Option<usize>; WHEELS],
+    /// External torque about x, y and z, if recorded.
     torque: [Option<usize>; 3],
 }
 
 impl Columns {
+    /// Columns of a log by the names in its header.
+    ///
     /// # Errors
     /// Names a required column that the header lacks.
     fn new(header: &csv::StringRecord) -> Result<Self, String> {
@@ -54,6 +60,8 @@ impl Columns {
         })
     }
 
+    /// Sample of one row.
+    ///
     /// # Errors
     /// A field that is not a number.
     fn sample(&self, row: &csv::StringRecord) -> Result<Sample<f32, WHEELS>, Box<dyn Error>> {

@@ -4,20 +4,28 @@
 //! cargo run -p fsw-core --example custom_loop [window|joint-ekf]
 //! ```
 //!
+//! ```text
+//!  gyro ─► RateLoop::step ─► torque command ─► body
+//!              │  estimator.step(sample) -> Outcome
+//!              ▼
+//!          adopt_estimate, every 30 s: Status -> inertia in the feedback, excitation on or off
+//! ```
+//!
 //! The loop is generic over [`Estimator`]. It damps the body rate, adds an excitation while the
 //! inertia is unknown, and takes the estimate into its feedback once the status allows it. Each
 //! [`Outcome`] is acted on: a rejected sample leaves the last torque, a lockout or a change restarts
 //! the excitation.
 
 use fsw_core::dynamics::gyrostat::Gyrostat;
-use fsw_core::dynamics::interval::DriveHistory;
+use fsw_core::dynamics::interval::{Drive, DriveHistory};
 use fsw_core::dynamics::step::runge_kutta_4;
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Window};
 use fsw_core::{ConfigError, Estimator, Inertia, Outcome, Reset, Sample, Status, Vec3, WheelArray};
 
-/// Control period, µs, and s.
+/// Control period, µs.
 const PERIOD_US: u64 = 100_000;
+/// Control period, s.
 const PERIOD_S: f32 = 0.1;
 /// One sigma of the gyro noise, white, per sample, rad/s.
 const GYRO_NOISE_RAD_S: f32 = 1e-4;
@@ -25,20 +33,25 @@ const GYRO_NOISE_RAD_S: f32 = 1e-4;
 const NOMINAL_KG_M2: f32 = 1.0;
 /// Bandwidth of the rate loop, rad/s.
 const BANDWIDTH_RAD_S: f32 = 0.2;
-/// Amplitude of the excitation torque, N m, and its frequencies about x, y and z, rad/s.
+/// Amplitude of the excitation torque on each axis, N m.
 const EXCITATION_N_M: f32 = 0.03;
+/// Frequencies of the excitation about x, y and z, rad/s.
 const EXCITATION_RAD_S: [f32; 3] = [0.9, 0.6, 0.4];
 
 /// Rate loop with an on-board inertia estimate.
 struct RateLoop<E> {
+    /// Estimator of the inertia, owned by the loop.
     estimator: E,
     /// Inertia in the feedback; the nominal one until an estimate has converged.
     inertia: Inertia<f32>,
+    /// Excitation torque on or off.
     is_exciting: bool,
+    /// Last torque command, N m, body axes.
     torque_n_m: Vec3<f32>,
 }
 
 impl<E: Estimator<f32, 0>> RateLoop<E> {
+    /// Loop with the nominal inertia, excitation on.
     fn new(estimator: E) -> Self {
         let inertia = Inertia::spherical(NOMINAL_KG_M2);
         Self { estimator, inertia, is_exciting: true, torque_n_m: Vec3::zeros() }
@@ -91,15 +104,20 @@ impl<E: Estimator<f32, 0>> RateLoop<E> {
     }
 }
 
-/// The simulated body: 1.2 to 1.8 kg m², no wheels, a gyro with uniform noise.
+/// Simulated body: 1.2 to 1.8 kg m², no wheels, a gyro with uniform noise.
 struct Body {
+    /// Equation of motion.
     gyrostat: Gyrostat<f32>,
+    /// Torque between samples.
     drive: DriveHistory<f32>,
+    /// True rate, rad/s.
     rate_rad_s: Vec3<f32>,
+    /// State of the noise generator.
     noise: u32,
 }
 
 impl Body {
+    /// True elements, kg m².
     const ELEMENTS_KG_M2: [f32; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
 
     fn new() -> Option<Self> {
@@ -110,12 +128,12 @@ impl Body {
 
     /// Moves the body over the period that ends with this torque.
     fn advance(&mut self, torque_n_m: Vec3<f32>) {
-        let drive =
-            fsw_core::dynamics::interval::Drive { torque_n_m, wheel_momentum_n_m_s: Vec3::zeros() };
+        let drive = Drive { torque_n_m, wheel_momentum_n_m_s: Vec3::zeros() };
         let interval = self.drive.advance(drive, PERIOD_S);
         self.rate_rad_s = runge_kutta_4(&self.gyrostat, &self.rate_rad_s, &interval);
     }
 
+    /// Gyro reading with uniform noise of the stated sigma, rad/s.
     fn gyro_rad_s(&mut self) -> Vec3<f32> {
         self.rate_rad_s.map(|rate| {
             self.noise = self.noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -125,11 +143,11 @@ impl Body {
     }
 }
 
-/// Flies five minutes with this estimator and prints a line every 30 s.
+/// Flies two minutes with this estimator and prints a line every 30 s.
 fn fly(estimator: impl Estimator<f32, 0>) {
     let Some(mut body) = Body::new() else { return };
     let mut rate_loop = RateLoop::new(estimator);
-    for k in 1..=3000 {
+    for k in 1..=1200 {
         let gyro_rad_s = body.gyro_rad_s();
         let torque_n_m = rate_loop.step(k * PERIOD_US, gyro_rad_s);
         body.advance(torque_n_m);

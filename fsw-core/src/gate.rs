@@ -21,6 +21,14 @@ use crate::math::{Vec3, range::positive, scalar::Real};
 use crate::sample::Sample;
 
 /// Limits of a usable sample.
+///
+/// ```
+/// use fsw_core::gate::Config;
+///
+/// // A gyro of ±500 deg/s, sampled once per minute.
+/// let config = Config { range_rad_s: 8.7f32, max_gap_us: 90_000_000, ..Config::default() };
+/// assert_eq!(config.validate(), Ok(()));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config<T: Real> {
     /// Range of the gyro, rad/s: a rate of this magnitude or more on any axis is saturated. Default
@@ -43,6 +51,8 @@ impl<T: Real> Default for Config<T> {
 }
 
 impl<T: Real> Config<T> {
+    /// Range check of the limits.
+    ///
     /// # Errors
     /// `gate.range_rad_s` not positive or not finite.
     pub fn validate(&self) -> Result<(), ConfigError> {

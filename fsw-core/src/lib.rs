@@ -1,9 +1,9 @@
 //! On-board estimation of a spacecraft's inertia tensor, one gyro sample per step.
 //!
 //! Input: body rate from a gyro, wheel speeds, external torque. Output: the six elements of the inertia
-//! tensor with their covariance, the directions that the motion has shown, and a status. No
-//! allocation, no unsafe code, no panic; every step costs a bounded amount of work. Everything is
-//! generic over [`Real`], `f32` or `f64`; single precision is what flies.
+//! tensor with their covariance, the observed directions, and a status. No allocation, no unsafe code,
+//! no panic; every step costs a bounded amount of work. Everything is generic over [`Real`], `f32` or
+//! `f64`; single precision is what flies.
 //!
 //! # Flow of a sample
 //!
@@ -166,6 +166,28 @@
 //! | `σ` | standard deviation | unit | `sigma` |
 //! | NIS | normalised innovation squared, `νᵀ S⁻¹ ν` | – | [`Innovation::nis`] |
 //! | `θ` | unknowns of a window | scaled | [`estimator::window`] |
+//!
+//! # Terms
+//!
+//! | term | meaning |
+//! |---|---|
+//! | alignment | first estimate of the inertia from the motion, without a prior |
+//! | block | average over a few samples, the unit of storage of `window` |
+//! | coasting | a step without an update of the estimate |
+//! | consistent | errors agree with the stated covariance |
+//! | Cramér-Rao bound | smallest covariance of any unbiased estimator for a given motion and noise |
+//! | excitation | motion that makes directions of the inertia observable |
+//! | gap | interval between samples too long for a prediction |
+//! | gyrostat | rigid body with spinning wheels |
+//! | lock-out | series of rejected samples that shows the estimate itself to be wrong |
+//! | NEES | normalised estimation error squared, `(ĵ − j)ᵀ P⁻¹ (ĵ − j)` |
+//! | observed direction | combination of the six elements whose sigma the data have reduced to a tenth |
+//! | pass | one Gauss-Newton iteration over the blocks of a window |
+//! | physical | possible for a rigid body: positive definite, triangle inequality |
+//! | residual | measured minus predicted rate, after an update |
+//! | spike | sample beyond the gyro's noise from its prediction |
+//! | test ratio | innovation over its sigma |
+//! | window | stretch of motion that is fitted as a whole |
 //!
 //! # Sources
 //!

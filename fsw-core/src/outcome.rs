@@ -128,13 +128,23 @@ impl Outcome {
 
 /// Number of samples by outcome. The counters saturate.
 ///
+/// Every sample is counted once, as accepted or as rejected for one reason; resets are counted
+/// besides.
+///
 /// ```
-/// use fsw_core::Outcome;
 /// use fsw_core::outcome::OutcomeCounts;
+/// use fsw_core::{Coasting, Outcome, Reset};
 ///
 /// let mut counts = OutcomeCounts::default();
-/// counts.add(&Outcome::Updated);
-/// assert_eq!(counts.accepted, 1);
+/// for outcome in [
+///     Outcome::Reset(Reset::FirstSample),
+///     Outcome::Updated,
+///     Outcome::Coasting(Coasting::Spike),
+///     Outcome::Reset(Reset::Gap),
+/// ] {
+///     counts.add(&outcome);
+/// }
+/// assert_eq!((counts.accepted, counts.spike, counts.gap_resets), (3, 1, 1));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -83,6 +83,8 @@ impl<T: Real> Prior<T> {
         self.sigma_kg_m2.iter().any(|sigma| *sigma > share * moment)
     }
 
+    /// Range check of elements and sigma.
+    ///
     /// # Errors
     /// `prior.inertia_kg_m2` not physical; `prior.sigma_kg_m2` not positive, or its square or the
     /// inverse of that not finite in this precision.

@@ -93,6 +93,13 @@ impl<T: Real> Inertia<T> {
     ///
     /// Agrees with [`check`](Self::check) but for rounding at a lamina, and is cheap enough for
     /// every step.
+    ///
+    /// ```
+    /// use fsw_core::Inertia;
+    ///
+    /// assert!(Inertia::new([1.0, 2.0, 2.9, 0.0, 0.0, 0.0f32]).is_physical());
+    /// assert!(!Inertia::new([1.0, 2.0, 3.1, 0.0, 0.0, 0.0f32]).is_physical());
+    /// ```
     pub fn is_physical(&self) -> bool {
         let half_trace = self.trace_kg_m2() * T::lit(0.5);
         let [xx, yy, zz, xy, xz, yz] = self.elements;
@@ -207,7 +214,7 @@ pub fn regressor<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 6> {
 ///
 /// This is the share by which noise of a measured rate inflates the information `Σ Gᵀ G`, and so
 /// pulls a least-squares solution towards zero.
-pub(crate) fn regressor_noise_share<T: Real>(element: usize) -> T {
+pub fn regressor_noise_share<T: Real>(element: usize) -> T {
     if element < 3 { T::one() } else { T::lit(2.0) }
 }
 
@@ -215,6 +222,19 @@ pub(crate) fn regressor_noise_share<T: Real>(element: usize) -> T {
 ///
 /// With the [`regressor`] of the acceleration it forms the matrix that \[Kim2016\] Eqs. (4), (5)
 /// lost in printing: `J ω̇ + ω × J ω = [G(ω̇) + ω^× G(ω)] j`.
+///
+/// Row x: `(0, −yz, yz, −xz, xy, y² − z²)` for `ω = (x, y, z)`; the other rows follow by cyclic
+/// permutation. Each row sums moments to zero: a sphere has no gyroscopic torque.
+///
+/// ```
+/// use fsw_core::math::Mat;
+/// use fsw_core::tensor::gyroscopic_regressor;
+/// use fsw_core::{Inertia, Vec3};
+///
+/// let rate = Vec3::new(0.1, -0.2, 0.3);
+/// let sphere = Mat::<f64, 6, 1>::from(Inertia::spherical(2.0).elements_kg_m2());
+/// assert!((gyroscopic_regressor(&rate) * sphere).norm() < 1e-15);
+/// ```
 pub fn gyroscopic_regressor<T: Real>(rate: &Vec3<T>) -> Mat<T, 3, 6> {
     let o = T::zero();
     let (x, y, z) = (rate.x, rate.y, rate.z);

@@ -1,7 +1,7 @@
-//! The ground's end of the flight computer's serial line.
+//! Ground end of the flight computer's serial line.
 //!
-//! In: bytes as they come. Out: telemetry packets, what was damaged among them, and what is missing
-//! between them by their sequence counts. Frames and packets are read by the code that flies,
+//! Input: bytes of the line. Output: telemetry packets, damaged packets, and the number of missing
+//! packets by their sequence counts. Frames and packets are decoded by the flight software,
 //! [`fsw_target::link`].
 
 use std::fmt;
@@ -11,60 +11,63 @@ use fsw_target::link::packet::{SequenceCount, next};
 use fsw_target::link::telemetry::{Received, Telemetry};
 use fsw_target::link::{ReceiveError, Receiver};
 
-/// What came of a byte.
+/// Result of a byte that completes a frame.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
-    /// It ended a packet.
+pub enum Reception {
+    /// A packet.
     Packet(Box<Received>),
-    /// It ended something that is no packet.
+    /// A frame that is not a packet.
     Damaged(Damaged),
 }
 
-/// Bytes that are no telemetry packet.
+/// Bytes that are not a telemetry packet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damaged {
-    /// Bytes of the stream up to where that became clear.
+    /// Number of bytes received when the error was detected.
     pub at_byte: u64,
-    /// What is wrong.
-    pub why: ReceiveError,
+    /// Error.
+    pub error: ReceiveError,
 }
 
 impl fmt::Display for Damaged {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "byte {}: {}", self.at_byte, self.why)
+        write!(out, "byte {}: {}", self.at_byte, self.error)
     }
 }
 
-/// Listens to one line.
+/// Receiver of one line.
 #[derive(Debug, Default)]
-pub struct Listener {
+pub struct GroundReceiver {
     receiver: Receiver,
     bytes: u64,
     packets: u64,
+    /// Next sequence count of each kind of packet.
     expected: [Option<SequenceCount>; 3],
 }
 
-impl Listener {
-    /// Takes the next byte.
-    pub fn hear(&mut self, byte: u8) -> Option<Heard> {
+impl GroundReceiver {
+    /// Receives the next byte.
+    pub fn push(&mut self, byte: u8) -> Option<Reception> {
         self.bytes += 1;
         Some(match self.receiver.push(byte)? {
             Ok(packet) => {
                 self.packets += 1;
-                Heard::Packet(Box::new(packet))
+                Reception::Packet(Box::new(packet))
             }
-            Err(why) => Heard::Damaged(Damaged { at_byte: self.bytes, why }),
+            Err(error) => Reception::Damaged(Damaged { at_byte: self.bytes, error }),
         })
     }
 
-    /// That nothing follows: what was damaged, if the last frame wasn't complete.
+    /// Ends the line. Output: the last frame, if it is incomplete.
     pub fn end(&mut self) -> Option<Damaged> {
-        let why = self.receiver.push(DELIMITER)?.err()?;
-        Some(Damaged { at_byte: self.bytes, why })
+        let error = self.receiver.push(DELIMITER)?.err()?;
+        Some(Damaged { at_byte: self.bytes, error })
     }
 
-    /// Packets of the same kind that are missing between the last one and this one, modulo 2¹⁴. None
-    /// before the first. A computer that started anew begins at 0 again, and misses nothing.
+    /// Number of missing packets between the last packet of the same kind and this one, modulo 2¹⁴.
+    ///
+    /// Zero for the first packet, and for a sequence count of zero, at which a restarted computer
+    /// begins.
     pub fn missing_before(&mut self, packet: &Received) -> u16 {
         let kind = match packet.telemetry {
             Telemetry::Estimate(_) => 0,
@@ -78,12 +81,12 @@ impl Listener {
         }
     }
 
-    /// Bytes heard.
+    /// Number of bytes received.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Packets heard.
+    /// Number of packets received.
     pub fn packets(&self) -> u64 {
         self.packets
     }
@@ -101,37 +104,37 @@ mod tests {
         Frame::of(packet.bytes()).unwrap().bytes().to_vec()
     }
 
-    fn hear(listener: &mut Listener, bytes: &[u8]) -> Vec<Heard> {
-        bytes.iter().filter_map(|byte| listener.hear(*byte)).collect()
+    fn push(ground: &mut GroundReceiver, bytes: &[u8]) -> Vec<Reception> {
+        bytes.iter().filter_map(|byte| ground.push(*byte)).collect()
     }
 
     #[test]
-    fn gaps_are_seen_across_the_wrap_and_none_after_a_restart() {
-        let mut listener = Listener::default();
+    fn missing_packets_are_counted_across_the_wrap_and_not_after_a_restart() {
+        let mut ground = GroundReceiver::default();
         let counts = [16_380, 16_381, 16_383, 2, 3, 0, 1];
         let missing = counts.map(|count| {
-            let Heard::Packet(packet) = hear(&mut listener, &frame(count)).remove(0) else {
-                panic!("a good frame is no packet");
+            let Reception::Packet(packet) = push(&mut ground, &frame(count)).remove(0) else {
+                panic!("an intact frame is a packet");
             };
-            listener.missing_before(&packet)
+            ground.missing_before(&packet)
         });
         assert_eq!(missing, [0, 0, 1, 2, 0, 0, 0]);
-        assert_eq!(listener.packets(), 7);
+        assert_eq!(ground.packets(), 7);
     }
 
     #[test]
-    fn damage_is_told_with_its_place() {
-        let mut listener = Listener::default();
+    fn damaged_frame_is_reported_with_its_position() {
+        let mut ground = GroundReceiver::default();
         let good = frame(1);
-        let cut = [&good[..9], &good[..]].concat();
-        let heard = hear(&mut listener, &cut);
-        let [Heard::Damaged(damaged), Heard::Packet(_)] = &heard[..] else {
-            panic!("{heard:?}");
+        let truncated = [&good[..9], &good[..]].concat();
+        let receptions = push(&mut ground, &truncated);
+        let [Reception::Damaged(damaged), Reception::Packet(_)] = &receptions[..] else {
+            panic!("{receptions:?}");
         };
         assert_eq!(damaged.at_byte, 10);
-        assert_eq!(listener.bytes(), cut.len() as u64);
-        assert_eq!(listener.end(), None);
-        hear(&mut listener, &good[..9]);
-        assert_eq!(listener.end().map(|damaged| damaged.at_byte), Some(cut.len() as u64 + 9));
+        assert_eq!(ground.bytes(), truncated.len() as u64);
+        assert_eq!(ground.end(), None);
+        push(&mut ground, &good[..9]);
+        assert_eq!(ground.end().map(|damaged| damaged.at_byte), Some(truncated.len() as u64 + 9));
     }
 }

@@ -1,4 +1,4 @@
-//! The board in QEMU, as far as QEMU has it: failures, interrupts, timers.
+//! Peripherals of the board that QEMU models: failures, interrupts, timers, serial ports.
 
 use anyhow::Result;
 use std::io::{Read, Write};
@@ -7,10 +7,11 @@ use target_tools::{firmware, qemu};
 
 use crate::LIMIT;
 
-/// How the lines begin that each life ends with. The stack's first two, by recursion and by one
-/// large frame, run into memory that the protection unit has closed: a frame that couldn't be put
-/// on the stack (MSTKERR), an access against its rules (DACCVIOL), its address known (MMARVALID).
-const CAUGHT: [&[&str]; 5] = [
+/// Beginnings of the last lines of each run between two restarts.
+///
+/// The first two are stack overflows, by recursion and by one large frame. The memory protection unit
+/// reports them: stacking error (MSTKERR), access violation (DACCVIOL), valid address (MMARVALID).
+const LAST_LINES: [&[&str]; 5] = [
     &["fault status 0x00000092", "stack overflow at"],
     &["fault status 0x00000092", "stack overflow at"],
     &["fault status 0x00010000", "hard fault at"],
@@ -18,8 +19,8 @@ const CAUGHT: [&[&str]; 5] = [
     &["panicked at fsw-target/src/bin/failures.rs:"],
 ];
 
-/// What each life is told of the one before it.
-const TOLD: [&str; 6] = [
+/// Failure reported after each restart.
+const LAST_FAILURE: [&str; 6] = [
     "None",
     "Some(Failure { kind: StackOverflow",
     "Some(Failure { kind: StackOverflow",
@@ -30,21 +31,22 @@ const TOLD: [&str; 6] = [
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn every_failure_is_caught_and_told_of_after_the_restart() -> Result<()> {
+fn every_failure_is_caught_and_reported_after_the_restart() -> Result<()> {
     let run = qemu::run(&firmware::build("failures")?, qemu::MACHINE, LIMIT, |_| {})?;
     assert!(run.success, "{:#?}", run.lines);
 
-    let lives: Vec<&[String]> = run.lines.split(|line| line.starts_with("start")).skip(1).collect();
-    for (life, caught) in CAUGHT.iter().enumerate() {
-        let lines: Vec<&str> = lives[life].iter().map(String::as_str).collect();
-        let starts = |(line, start): (&&str, &&str)| line.starts_with(start);
-        let is_caught = lines.len() == caught.len() && lines.iter().zip(*caught).all(starts);
-        assert!(is_caught, "life {life}: {lines:#?} is not {caught:#?}");
+    let is_start = |line: &String| line.starts_with("start");
+    let runs: Vec<&[String]> = run.lines.split(is_start).skip(1).collect();
+    for (index, expected) in LAST_LINES.iter().enumerate() {
+        let lines: Vec<&str> = runs[index].iter().map(String::as_str).collect();
+        let begins = |(line, beginning): (&&str, &&str)| line.starts_with(beginning);
+        let is_caught = lines.len() == expected.len() && lines.iter().zip(*expected).all(begins);
+        assert!(is_caught, "run {index}: {lines:#?} is not {expected:#?}");
     }
 
-    let told = run.lines.iter().filter(|line| line.starts_with("start"));
-    for (life, (line, kind)) in told.zip(TOLD).enumerate() {
-        let expected = format!("start {life}, last failure {kind}");
+    let starts = run.lines.iter().filter(|line| is_start(line));
+    for (index, (line, failure)) in starts.zip(LAST_FAILURE).enumerate() {
+        let expected = format!("start {index}, last failure {failure}");
         assert!(line.starts_with(&expected), "{line:?} is not {expected:?}");
     }
     Ok(())
@@ -52,11 +54,11 @@ fn every_failure_is_caught_and_told_of_after_the_restart() -> Result<()> {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn what_is_on_the_chip_works_and_what_is_not_there_is_told_of() -> Result<()> {
+fn peripherals_of_the_chip_work_and_missing_ones_are_reported() -> Result<()> {
     let run = qemu::run(&firmware::build("bringup")?, qemu::MACHINE, LIMIT, |_| {})?;
     assert!(run.success, "{:#?}", run.lines);
 
-    // QEMU has no crystal, no gyro, and a flash that can't be written.
+    // QEMU has no crystal, no gyro, and a flash that cannot be programmed.
     for expected in [
         "BoardReport { reset_cause: Unknown, clock_source: Internal, clock_fault: Some(CrystalDead) }",
         "data ready: works",
@@ -69,18 +71,17 @@ fn what_is_on_the_chip_works_and_what_is_not_there_is_told_of() -> Result<()> {
     Ok(())
 }
 
-/// The second serial port sends back what it gets, all of it and in order: by interrupt into its
-/// queue, and from there in the loop.
+/// The image echoes the second serial port: an interrupt queues the bytes, the loop sends them.
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn no_received_byte_is_lost() -> Result<()> {
     let (_machine, [mut log, mut port]) = Machine::start(&firmware::build("bringup")?)?;
-    // What comes before the ports are open is lost, as on a board: the log comes after.
+    // Bytes sent before the ports are open are lost, as on a board. The log begins afterwards.
     log.set_read_timeout(Some(LIMIT))?;
     log.read_exact(&mut [0])?;
     port.set_read_timeout(Some(LIMIT))?;
     for first in 0..20_u8 {
-        // Fewer than the queue holds, so that it doesn't matter when the image comes to read them.
+        // Fewer bytes than the queue holds: the result does not depend on the time of reading.
         let sent: Vec<u8> =
             (0..200).map(|index: u8| index.wrapping_mul(7).wrapping_add(first)).collect();
         port.write_all(&sent)?;

@@ -1,7 +1,7 @@
-//! The flight image in QEMU, as it is flashed: a ground station on its serial port.
+//! The flight image in QEMU, as flashed, with a ground station on its serial port.
 //!
-//! No gyro answers there, no flash can be programmed, and the clock unit reads 0: all of that has to
-//! be reported, and the loop goes on.
+//! QEMU has no gyro, a flash that cannot be programmed, and a clock unit that reads 0. The image has
+//! to report each and to continue.
 
 use anyhow::{Context, Result, bail};
 use fsw_core::Prior;
@@ -23,10 +23,10 @@ use target_tools::image::Memory;
 use target_tools::machine::Machine;
 use target_tools::{budgets, firmware, image};
 
-/// A report takes milliseconds in QEMU; a busy machine may take far longer.
+/// Time limit of a report, which takes milliseconds in QEMU. A loaded machine takes longer.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// A ground station.
+/// Ground station.
 struct Ground {
     _machine: Machine,
     port: UnixStream,
@@ -58,7 +58,7 @@ impl Ground {
         self.send(&frame(command, sequence_count)?)
     }
 
-    /// The first that is wanted of what comes from now on.
+    /// Waits for the first telemetry packet that `wanted` accepts.
     fn wait_for<R>(&mut self, mut wanted: impl FnMut(&Telemetry) -> Option<R>) -> Result<R> {
         let deadline = Instant::now() + LIMIT;
         let mut bytes = [0; 256];
@@ -79,7 +79,7 @@ impl Ground {
                 }
             }
         }
-        bail!("what was wanted did not come in {} s", LIMIT.as_secs())
+        bail!("no such packet within {} s", LIMIT.as_secs())
     }
 
     fn status(&mut self, wanted: impl Fn(&StatusReport) -> bool) -> Result<StatusReport> {
@@ -96,7 +96,7 @@ impl Ground {
         })
     }
 
-    /// The answer to a command.
+    /// Waits for the status after a telecommand.
     fn answer(&mut self, sequence_count: u16) -> Result<StatusReport> {
         self.status(|status| status.last_sequence_count == sequence_count)
     }
@@ -109,10 +109,10 @@ fn frame(command: Command, sequence_count: u16) -> Result<Vec<u8>> {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn without_gyro_flash_and_crystal_it_flies_on_and_says_so() -> Result<()> {
+fn missing_gyro_flash_and_crystal_are_reported_and_the_loop_continues() -> Result<()> {
     let mut ground = Ground::start()?;
     let first = ground.status(|_| true)?;
-    // QEMU's SPI has no chip on it: the identity register reads 0.
+    // Without a chip on the SPI the identity register reads 0.
     assert_eq!((first.gyro, first.gyro_identity), (GyroState::WrongIdentity, Some(0)));
     assert_eq!(first.clock, ClockSource::Internal);
     assert!(first.watchdog);
@@ -124,14 +124,14 @@ fn without_gyro_flash_and_crystal_it_flies_on_and_says_so() -> Result<()> {
     let estimate = ground.estimate(|_| true)?;
     assert_eq!((estimate.estimator, estimate.outcome), (EstimatorId::Window, None));
     assert_eq!(estimate.status, Status::Unobservable);
-    // The loop goes on: reports keep coming, and the gyro is tried again.
+    // The loop continues: reports arrive, and the gyro is restarted.
     ground.status(|status| status.uptime_s >= first.uptime_s + 3)?;
     Ok(())
 }
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn commands_are_obeyed_and_answered() -> Result<()> {
+fn telecommands_are_executed_and_answered() -> Result<()> {
     let mut ground = Ground::start()?;
     ground.status(|_| true)?;
     ground.command(Command::Select(EstimatorId::JointEkf), 1)?;
@@ -151,7 +151,7 @@ fn commands_are_obeyed_and_answered() -> Result<()> {
     let estimate = ground.estimate(|estimate| estimate.inertia_kg_m2[0] == 0.06)?;
     assert_eq!(estimate.inertia_kg_m2, prior.inertia_kg_m2);
 
-    // QEMU's flash can't be programmed: that is found by reading back, and told.
+    // QEMU's flash cannot be programmed: reading back detects it, and the status reports it.
     ground.command(Command::SaveCheckpoint, 3)?;
     let answer = ground.answer(3)?;
     assert_eq!((answer.last_command_done, answer.checkpoints_failed), (Some(false), 1));
@@ -161,7 +161,7 @@ fn commands_are_obeyed_and_answered() -> Result<()> {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn what_is_malformed_truncated_replayed_or_oversized_is_counted_and_ignored() -> Result<()> {
+fn malformed_truncated_replayed_and_oversized_telecommands_are_counted_and_ignored() -> Result<()> {
     let mut ground = Ground::start()?;
     ground.status(|_| true)?;
     ground.command(Command::Ping, 100)?;
@@ -183,13 +183,13 @@ fn what_is_malformed_truncated_replayed_or_oversized_is_counted_and_ignored() ->
     assert_eq!((uplink.accepted, uplink.replayed, uplink.oversized), (2, 2, 1), "{uplink:?}");
     assert!(uplink.truncated + uplink.wrong_checksum + uplink.malformed >= 2, "{uplink:?}");
     let estimate = ground.estimate(|_| true)?;
-    assert_eq!(estimate.estimator, EstimatorId::Window, "none of it was obeyed");
+    assert_eq!(estimate.estimator, EstimatorId::Window, "no telecommand was executed");
     Ok(())
 }
 
 #[test]
 #[ignore = "needs the Cortex-M target: tests/check.sh runs it"]
-fn the_flight_image_keeps_within_its_memory() -> Result<()> {
+fn flight_image_is_within_its_memory_budget() -> Result<()> {
     let Memory { flash, static_ram } = image::memory(&flight()?)?;
     println!("flight: flash {flash} bytes, static RAM {static_ram} bytes");
     assert!(flash <= budgets::FLIGHT_FLASH.held, "{flash} bytes of flash");
@@ -199,10 +199,10 @@ fn the_flight_image_keeps_within_its_memory() -> Result<()> {
 
 #[test]
 #[ignore = "needs the Cortex-M target: tests/check.sh runs it"]
-fn the_flight_image_has_no_code_that_panics_allocates_emulates_doubles_or_stops_for_a_debugger()
+fn flight_image_has_no_code_that_panics_allocates_emulates_doubles_or_needs_a_debugger()
 -> Result<()> {
     let symbols = image::symbols(&flight()?)?;
-    assert!(symbols.iter().any(|name| name == "main"), "the image has lost its symbol table");
+    assert!(symbols.iter().any(|name| name == "main"), "the image has no symbol table");
     let unwanted: Vec<_> = symbols.iter().filter(|name| image::is_unwanted(name)).collect();
     assert!(unwanted.is_empty(), "{unwanted:#?}");
     assert!(!symbols.iter().any(|name| name.contains("semihosting")));

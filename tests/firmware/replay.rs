@@ -1,4 +1,4 @@
-//! The firmware image in QEMU: it ends as it should, and computes what the host computes.
+//! The image `replay` in QEMU: exit status, and the bits of the host on the recorded flight.
 
 use anyhow::Result;
 use fsw_core::Estimator;
@@ -12,7 +12,7 @@ use target_tools::{firmware, image, qemu};
 
 use crate::LIMIT;
 
-/// The lines in which `bin/replay` reports states and covariance elements, as bits of `f32`.
+/// Beginnings of the lines in which `bin/replay` prints state and covariance, as bits of `f32`.
 const BIT_LINES: [&str; 2] = ["state[", "covariance["];
 
 fn run(bin: &str, limit: Duration) -> Result<qemu::Run> {
@@ -21,7 +21,7 @@ fn run(bin: &str, limit: Duration) -> Result<qemu::Run> {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn target_and_host_come_to_the_same_bits() -> Result<()> {
+fn target_and_host_compute_the_same_bits() -> Result<()> {
     let target = run("replay", LIMIT)?;
     assert!(target.success, "the image reported a failure: {:#?}", target.lines);
 
@@ -31,8 +31,7 @@ fn target_and_host_come_to_the_same_bits() -> Result<()> {
     Ok(())
 }
 
-/// Flies the same recording on the host; one line for the state and one for each row of its
-/// covariance.
+/// Lines of the host for the same recording: state, and each row of the covariance.
 fn host_bits() -> Result<Vec<String>> {
     let recording = replay::recording();
     let mut flight = replay::flight_loop(&recording)?;
@@ -55,7 +54,7 @@ fn line(name: &str, row: usize, elements: [f32; 9]) -> String {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn a_panic_is_logged_and_reported_as_a_failure() -> Result<()> {
+fn panic_is_logged_and_ends_with_failure() -> Result<()> {
     let run = run("panics", LIMIT)?;
     assert!(!run.success);
     let last = run.lines.last().map(String::as_str).unwrap_or_default();
@@ -65,26 +64,25 @@ fn a_panic_is_logged_and_reported_as_a_failure() -> Result<()> {
 
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn an_image_that_does_not_end_is_ended() {
+fn image_that_does_not_end_is_stopped_at_the_time_limit() {
     let error = run("replay", Duration::ZERO).unwrap_err();
     assert!(error.to_string().contains("still running"), "{error}");
 }
 
 #[test]
 #[ignore = "needs the Cortex-M target: tests/check.sh runs it"]
-fn the_flight_image_has_no_code_that_panics_allocates_or_emulates_doubles() -> Result<()> {
+fn replay_image_has_no_code_that_panics_allocates_or_emulates_doubles() -> Result<()> {
     let symbols = image::symbols(&firmware::build("replay")?)?;
-    assert!(symbols.iter().any(|name| name == "main"), "the image has lost its symbol table");
+    assert!(symbols.iter().any(|name| name == "main"), "the image has no symbol table");
 
     let unwanted: Vec<_> = symbols.iter().filter(|name| image::is_unwanted(name)).collect();
     assert!(unwanted.is_empty(), "{unwanted:#?}");
     Ok(())
 }
 
-/// The committed log is an ordinary one: `host-sim replay` reads the two files and comes to the
-/// same bits as the flight loop, which got them as a table.
+/// `host-sim replay` reads log and craft from files, the flight loop from a table in the image.
 #[test]
-fn the_simulator_replays_the_committed_flight_to_the_same_bits() -> Result<()> {
+fn simulator_and_flight_loop_compute_the_same_bits_on_the_recorded_flight() -> Result<()> {
     let flights = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fsw-target/flights");
     let craft = Craft::load(&flights.join("cubesat_pyramid.craft.toml"))?;
     let log = RecordedLog::load(&flights.join("cubesat_pyramid.csv"), craft.wheels.len())?;

@@ -15,7 +15,7 @@ const PUBLISHED_PERCENT: [[f64; 3]; 6] = [
     [5.60, 4.63, 4.76],
     [2.84, 2.89, 2.84],
 ];
-/// Rounding of the published errors and scatter of a mean over 40 runs, percentage points.
+/// Allowance above the published errors, percentage points.
 const ABOVE_PUBLISHED_PERCENT: f64 = 0.1;
 /// Difference at the end, percentage points. The slides do not give the gyro rate, the process noise
 /// and the initial covariance.

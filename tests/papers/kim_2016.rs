@@ -101,19 +101,23 @@ fn true_accelerations_rad_s2(scenario: &Scenario, flight: &Flight) -> Vec<Vec3<f
 /// Eq. (10) are those of a parabola, and reduce the error by more than that.
 #[test]
 fn kim_2016_errors_of_table_5_are_those_of_a_quartic() {
-    /// Published error of the backward difference and rounding of its last digit, deg/s².
+    /// Published error of the backward difference and one unit of its last digit, deg/s².
     const BACKWARD_DEG_S2: (f64, f64) = (0.0081, 0.0001);
-    /// Error of the fit, 28.8 % less, and scatter of one seed, deg/s².
+    /// Error of the fit, published as 0.0057 and 0.0058 by axis, and tolerance, deg/s².
     const FITTED_DEG_S2: (f64, f64) = (0.0057, 0.0002);
+    /// Reduction by a quartic, per cent: published 28.3 to 29.1, one seed.
+    const QUARTIC_PERCENT: std::ops::Range<f64> = 27.0..32.0;
+    /// Reduction by a parabola, per cent: 54.0 in the limit of a slow filter.
+    const PARABOLA_PERCENT: std::ops::Range<f64> = 54.0..60.0;
     let [backward, fitted] = acceleration_errors_deg_s2(4);
     let reduction = 100.0 * (1.0 - fitted / backward);
     println!("quartic: {backward:.4} to {fitted:.4} deg/s², {reduction:.1} % less");
     assert!((backward - BACKWARD_DEG_S2.0).abs() < BACKWARD_DEG_S2.1);
     assert!((fitted - FITTED_DEG_S2.0).abs() < FITTED_DEG_S2.1);
-    assert!((27.0..32.0).contains(&reduction));
+    assert!(QUARTIC_PERCENT.contains(&reduction));
 
     let [backward, fitted] = acceleration_errors_deg_s2(2);
     let reduction = 100.0 * (1.0 - fitted / backward);
     println!("as printed: {backward:.4} to {fitted:.4} deg/s², {reduction:.1} % less");
-    assert!((54.0..60.0).contains(&reduction));
+    assert!(PARABOLA_PERCENT.contains(&reduction));
 }

@@ -1,8 +1,9 @@
 //! The window estimator against the Cramér-Rao bound, in single precision and without a prior.
 //!
-//! An RMS over n runs scatters by √(1/2n), a mean NEES of six degrees of freedom by √(1/3n).
+//! Relative one sigma over n runs: √(1/2n) of an RMS, √(1/3n) of the mean NEES of six degrees of
+//! freedom.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+#![allow(clippy::unwrap_used, reason = "a test that cannot continue fails")]
 
 use std::env;
 use std::sync::atomic::AtomicBool;
@@ -12,12 +13,12 @@ use host_sim::campaign::{Statistics, Verdict, reduce};
 use host_sim::estimation::{EstimatorName, Precision};
 use host_sim::input::scenario::Scenario;
 
-/// So many runs of a scenario, seeds from 0 on, the prior left out.
+/// Statistics of `runs` runs of a scenario without its prior, seeds from 0 on.
 fn campaign(scenario: &str, runs: u64) -> Statistics {
     fly(scenario, runs).0
 }
 
-/// The same, and in how many of the runs a change was found.
+/// Statistics, and the number of runs in which a change was detected.
 fn fly(scenario: &str, runs: u64) -> (Statistics, usize) {
     let scenario = Scenario { prior: None, ..Scenario::load(scenario).unwrap() };
     let campaign = Campaign {
@@ -40,15 +41,15 @@ fn fly(scenario: &str, runs: u64) -> (Statistics, usize) {
     (statistics, changed)
 }
 
-/// The worst of six, where there are six.
+/// Largest absolute value of the six.
 fn worst(values: [Option<f64>; 6]) -> f64 {
     values.iter().map(|x| x.unwrap().abs()).fold(0.0, f64::max)
 }
 
-/// Scatter of an RMS over a thousand runs is 2.2 %, of a mean 3.2 % of the bound, of NEES 1.8 %:
-/// the bounds are above the best there is by three and a half of these.
+/// One sigma over 1,000 runs: RMS 2.2 %, mean 3.2 % of the bound, NEES 1.8 %. The limits are three and
+/// a half sigma.
 #[test]
-fn the_spin_up_is_estimated_at_the_bound() {
+fn errors_of_the_spin_up_are_at_the_bound() {
     let found = campaign("stsat3-spin-up", 1000);
     assert_eq!((found.diverged, found.not_converged), (0, 0));
     assert!(worst(found.rmse_over_bound) < 1.08, "{found:?}");
@@ -56,9 +57,9 @@ fn the_spin_up_is_estimated_at_the_bound() {
     assert!((found.nees_per_dof.unwrap() - 1.0).abs() < 0.065, "{found:?}");
 }
 
-/// Scatter of an RMS over three hundred runs is 4.1 %.
+/// One sigma of an RMS over 300 runs is 4.1 %. The limits are three and a half sigma.
 #[test]
-fn wheels_do_as_well_as_torques() {
+fn errors_of_wheel_manoeuvres_are_at_the_bound() {
     for scenario in ["cubesat-pyramid", "microsat-slew"] {
         let found = campaign(scenario, 300);
         assert_eq!((found.diverged, found.not_converged), (0, 0));
@@ -67,28 +68,28 @@ fn wheels_do_as_well_as_torques() {
     }
 }
 
-/// Torque that steps inside a block, goes straight between its samples, or is a sine with twelve blocks
-/// to a period: an RMS over two hundred runs scatters by 5 %.
+/// Torque with steps inside a block, linear between samples, or a sine of twelve blocks per period. One
+/// sigma of an RMS over 200 runs is 5 %.
 ///
-/// These records end after a minute in mid-motion, with the passes under way. With a slow sine the scale is
-/// hardly seen, and finding it takes the most passes: what the last one has yet to find is as much as the
-/// bound, so that the RMS is 1.42 of it, and two of 200 runs say that they are partial.
+/// The records end after one minute, during the motion and before the last pass. A slow sine observes
+/// the scale weakly and needs the most passes: the remaining correction is as large as the bound, the
+/// RMS is 1.42 bounds, and two of 200 runs are partial.
 #[test]
-fn any_torque_profile_does_as_well() {
+fn errors_of_torque_profiles_are_at_the_bound() {
     let profiles =
         [("prbs-a", 1.17, 0), ("random-c", 1.17, 0), ("chirp", 1.17, 0), ("sine-iso-0.2", 1.6, 5)];
-    for (profile, most, partial) in profiles {
+    for (profile, limit, partial) in profiles {
         let found = campaign(&format!("elhariry-2026-{profile}"), 200);
         assert_eq!(found.diverged, 0);
         assert!(found.not_converged <= partial, "{profile} {found:?}");
-        assert!(worst(found.rmse_over_bound) < most, "{profile} {found:?}");
+        assert!(worst(found.rmse_over_bound) < limit, "{profile} {found:?}");
     }
 }
 
-/// A moment that grows by a twentieth between two manoeuvres is seen in the next, and nothing is where
-/// nothing happens.
+/// A moment that grows by 5 % between two manoeuvres is detected in the second one. Without a change,
+/// none is detected.
 #[test]
-fn a_deployment_is_told_from_noise() {
+fn deployment_is_detected_without_false_alarms() {
     let (_, changed) = fly("deployment", 100);
     assert_eq!(changed, 100);
     let (found, changed) = fly("no-change", 300);
@@ -96,21 +97,22 @@ fn a_deployment_is_told_from_noise() {
     assert!((found.nees_per_dof.unwrap() - 1.0).abs() < 0.12, "{found:?}");
 }
 
-/// A part that breaks off in mid-manoeuvre, before anything is known that this could contradict. What came
-/// before is given up a few seconds later, and lost with it what came since: RMS 1.23 bounds at most in 2,000
-/// runs, which scatters by 4.1 % over 300.
+/// A part breaks off during the first manoeuvre, before an estimate exists that could contradict the
+/// data. The estimator discards the data some seconds later, together with those since the event: RMS
+/// 1.23 bounds at most in 2,000 runs. One sigma over 300 runs is 4.1 %.
 #[test]
-fn a_break_off_is_told_from_a_poor_start() {
+fn break_off_in_the_first_manoeuvre_is_detected() {
     let (found, changed) = fly("break-off", 300);
     assert_eq!((changed, found.diverged, found.not_converged), (300, 0, 0));
     assert!((found.nees_per_dof.unwrap() - 1.0).abs() < 0.12, "{found:?}");
     assert!(worst(found.rmse_over_bound) < 1.4, "{found:?}");
 }
 
-/// A prior that is wrong by half is outweighed if it says so, and dropped if it doesn't.
+/// A prior wrong by half is outweighed if its sigma is consistent, and discarded if it is
+/// overconfident.
 #[test]
-fn a_wrong_prior_does_no_harm() {
-    for (scenario, dropped) in
+fn wrong_prior_does_not_bias_the_estimate() {
+    for (scenario, discarded) in
         [("stsat3-spin-up-wrong-prior", 0), ("stsat3-spin-up-overconfident-prior", 100)]
     {
         let scenario = Scenario::load(scenario).unwrap();
@@ -125,21 +127,21 @@ fn a_wrong_prior_does_no_harm() {
         };
         let runs = campaign.run_all(&AtomicBool::new(false), || ()).unwrap();
         let found = reduce(runs.iter().map(|run| &run.score));
-        assert_eq!(runs.iter().filter(|run| run.changes > 0).count(), dropped);
+        assert_eq!(runs.iter().filter(|run| run.changes > 0).count(), discarded);
         assert_eq!((found.diverged, found.not_converged), (0, 0));
-        // An RMS over a hundred runs scatters by 7 %.
+        // One sigma of an RMS over 100 runs is 7 %.
         assert!(worst(found.rmse_over_bound) < 1.25, "{found:?}");
     }
 }
 
-/// Spacecraft flown in the test, unless the environment variable `SPACECRAFT` says how many.
+/// Number of spacecraft. The environment variable `SPACECRAFT` overrides it.
 const SPACECRAFT: u64 = 100;
 
-/// Whatever flies: no error beyond 20 bounds that is called converged, and at most one spacecraft in
-/// 500, or begun 500, that isn't. Scatter of the RMS of six elements over a hundred spacecraft is
-/// 2.9 %, of their NEES 5.8 %.
+/// No run with status converged has an error above 20 bounds, and at most one spacecraft per 500 or
+/// part of 500 does not converge. One sigma over 100 spacecraft: RMS of six elements 2.9 %, NEES
+/// 5.8 %. The limits are 6 % and three sigma.
 #[test]
-fn random_spacecraft_are_estimated_at_the_bound() {
+fn errors_of_random_spacecraft_are_at_the_bound() {
     let count = env::var("SPACECRAFT").map_or(SPACECRAFT, |text| text.parse().unwrap());
     let found = campaign("random-spacecraft", count);
     let rms = found.rmse_over_bound_of_all().unwrap();

@@ -32,7 +32,7 @@ pub use crate::persist::{Archive, InvalidWord, Persist, Words, mix};
 ///
 /// # Errors
 /// The first rejected value. After a rejected read the state is partly overwritten and must be
-/// started afresh.
+/// constructed again.
 ///
 /// ```
 /// use fsw_core::checkpoint::{FromWords, ToWords, transfer};

@@ -25,6 +25,8 @@ pub struct Drive<T: Real> {
 crate::persist!([T: Real] Drive<T> { torque_n_m, wheel_momentum_n_m_s });
 
 /// Interval between two usable samples: length, and the drive at three instants.
+///
+/// [`DriveHistory`] builds it from samples; simulations may build it from exact functions of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval<T: Real> {
     /// Length `Δt`, s.

@@ -17,6 +17,24 @@
 //!   sample too.
 //! * Its state implements [`Persist`](crate::persist::Persist) where it flies.
 //!
+//! # Memory
+//!
+//! The state is the size of the type; there is no other memory. A window keeps N blocks of 24 bytes.
+//!
+//! ```
+//! use fsw_core::estimator::ekf_sgf::EkfSgf;
+//! use fsw_core::estimator::joint_ekf::JointEkfUd;
+//! use fsw_core::estimator::momentum::Momentum;
+//! use fsw_core::estimator::window::Window;
+//!
+//! // Four wheels, single precision, bytes.
+//! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 16 * 1024 + 512);
+//! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 20 * 1024);
+//! assert!(size_of::<JointEkfUd<f32, 4>>() <= 1536);
+//! assert!(size_of::<EkfSgf<f32, 4>>() <= 2048);
+//! assert!(size_of::<Momentum<f32, 4>>() <= 512);
+//! ```
+//!
 //! # An estimator of one's own
 //!
 //! It implements [`Estimator`], lives in a folder beside the four, and takes gate, dynamics,

@@ -13,7 +13,7 @@ use crate::tensor::Inertia;
 use std::vec::Vec;
 
 /// Integration steps per sample: the integration error is then below single precision.
-const FINER: u64 = 20;
+const STEPS_PER_SAMPLE: u64 = 20;
 
 /// Body, wheels and sampling of a flight.
 pub struct TestFlight<const W: usize> {
@@ -40,8 +40,8 @@ impl<const W: usize> TestFlight<W> {
         let body = Gyrostat::new(&Inertia::new(self.inertia_kg_m2)).unwrap();
         let mut drive = DriveHistory::default();
         let (mut rate_rad_s, mut samples) = (self.initial_rate_rad_s, Vec::new());
-        let step_us = self.period_us / FINER;
-        for k in 0..self.samples * FINER {
+        let step_us = self.period_us / STEPS_PER_SAMPLE;
+        for k in 0..self.samples * STEPS_PER_SAMPLE {
             let time_us = k * step_us;
             let t = time_us as f64 * 1e-6;
             let (speed, torque) = (wheel_speed_rad_s(t), torque_n_m(t));
@@ -56,7 +56,7 @@ impl<const W: usize> TestFlight<W> {
             if k > 0 {
                 rate_rad_s = runge_kutta_4(&body, &rate_rad_s, &interval);
             }
-            if k % FINER == 0 {
+            if k % STEPS_PER_SAMPLE == 0 {
                 samples.push(Sample {
                     time_us,
                     rate_rad_s: rate_rad_s.map(|x| x as f32),

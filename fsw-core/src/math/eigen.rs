@@ -63,6 +63,9 @@ pub fn symmetric_eigen<T: Real, const N: usize>(
 ///
 /// `t = tan φ` is the smaller root of `t² + 2 θ t − 1 = 0` with `θ = (a_qq − a_pp) / 2 a_pq`;
 /// `c = 1 / √(1 + t²)`, `s = t c`. \[Golub2013\] algorithm 8.5.1.
+///
+/// The smaller root keeps `|φ| ≤ 45°`, which makes the sweeps converge. Diagonal elements change by
+/// `∓ t a_pq`, without cancellation.
 fn rotate<T: Real, const N: usize>(a: &mut Mat<T, N, N>, v: &mut Mat<T, N, N>, p: usize, q: usize) {
     let apq = a[(p, q)];
     if apq == T::zero() {

@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sample_period_survives_ten_years_of_mission_time() {
+    fn a_sample_period_is_exact_after_ten_years() {
         let (start, period_us) = (315_576_000_000_000_u64, 248_u64);
         let dt: f32 = Real::seconds((start + period_us) - start);
         assert_eq!(dt, 248.0e-6);

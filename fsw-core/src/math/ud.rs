@@ -259,14 +259,14 @@ impl<T: Real, const N: usize> Ud<T, N> {
                 let before = self.d(j);
                 let after = before + along * a[j];
                 // Neither variance nor noise in this direction: its factors keep their values.
-                let (per_after, kept) = if after > T::zero() {
-                    let per_after = T::one() / after;
-                    (per_after, before * per_after)
+                let (inverse_after, kept) = if after > T::zero() {
+                    let inverse_after = T::one() / after;
+                    (inverse_after, before * inverse_after)
                 } else {
                     (T::zero(), T::one())
                 };
                 self.set_d(j, after);
-                let v = along * per_after;
+                let v = along * inverse_after;
                 for i in 0..j {
                     let u = self.u(i, j);
                     a[i] -= a[j] * u;

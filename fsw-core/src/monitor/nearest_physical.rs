@@ -6,7 +6,7 @@
 //!
 //! # Physical set
 //!
-//! `Σ = ½ tr(J) 1 − J = ∫ r rᵀ dm` is the second moment of the mass. `j` is physical where it is
+//! `Σ = ½ tr(J) 1 − J = ∫ r rᵀ dm` is the second moment of the mass. `J` is physical where Σ is
 //! positive semidefinite, that is `vᵀ Σ v ≥ 0` for every direction v. The set is convex. Since
 //! `vᵀ Σ v = aᵀ j` is linear in j, each v defines a plane that cuts off unphysical tensors:
 //!

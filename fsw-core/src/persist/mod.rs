@@ -15,7 +15,7 @@
 //!   found with other wheels is meaningless.
 //! * **Validation** on reading: an unknown tag, a number that is not finite, an index beyond its array
 //!   and a failed condition of a type are rejected with the place. The state is then partly
-//!   overwritten, and the caller must start it afresh.
+//!   overwritten, and the caller must construct it again.
 //!
 //! An archive remembers the first rejection and transfers nothing after it. No call returns an error,
 //! so that in an image a state is a list of calls.

@@ -19,7 +19,7 @@ mod on_target {
     use fsw_target::board::{self, Board};
     use fsw_target::flight::computer::Computer;
     use fsw_target::flight::selected::SelectedEstimator;
-    use fsw_target::runtime::{restart, stack};
+    use fsw_target::runtime::stack;
     use fsw_target::stand_in::tunnel::parts::{self, Tunnelled};
     use fsw_target::stand_in::tunnel::{Setup, Tunnel, TunnelError};
     use static_cell::{ConstStaticCell, StaticCell};

@@ -222,7 +222,7 @@ impl Command {
             Self::SetPrior(prior) => check_prior(prior),
             Self::SetTelemetryPeriod { ms } => {
                 let allowed = (MIN_PERIOD_MS..=MAX_PERIOD_MS).contains(ms);
-                require(allowed, "the telemetry period must be 50 to 3600000 ms")
+                require(allowed, "the telemetry period must be between 50 ms and 3600000 ms")
             }
             Self::SetTorque(torque_n_m) => {
                 // NaN compares as out of range.

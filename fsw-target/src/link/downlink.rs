@@ -54,7 +54,7 @@ impl<const N: usize> Downlink<N> {
         sent
     }
 
-    /// Whether a frame of `bytes` bytes fits in the queue.
+    /// True if a frame of `bytes` bytes fits in the queue.
     pub fn has_room_for(&self, bytes: usize) -> bool {
         bytes <= N.saturating_sub(self.queue.len())
     }

@@ -156,8 +156,8 @@ pub fn parse(bytes: &[u8]) -> Result<(Header, &[u8]), PacketError> {
     Ok((header, reader.rest()))
 }
 
-/// Whether `count` is 1 to 8191 ahead of `last`, modulo 2¹⁴: new. The other half of all counts,
-/// `last` included, is old.
+/// True if `count` is new: 1 to 8191 ahead of `last`, modulo 2¹⁴. The other half of all counts, `last`
+/// included, is old.
 pub fn is_ahead(count: SequenceCount, last: SequenceCount) -> bool {
     let ahead = count.wrapping_sub(last).value();
     (1..1 << 13).contains(&ahead)

@@ -16,7 +16,7 @@ pub struct Half {
 }
 
 impl Half {
-    /// Whether the record lies in this half.
+    /// True if the record lies in this half.
     pub fn contains(&self, record: &Record) -> bool {
         (self.start..self.end).contains(&record.at)
     }

@@ -73,7 +73,7 @@ impl Record {
         (record.head() == *chunk).then_some(record)
     }
 
-    /// Whether the tail's CRC matches head and state.
+    /// True if the tail's CRC matches head and state.
     pub fn is_whole<F: NorFlash>(&self, flash: &mut F) -> Result<bool, Error<F::Error>> {
         let tail = read(flash, self.tail())?;
         if tail == ERASED {
@@ -100,7 +100,7 @@ pub fn erasures_of(chunk: &Chunk) -> Option<u32> {
     (mark(erasures) == *chunk).then_some(erasures)
 }
 
-/// Whether the chunk is erased.
+/// True if the chunk is erased.
 pub fn is_erased(chunk: &Chunk) -> bool {
     *chunk == ERASED
 }

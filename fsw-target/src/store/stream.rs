@@ -104,7 +104,7 @@ impl<'a, F: NorFlash> Stream<'a, F> {
         Ok(())
     }
 
-    /// Whether the operation succeeded; keeps the error of the flash.
+    /// True if the operation succeeded; keeps the error of the flash.
     fn is_done(&mut self, result: Result<(), Error<F::Error>>) -> bool {
         if let Err(Error::Flash(failure)) = result {
             self.failure = Some(failure);

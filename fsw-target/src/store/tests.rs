@@ -67,7 +67,7 @@ impl Flash {
         (self.noise >> 56) as u8
     }
 
-    /// Whether the power lasts for one more word or page.
+    /// True if the power lasts for one more word or page.
     fn lasts(&mut self) -> Result<bool, Failure> {
         match &mut self.power {
             None => Ok(true),

@@ -177,7 +177,7 @@ impl Table {
         Ok(Self { counts, outcomes, checked, cycles: Vec::new(), flash: Vec::new() })
     }
 
-    /// Whether every figure is present and within its limit.
+    /// True if every figure is present and within its limit.
     pub fn is_kept(&self) -> bool {
         self.exceeded().is_empty() && self.flash.iter().all(|f| f.bytes <= f.limit.held)
     }
@@ -216,7 +216,7 @@ impl Table {
 }
 
 impl Checked {
-    /// Whether the figure is present and within its limit.
+    /// True if the figure is present and within its limit.
     pub fn is_kept(&self) -> bool {
         self.measured.is_some_and(|measured| measured <= self.budget.held)
     }

@@ -35,7 +35,7 @@ const REFILL: [u32; 3] = [1, 2, 3];
 struct Cost {
     /// Cycles without pipeline refill.
     cycles: u32,
-    /// Whether it is a load or store that overlaps the next one.
+    /// True if it is a load or store that overlaps the next one.
     is_access: bool,
 }
 
@@ -283,7 +283,7 @@ Trace 0: 0x7f [00800408/08000104/00000110/ff020200] caller
 ";
 
     #[test]
-    fn a_known_sequence_takes_the_cycles_of_the_manual() {
+    fn known_sequence_takes_the_cycles_of_the_manual() {
         let mut trace = Trace::new(vec![0x0800_0200]);
         trace.read(LOG.as_bytes()).unwrap();
         // push 3, vldr 2, overlapping vldr 1, vdiv 14, bne 1: 21, twice; pop 3. Two refills.
@@ -320,7 +320,7 @@ Trace 0: 0x7f [0/08000104/0/0] caller
 ";
 
     #[test]
-    fn all_turns_of_a_loop_count() {
+    fn every_iteration_of_a_loop_counts() {
         let mut trace = Trace::new(vec![0x0800_0200]);
         trace.read(LOOP.as_bytes()).unwrap();
         // movs; three times subs and bne, twice taken; bx.
@@ -329,7 +329,7 @@ Trace 0: 0x7f [0/08000104/0/0] caller
     }
 
     #[test]
-    fn a_log_without_the_function_is_an_error() {
+    fn trace_without_the_function_is_an_error() {
         assert!(Trace::new(vec![0x0800_0300]).read(LOG.as_bytes()).is_err());
     }
 }

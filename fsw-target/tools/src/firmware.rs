@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_executable_is_found_among_other_messages() {
+    fn executable_is_found_among_other_messages() {
         let messages = concat!(
             "{\"reason\":\"compiler-artifact\",\"executable\":null}\n",
             "not a message\n",

@@ -62,12 +62,12 @@ fn parse<'a>(elf: &Path, bytes: &'a [u8]) -> Result<object::File<'a>> {
     object::File::parse(bytes).with_context(|| format!("{} is not an ELF file", elf.display()))
 }
 
-/// Whether the symbol is a log text: defmt stores them in symbols, as JSON.
+/// True if the symbol is a log text: defmt stores them in symbols, as JSON.
 fn is_log_text(symbol: &str) -> bool {
     symbol.starts_with('{')
 }
 
-/// Whether the symbol must not be in flight code.
+/// True if the symbol must not be in flight code.
 pub fn is_unwanted(symbol: &str) -> bool {
     UNWANTED.iter().any(|part| symbol.contains(part))
 }

@@ -24,7 +24,7 @@ pub(crate) const QEMU: &str = "qemu-system-arm";
 pub struct Run {
     /// Log lines, without levels.
     pub lines: Vec<String>,
-    /// Whether the image reported success.
+    /// True if the image reported success.
     pub success: bool,
 }
 

@@ -48,19 +48,19 @@ enum Verb {
     /// Runs differ in gyro noise and in the dispersion of the scenario. A run has converged if the
     /// estimator reports so and each error is within 20 bounds. It has diverged if the estimator
     /// reports so, if an error is not finite, or if an error exceeds both 20 bounds and 5 of the
-    /// estimator's own sigmas. Diverged runs are counted and left out of the figures. Where runs
-    /// have different truths, each is compared with its own; the table shows the mean of the truths
-    /// and the RMS of the bounds.
+    /// estimator's own sigmas. Diverged runs are counted and left out of the figures. If runs have
+    /// different truths, each is compared with its own; the table has the mean of the truths and the
+    /// RMS of the bounds.
     ///
-    /// Where each run draws its own spacecraft (mc random-spacecraft), runs with a bound above a
-    /// tenth of the mean moment on any element are counted as not shown, and left out of the figures.
+    /// If each run draws its own spacecraft (mc random-spacecraft), runs with a bound above a tenth
+    /// of the mean moment on any element are counted as not shown, and left out of the figures.
     ///
     /// A run counts as changed if the estimator discarded its knowledge at least once because new
     /// data contradicted it. Residuals are not white if they differ from the gyro noise at the end
     /// of the run; not every estimator tests this.
     ///
-    /// Where the inertia changes in flight, the truth is at the end of the flight, and the bound is
-    /// of the data after the last sudden change.
+    /// If the inertia changes in flight, the truth is at the end of the flight, and the bound is of
+    /// the data after the last sudden change.
     ///
     /// Ctrl-C stops the campaign; the result is of the completed runs. All cores are used, or the
     /// number in the environment variable RAYON_NUM_THREADS; the result is the same.

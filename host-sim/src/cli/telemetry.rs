@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::Failure;
-use crate::ground::{Heard, Listener};
+use crate::ground::{GroundReceiver, Reception};
 use crate::input::InputError;
 use crate::input::error::{Place, Problem};
 use crate::report::packet;
@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         _ => Box::new(File::open(&arguments.source).map_err(unreadable)?),
     };
 
-    let mut listener = Listener::default();
+    let mut ground = GroundReceiver::default();
     let mut chunk = [0; CHUNK];
     loop {
         let bytes = match source.read(&mut chunk) {
@@ -46,32 +46,32 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             Err(error) => return Err(unreadable(error).into()),
         };
         for byte in bytes {
-            let Some(heard) = listener.hear(*byte) else { continue };
-            if !show(&mut listener, &heard, arguments.json)? {
+            let Some(reception) = ground.push(*byte) else { continue };
+            if !show(&mut ground, &reception, arguments.json)? {
                 return Ok(());
             }
         }
     }
-    if let Some(cut) = listener.end() {
+    if let Some(cut) = ground.end() {
         eprintln!("note: {cut}");
     }
-    match listener.packets() {
-        0 => Err(Failure::NoTelemetry { file, bytes: listener.bytes() }),
+    match ground.packets() {
+        0 => Err(Failure::NoTelemetry { file, bytes: ground.bytes() }),
         _ => Ok(()),
     }
 }
 
 /// Prints a packet to stdout, and damaged or missing ones to stderr. Returns false once the reader
 /// of stdout has closed it.
-fn show(listener: &mut Listener, heard: &Heard, json: bool) -> Result<bool, Failure> {
-    let received = match heard {
-        Heard::Packet(packet) => packet,
-        Heard::Damaged(damaged) => {
+fn show(ground: &mut GroundReceiver, reception: &Reception, json: bool) -> Result<bool, Failure> {
+    let received = match reception {
+        Reception::Packet(packet) => packet,
+        Reception::Damaged(damaged) => {
             eprintln!("note: {damaged}");
             return Ok(true);
         }
     };
-    let missing = listener.missing_before(received);
+    let missing = ground.missing_before(received);
     if missing > 0 {
         let (kind, count) = (received.telemetry.kind(), received.sequence_count);
         eprintln!("note: missing before {kind} {count}: {missing}");

@@ -5,7 +5,6 @@
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::fmt;
 use std::rc::Rc;
 use std::time::Instant;
 
@@ -17,78 +16,14 @@ use fsw_target::link::frame::Frame;
 use fsw_target::link::packet::SequenceCount;
 use fsw_target::link::telemetry::{Received, Telemetry};
 use fsw_target::stand_in::tunnel::Setup;
-use thiserror::Error;
 
 use super::compare::{self, After, Difference};
 use super::firmware::{Firmware, LineFailed, Request};
 use super::hardware::Hardware;
 use super::mission::{BrokenBit, Mission};
+use super::result::{PilFailed, PilFlight, Progress};
 use super::setup::{self, NotFlown};
 use super::software::Software;
-
-/// A flight did not reach its end.
-#[derive(Debug, Error)]
-pub enum PilFailed {
-    /// A scenario that the flight computer cannot fly.
-    #[error(transparent)]
-    NotFlown(#[from] NotFlown),
-    /// No image, or no QEMU.
-    #[error("{0:#}")]
-    Machine(#[from] anyhow::Error),
-    /// A line to the firmware failed.
-    #[error("{error}, {progress}")]
-    Line {
-        /// Error of the line.
-        error: LineFailed,
-        /// Progress of the flight.
-        progress: Progress,
-    },
-    /// Another version or build of the firmware. No sample is flown.
-    #[error("{0}")]
-    OtherBuild(LineFailed),
-    /// Firmware and host differ.
-    #[error(transparent)]
-    Differs(#[from] Box<Difference>),
-}
-
-/// Progress of a flight.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Progress {
-    /// Samples compared.
-    pub compared: usize,
-    /// Whether the firmware has requested its craft data since its last start.
-    pub has_started: bool,
-}
-
-impl fmt::Display for Progress {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (self.has_started, self.compared) {
-            (false, 0) => {
-                f.write_str("before its first request: is the image a pil of this version?")
-            }
-            (false, compared) => write!(f, "in its restart after {compared} samples"),
-            (true, 0) => f.write_str("before the first sample"),
-            (true, compared) => write!(f, "after {compared} samples"),
-        }
-    }
-}
-
-/// Result of a complete flight, equal on firmware and host.
-#[derive(Debug)]
-pub struct PilFlight {
-    /// Estimators.
-    pub estimator: SelectedEstimator,
-    /// Counts of the outcomes of all steps.
-    pub outcomes: OutcomeCounts,
-    /// Samples skipped because the gyro could not be read.
-    pub gyro_failures: u32,
-    /// Samples skipped because a tachometer could not be read.
-    pub wheel_failures: u32,
-    /// Samples compared: all of the flight.
-    pub compared: usize,
-    /// Largest use of the firmware's stack by its telemetry, bytes.
-    pub stack_high_water_bytes: u32,
-}
 
 /// Flies a mission on firmware and host, and compares their telemetry after each sample.
 ///

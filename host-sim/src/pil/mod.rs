@@ -14,6 +14,7 @@
 //! 5. [`firmware`]: the image in QEMU, its requests and its telemetry.
 //! 6. [`compare`]: the first difference, by name.
 //! 7. [`lockstep`]: both computers, sample by sample.
+//! 8. `result`: the flight, or the error that ended it.
 //!
 //! The flight computer on the host does not use the tunnel through which the firmware reads its
 //! sensors. A tunnel that alters data is therefore detected. At the end of a flight both computers
@@ -26,11 +27,13 @@ pub mod flash;
 pub mod hardware;
 pub mod lockstep;
 pub mod mission;
+mod result;
 pub mod setup;
 pub mod software;
 
-pub use lockstep::{PilFailed, PilFlight, fly};
+pub use lockstep::fly;
 pub use mission::{BrokenBit, Mission};
+pub use result::{PilFailed, PilFlight, Progress};
 
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,6 @@ use thiserror::Error;
 use super::mission::Mission;
 use crate::input::scenario::SimulatedGyro;
 use crate::sensor::encoder::EncoderData;
-use crate::sensor::gyro::variance_rad2_s2;
 
 /// Time without an edge after which a wheel counts as stopped, s: below 0.52 rad/s with 24 edges a
 /// turn.
@@ -103,7 +102,7 @@ fn narrow(vector: &Vector3<f64>) -> [f32; 3] {
 /// One sigma of the scenario's noise and the quantisation of the chip, rad/s.
 fn noise_rad_s(gyro: &SimulatedGyro, range: Range) -> f64 {
     let quantum_rad_s = Some(f64::from(range.quantum_rad_s()));
-    variance_rad2_s2(&SimulatedGyro { quantum_rad_s, ..gyro.clone() }).sqrt()
+    SimulatedGyro { quantum_rad_s, ..gyro.clone() }.reading_variance_rad2_s2().sqrt()
 }
 
 /// Finest range without saturation; the widest range if there is none.

@@ -255,7 +255,7 @@ fn abort_of_the_firmware_is_an_error_with_its_reason() {
         tunnel.report_failure("the estimator rejects the craft").unwrap();
         lines.link
     });
-    assert!(error.starts_with("the firmware aborted: the estimators refuse the craft"), "{error}");
+    assert!(error.starts_with("the firmware aborted: the estimator rejects the craft"), "{error}");
 }
 
 #[test]

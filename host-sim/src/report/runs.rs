@@ -26,17 +26,17 @@ pub struct RunRow {
     /// Normalised estimation error squared, six degrees of freedom. None if the covariance is not
     /// positive definite.
     pub nees: Option<f64>,
-    /// Whether the run counts as converged.
+    /// True if the run counts as converged.
     pub converged: bool,
-    /// Whether the run counts as diverged, by its status or by its error.
+    /// True if the run counts as diverged, by its status or by its error.
     pub diverged: bool,
     /// Number of resets of the estimator.
     pub restarts: u32,
     /// Number of times that the earlier estimate was discarded because new data contradicted it.
     pub changes: u32,
-    /// Whether the last residuals pass the test for white noise. None if not tested.
+    /// Result of the test of the last residuals for white noise. None if not tested.
     pub residuals_white: Option<bool>,
-    /// Whether the motion observes all six elements. Always true unless each run has its own
+    /// True if the motion observes all six elements. Always true unless each run has its own
     /// spacecraft.
     pub shown: bool,
 }

@@ -15,14 +15,6 @@ use rand_pcg::Pcg64;
 
 use crate::input::scenario::SimulatedGyro;
 
-/// Variance of one reading on one axis about the biased rate, `σ² + q²/12`, rad²/s².
-///
-/// Assumption: the rounding error is uniform, which holds unless the noise is far below the quantum.
-pub fn variance_rad2_s2(model: &SimulatedGyro) -> f64 {
-    let quantum = model.quantum_rad_s.unwrap_or(0.0);
-    model.noise_rad_s * model.noise_rad_s + quantum * quantum / 12.0
-}
-
 /// Gyro with its own random generator: a seed gives the same noise on every machine.
 pub struct Gyro {
     model: SimulatedGyro,

@@ -12,7 +12,6 @@ use super::integrate::{Equations, IntegrationFailed, advance};
 use super::spacecraft::Spacecraft;
 use crate::input::scenario::Scenario;
 use crate::input::scenario::change::Stretch;
-use crate::sensor::gyro::variance_rad2_s2;
 
 /// Allowance for rounding in duration × rate, so that a duration of an integer number of periods
 /// includes its last sample.
@@ -66,7 +65,7 @@ impl Flight {
             (end, information) = propagation.stretch(&next, &stretch, start)?;
             craft = next;
         }
-        let bound = information.bound(variance_rad2_s2(&scenario.gyro));
+        let bound = information.bound(scenario.gyro.reading_variance_rad2_s2());
         Ok(Self { instants: propagation.instants, bound })
     }
 }

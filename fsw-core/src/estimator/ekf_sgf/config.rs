@@ -99,8 +99,19 @@ impl<T: Real> Config<T> {
         }
     }
 
-    /// `ekf-sgf-lls`, \[Kim2016\]: a parabola over a window of six, six elements, a batch every 40
-    /// s.
+    /// `ekf-sgf-lls`, \[Kim2016\]: a parabola over a window of six samples, six elements, a batch
+    /// every 40 s.
+    ///
+    /// ```
+    /// use fsw_core::Prior;
+    /// use fsw_core::estimator::ekf_sgf::{Batch, Config, Readout};
+    ///
+    /// let nominal =
+    ///     Prior { inertia_kg_m2: [14.0, 17.0, 20.0, 0.0, 0.0, 0.0], sigma_kg_m2: [5.0; 6] };
+    /// let readout = Readout::EveryInterval { interval_us: 60_000_000, batch: Batch::SinceStart };
+    /// let config = Config { readout, ..Config::kim_2016(1e-4f32, nominal) };
+    /// assert_eq!(config.validate(8), Ok(()));
+    /// ```
     ///
     /// The paper calls its polynomial quartic and prints, in Eq. (10) and Table 2, the weights of a
     /// parabola, `(2i − 5)/35`; the printed ones are used here. Its Table 5 (errors of the

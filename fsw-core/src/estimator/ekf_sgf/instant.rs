@@ -1,4 +1,9 @@
 //! Terms of the regression's equation, from the polynomial through the differentiator's window.
+//!
+//! Input: value and derivative of nine channels at the evaluation point. Output: an [`Instant`].
+//!
+//! Departure from the papers, which leave the pairing of the terms open: rate, torque and wheel
+//! momentum come from the same polynomial as the derivative, so that all belong to one instant.
 
 use super::regression::Instant;
 use super::{CHANNELS, EkfSgf};

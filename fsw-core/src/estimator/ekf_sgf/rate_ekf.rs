@@ -7,6 +7,15 @@
 //!
 //! `ω̇ = J₀⁻¹ (τ − ḣ_w − ω × (J₀ ω + h_w)) + w`, `y = ω + v`, `H = 1`
 //!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `ω̂⁻`, `ω̂` | rate before and after the correction | rad/s |
+//! | `P⁻`, `P` | its covariance | rad²/s² |
+//! | `F`, `Φ` | `∂ω̇/∂ω`, transition over the interval | 1/s, – |
+//! | `Q` | process noise | rad²/s³ |
+//! | `R` | variance of the gyro noise | rad²/s² |
+//! | `K` | gain | – |
+//!
 //! Continuous-discrete: state and covariance are propagated over the interval between two samples,
 //! then corrected with the sample. The filter reduces the gyro's noise before differentiation; the
 //! inertia is estimated by [`regression`](super::regression).
@@ -20,6 +29,21 @@
 //!   axis, without the difference that costs the latter its positivity in single precision;
 //! * the process noise, whose values the papers leave open, has a part that grows with the
 //!   acceleration (see [`Config::acceleration_doubt`]).
+//!
+//! Valid range: any gyro noise whose square fits the precision. The gain is formed from `P / R`, so
+//! no power of R above the first appears.
+//!
+//! ```
+//! use fsw_core::estimator::ekf_sgf::rate_ekf::{Config, RateEkf};
+//! use fsw_core::{Inertia, Vec3};
+//!
+//! let nominal = Inertia::new([7.1f32, 8.65, 10.15, 0.0, 0.0, 0.0]);
+//! let mut filter = RateEkf::new(Config::new(1e-4), &nominal)?;
+//! filter.restart(&Vec3::new(0.01, 0.0, 0.0));
+//! let innovation = filter.innovation(&Vec3::new(0.0101, 0.0, 0.0));
+//! assert!((innovation.rate_rad_s.x - 1e-4).abs() < 1e-7);
+//! # Ok::<(), fsw_core::ConfigError>(())
+//! ```
 
 use super::Innovation;
 use crate::dynamics::gyrostat::Gyrostat;

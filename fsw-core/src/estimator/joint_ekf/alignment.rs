@@ -1,8 +1,8 @@
 //! Alignment: rate and inertia from the motion itself, by linear least squares on the integral of
 //! the gyrostat equation. No initial guess and no derivative.
 //!
-//! Input: gyro samples with the drive between them. Output: a [`Solution`] at the last sample, for
-//! [`start`](super::start) to judge.
+//! Input: gyro samples with the drive between them. Output: a [`Solution`] at the last sample,
+//! which the filter starts from once its covariance is small enough.
 //!
 //! Integrated once in body axes, the equation of motion is linear in the six elements `j` and in
 //! the unknown initial momentum `H₀` (N m s):

@@ -5,6 +5,15 @@
 //! which the paper has constant; no gyro bias b of Eq. (15), which the paper's filter does not
 //! estimate either.
 //!
+//! | symbol | meaning | equation |
+//! |---|---|---|
+//! | `F` | Jacobian of the dynamics by the nine states | (6), (7) |
+//! | `Φ` | `1 + F Δt` | (5) |
+//! | `s` | spectral amplitude of the rate's process noise, rad²/s³ | (11) |
+//! | `Q` | process noise over one step | (13), (14) |
+//! | `H` | `[1 0]`, measurement matrix | (17) |
+//! | `K` | gain | (20) |
+//!
 //! Known weaknesses, kept since this form is for comparison: the covariance loses symmetry, and
 //! then positivity, to rounding; the inertia decays by 0.06 % of a moment over 600 s, three times
 //! the Cramér-Rao bound of the paper's scenario.

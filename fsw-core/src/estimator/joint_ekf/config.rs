@@ -51,16 +51,26 @@ crate::persist!([T: Real] Config<T> {
 /// Rate before any data, body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialRate<T: Real> {
-    /// Expected rate, rad/s.
+    /// Expected rate, rad/s, finite.
     pub rate_rad_s: Vec3<T>,
-    /// One sigma on each axis, rad/s.
+    /// One sigma on each axis, rad/s, above zero.
     pub sigma_rad_s: T,
 }
 
 crate::persist!([T: Real] InitialRate<T> { rate_rad_s, sigma_rad_s });
 
 impl<T: Real> Config<T> {
-    /// Defaults for a gyro of this noise (one sigma, white, per sample, rad/s).
+    /// Defaults for a gyro of this noise (one sigma, white, per sample, rad/s): no prior, no
+    /// process noise, alignment on the motion.
+    ///
+    /// ```
+    /// use fsw_core::Prior;
+    /// use fsw_core::estimator::joint_ekf::Config;
+    ///
+    /// let prior = Prior { inertia_kg_m2: [1.0, 1.2, 1.5, 0.0, 0.0, 0.0], sigma_kg_m2: [0.1; 6] };
+    /// let config = Config { prior: Some(prior), ..Config::new(1e-4f32) };
+    /// assert_eq!(config.validate(), Ok(()));
+    /// ```
     pub fn new(gyro_noise_rad_s: T) -> Self {
         let o = T::zero();
         Self {

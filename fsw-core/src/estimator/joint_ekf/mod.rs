@@ -51,6 +51,22 @@
 //! body is rigid. Errors of the last two enter the estimate unnoticed, up to the test of the
 //! innovations ([`InnovationMonitor::is_consistent`]).
 //!
+//! # Accuracy
+//!
+//! STSAT-3 spin-up of the paper, 600 s at 10 Hz, gyro noise 0.0104 deg/s. RMS error in units of the
+//! Cramér-Rao bound over 100 runs, least and largest of the six elements; NEES per degree of
+//! freedom, 1 for a covariance that fits. Held within bounds by `tests/consistency.rs`.
+//!
+//! | start | form | RMS error / bound | NEES | diverged |
+//! |---|---|---|---|---|
+//! | alignment | UD, f32 | 1.03 to 1.35 | 1.08 | 0 |
+//! | prior of 25 and 2 kg m² | UD, f64 | 1.08 to 1.99 | 10.4 | 0 |
+//! | prior of 25 and 2 kg m² | published, f64 | 1.01 to 3.54 | 28 | 0 |
+//! | prior of 25 and 2 kg m² | published, f32 | 1.56 to 4.45 | 51 | 24 |
+//!
+//! A filter linearised about a wrong inertia counts information that it does not have; the
+//! alignment removes most of the initial error first.
+//!
 //! # Example
 //!
 //! ```

@@ -22,21 +22,29 @@ use crate::math::{Mat, Vec3, scalar::Real};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Method {
-    /// Least squares for all nine entries at once, Eqs. (2) to (4): `x = (HᵀH)⁻¹ Hᵀ z`. It
-    /// separates into three problems, one for each row of the tensor. The paper does not average
-    /// the two entries of a product here; those used are the ones that Table 2 prints, xy, yz and
-    /// zx.
+    /// Least squares for all nine entries at once, Eqs. (2) to (4): `x = (HᵀH)⁻¹ Hᵀ z`.
+    ///
+    /// It separates into three problems, one for each row of the tensor:
+    /// `[Jᵢ₁ Jᵢ₂ Jᵢ₃]ᵀ = M⁻¹ [B₁ᵢ B₂ᵢ B₃ᵢ]ᵀ`. The paper does not average the two entries of a
+    /// product here; those used are the ones that Table 2 prints, xy, yz and zx.
     Batch,
-    /// Each entry by itself, as if the body turned about one axis only, Eqs. (10), (14).
+    /// Each entry by itself, as if the body turned about one axis only, Eqs. (10), (14):
+    /// `Jᵢₖ = Bₖᵢ / Mₖₖ`.
+    ///
+    /// Exact where one axis turns at a time. Otherwise a product takes a share of the moment, far
+    /// larger than itself.
     Conventional,
     /// Moments as [`Conventional`](Self::Conventional); products without the moments' part, and the
-    /// second product of each row also without the first one's, in the order of Eq. (15), as the
-    /// text after it says of (15a) and (15b). Over 200 s at 10 Hz two products of Table 2 are
-    /// reproduced, xz 0.054 for 0.0589 and yz 0.000 for 0.0062 kg m², and the third is not, xy
-    /// 0.069 for −0.0019; none of the 720 orders of the six entries comes close to all three.
+    /// second product of each row also without the first one's:
+    /// `Jᵢₖ = (Bₖᵢ − Jᵢᵢ Mₖᵢ − Jᵢₗ Mₖₗ) / Mₖₖ`.
+    ///
+    /// The order is that of Eq. (15), as the text after it describes for (15a) and (15b). Over 200
+    /// s at 10 Hz two products of Table 2 are reproduced, xz 0.054 for 0.0589 and yz 0.000 for
+    /// 0.0062 kg m², and the third is not, xy 0.069 for −0.0019; none of the 720 orders of the six
+    /// entries comes close to all three.
     PreEstimate,
-    /// Moments as [`Conventional`](Self::Conventional); products without the moments' part, Eq.
-    /// (15).
+    /// Moments as [`Conventional`](Self::Conventional); products without the moments' part,
+    /// Eq. (15): `Jᵢₖ = (Bₖᵢ − Jᵢᵢ Mₖᵢ) / Mₖₖ`.
     Suggested,
 }
 

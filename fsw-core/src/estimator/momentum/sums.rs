@@ -5,6 +5,12 @@
 //!
 //! `RᵀR = M`, `RᵀZ = B`, `LᵀL = Σ Q Qᵀ − ZᵀZ`.
 //!
+//! | block of the factor | content | unit |
+//! |---|---|---|
+//! | rows 1 to 3, columns 1 to 3 | R | rad/s |
+//! | rows 1 to 3, columns 4 to 6 | Z | N m s |
+//! | rows 4 to 6, columns 4 to 6 | L, the residual | N m s |
+//!
 //! Single precision then keeps the weakly excited axes, which a matrix of sums would lose beside an
 //! axis that turns far faster.
 

@@ -195,7 +195,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         let last = T::count(window as u32 - 1);
         let span_us = time_us.saturating_sub(self.stamp(window, 0));
         let period_s = T::seconds(span_us) / last;
-        let per_second = T::one() / period_s;
+        let inverse_period = T::one() / period_s;
         let mut value = [T::zero(); N];
         let mut derivative_per_s = value;
         let weights = self.smoothing.weights().iter().zip(self.differentiation.weights());
@@ -207,7 +207,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
             }
         }
         for c in 0..N {
-            derivative_per_s[c] *= per_second;
+            derivative_per_s[c] *= inverse_period;
         }
         Fitted { value, derivative_per_s, period_s, delay_s: (last - at) * period_s }
     }

@@ -110,6 +110,8 @@ impl<T: Real> Fit<T> {
         Self { window, order, derivative, at: periods(window) }
     }
 
+    /// Range check of the fit, for a window of up to `capacity` samples.
+    ///
     /// # Errors
     /// `window` outside 2 to `capacity`, `order` outside 0 to `window − 1`, `at` not finite.
     pub fn validate(&self, capacity: usize) -> Result<(), ConfigError> {
@@ -169,18 +171,19 @@ impl<T: Real, const C: usize> Kernel<T, C> {
         let x_at = abscissa(fit.at);
         let mut at = Gram::<T, D>::constant();
         let mut samples = [Gram::<T, 1>::constant(); C];
-        let mut per_norm_square = T::one() / T::count(n as u32);
+        let mut inverse_norm_square = T::one() / T::count(n as u32);
         for k in 0..=fit.order {
             if k > 0 {
                 let b_square = recurrence(n, k);
-                per_norm_square /= b_square;
+                inverse_norm_square /= b_square;
                 at.advance(x_at, b_square);
                 for (i, sample) in samples.iter_mut().enumerate().take(n) {
                     sample.advance(abscissa(T::count(i as u32)), b_square);
                 }
             }
             for (kernel, order) in kernels.iter_mut().zip(orders) {
-                let there = at.derivatives.get(order).map_or(T::zero(), |d| *d * per_norm_square);
+                let there =
+                    at.derivatives.get(order).map_or(T::zero(), |d| *d * inverse_norm_square);
                 for (weight, sample) in kernel.weights.iter_mut().zip(&samples).take(n) {
                     *weight += sample.derivatives[0] * there;
                 }

@@ -15,7 +15,7 @@ static SAMPLES: AtomicU32 = AtomicU32::new(0);
 /// Data-ready line, passed to the exception.
 static LINE: Mutex<Cell<Option<GyroDataReady>>> = Mutex::new(Cell::new(None));
 
-/// Whether the flight loop steps every sample that the main loop triggers.
+/// True if the flight loop steps every sample that the main loop triggers.
 pub fn loop_steps_every_sample(data_ready: GyroDataReady) -> bool {
     const SAMPLE_COUNT: u32 = 20;
     data_ready.also_pend_sv();

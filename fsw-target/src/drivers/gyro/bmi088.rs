@@ -87,7 +87,7 @@ impl<B: RegisterBus> Bmi088<B> {
         self.read_one(register::CHIP_ID)
     }
 
-    /// Whether a sample arrived within the last 280 µs, after which the chip clears the flag. For
+    /// True if a sample arrived within the last 280 µs, after which the chip clears the flag. For
     /// boards without the interrupt pin.
     ///
     /// # Errors

@@ -67,7 +67,7 @@ pub trait CaptureTimer<const W: usize> {
 pub struct Config<const W: usize> {
     /// Edges per turn of each wheel, both edges of its first channel. Zero: no wheel, speed zero.
     pub edges_per_turn: [u16; W],
-    /// Whether a wheel's edges count up while it turns against its axis.
+    /// True if a wheel's edges count up while it turns against its axis.
     pub reversed: [bool; W],
     /// Time without an edge after which a wheel counts as standing, s. The slowest measurable speed
     /// is one edge in this time; a longer time lowers it and detects a stop later.

@@ -87,7 +87,7 @@ pub enum TelemetryError {
     Packet(PacketError),
     /// A telecommand, or telemetry of another APID.
     UnknownKind {
-        /// Whether it is a telecommand.
+        /// True if it is a telecommand.
         command: bool,
         /// APID.
         apid: u16,

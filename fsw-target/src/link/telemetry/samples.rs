@@ -107,25 +107,18 @@ pub fn any_estimate() -> impl Strategy<Value = EstimateReport> {
 
 /// Any report, with finite numbers.
 pub fn any_status() -> impl Strategy<Value = StatusReport> {
-    let words = (
-        any_of(),
-        any_of(),
-        any_of(),
-        any_of(),
-        proptest::option::of(any_of()),
-        proptest::option::of(any_of()),
-    );
+    let words = (any_of(), any_of(), any_of(), any_of());
+    let events = (proptest::option::of(any_of()), proptest::option::of(any_of()));
     let optional = (any::<Option<u8>>(), any::<Option<bool>>(), any::<bool>(), any::<u16>());
     let torque = proptest::array::uniform3(-100.0_f32..100.0);
-    (words, optional, torque, any::<[u32; 14]>(), any::<[[u8; 4]; 20]>()).prop_map(
-        |(words, optional, torque_n_m, n, counters)| {
-            let bytes = counters.as_flattened();
-            let mut reader = Reader::new(bytes);
+    (words, events, optional, torque, any::<[u32; 14]>(), any::<[[u8; 4]; 20]>()).prop_map(
+        |(words, events, optional, torque_n_m, n, counters)| {
+            let mut reader = Reader::new(counters.as_flattened());
             StatusReport {
                 uptime_s: n[0],
                 reset_cause: words.0,
                 failures: n[10],
-                last_failure: words.5,
+                last_failure: events.0,
                 last_failure_at: n[11],
                 last_failure_from: n[12],
                 clock: words.1,
@@ -141,7 +134,7 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
                 uplink: Wire::take(&mut reader).unwrap(),
                 downlink_dropped: n[5],
                 serial_errors: n[6],
-                last_command: words.4,
+                last_command: events.1,
                 last_sequence_count: optional.3,
                 last_command_done: optional.1,
                 telemetry_period_ms: n[7],

@@ -43,7 +43,7 @@ pub struct About {
 /// Layout of a field on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
-    /// Whether a presence byte comes first: 1 with a value, 0 without.
+    /// True if a presence byte comes first: 1 with a value, 0 without.
     pub optional: bool,
     /// Type of each element.
     pub element: &'static str,

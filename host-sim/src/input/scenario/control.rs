@@ -36,7 +36,7 @@ const TARGET: Key = Key::required(
     FINITE,
     "Target roll, pitch and yaw (3-2-1), at rest",
 )
-.or("[0, 0, 0]");
+.or("`[0, 0, 0]`");
 const FREQUENCY: Key = Key::required(
     "natural_frequency_rad_s",
     NUMBER,

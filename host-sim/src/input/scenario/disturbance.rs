@@ -15,7 +15,7 @@ const TORQUE_N_M: Key = Key::required(
     FINITE,
     "True constant external torque, unknown to the estimator",
 )
-.or("[0, 0, 0]");
+.or("`[0, 0, 0]`");
 
 /// The keys of `[disturbance]` in a scenario.
 pub(super) const TABLE: Table = Table {

@@ -21,7 +21,7 @@ const NOISE: Key = Key::required(
     "White noise of one sample, one sigma per axis; known to the estimator",
 );
 const BIAS: Key =
-    Key::required("bias_rad_s", VECTOR, "rad/s", FINITE, "Bias at the start").or("[0, 0, 0]");
+    Key::required("bias_rad_s", VECTOR, "rad/s", FINITE, "Bias at the start").or("`[0, 0, 0]`");
 const BIAS_WALK: Key = Key::required(
     "bias_walk_rad_s_sqrt_s",
     NUMBER,
@@ -69,6 +69,18 @@ pub struct SimulatedGyro {
     pub quantum_rad_s: Option<f64>,
     /// Full scale per axis, at which the output saturates, rad/s; none if unlimited.
     pub range_rad_s: Option<f64>,
+}
+
+impl SimulatedGyro {
+    /// Variance of one reading on one axis about the biased rate, `σ² + q²/12`, rad²/s², with the
+    /// noise `σ` and the quantum `q`, rad/s.
+    ///
+    /// Assumption: the rounding error is uniform, which holds unless the noise is far below the
+    /// quantum.
+    pub fn reading_variance_rad2_s2(&self) -> f64 {
+        let quantum = self.quantum_rad_s.unwrap_or(0.0);
+        self.noise_rad_s * self.noise_rad_s + quantum * quantum / 12.0
+    }
 }
 
 impl SimulatedGyro {

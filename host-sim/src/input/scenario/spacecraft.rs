@@ -15,7 +15,7 @@ pub(super) const INERTIA: Key = Key::required(
     "`jxx jyy jzz jxy jxz jyz` about the centre of mass, wheels included and locked",
 );
 const RATE: Key =
-    Key::required("rate_rad_s", VECTOR, "rad/s", FINITE, "Initial body rate").or("[0, 0, 0]");
+    Key::required("rate_rad_s", VECTOR, "rad/s", FINITE, "Initial body rate").or("`[0, 0, 0]`");
 const ATTITUDE: Key = Key::required(
     "attitude_deg",
     VECTOR,
@@ -23,7 +23,7 @@ const ATTITUDE: Key = Key::required(
     FINITE,
     "Initial roll, pitch and yaw (3-2-1), body to inertial axes",
 )
-.or("[0, 0, 0]");
+.or("`[0, 0, 0]`");
 
 /// The keys of `[spacecraft]`.
 pub(super) const TABLE: Table = Table {

@@ -38,7 +38,7 @@ pub struct Readings {
 pub(super) struct Shared<'a> {
     hardware: Rc<RefCell<Hardware<'a>>>,
     ticks_per_s: u32,
-    /// Whether the next sample may be announced.
+    /// True if the next sample may be announced.
     pub may_sample: Cell<bool>,
     /// Readings of the last sample.
     pub readings: Cell<Readings>,

@@ -31,15 +31,15 @@ pub struct ReplayReport {
     pub covariance_kg2_m4: [[f64; 6]; 6],
     /// Observed directions of the six-dimensional space of tensors, 0 to 6.
     pub observed_directions: usize,
-    /// Whether each element is observed.
+    /// Observability of each element.
     pub element_observed: [bool; 6],
-    /// Whether the scale of the tensor is observed, and not only its ratios.
+    /// Observability of the scale of the tensor. False if only its ratios are observed.
     pub scale_observed: bool,
     /// Tensor divided by its trace.
     pub inertia_over_trace: [[f64; 3]; 3],
     /// One sigma of each element of the tensor divided by its trace.
     pub inertia_over_trace_sigma: [f64; 6],
-    /// Whether the tensor is that of a rigid body.
+    /// True for the tensor of a rigid body.
     pub physical: bool,
     /// Constant disturbance torque, body axes, N m. Null unless requested.
     pub disturbance_torque_n_m: Option<[f64; 3]>,
@@ -47,9 +47,9 @@ pub struct ReplayReport {
     pub gyro_bias_rad_s: Option<[f64; 3]>,
     /// RMS over samples and axes of measured minus estimated rate, rad/s.
     pub residual_rms_rad_s: f64,
-    /// Whether the residuals pass the test for white noise. Null if not tested.
+    /// Result of the test of the residuals for white noise. Null if not tested.
     pub residuals_white: Option<bool>,
-    /// Whether the tensor was projected on the nearest physical one.
+    /// True if the tensor was projected on the nearest physical one.
     pub projected: bool,
     /// Number of times that the earlier estimate was discarded because new data contradicted it.
     pub changes: u64,

@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn plot_of_a_long_history_is_limited_in_size() {
-        /// A browser opens a megabyte of SVG at once.
+        /// Largest size of a plot after decimation.
         const LIMIT_BYTES: usize = 1_000_000;
         let history = history();
         assert!(rates("Body rate", &history).unwrap().len() < LIMIT_BYTES);

@@ -6,7 +6,7 @@ use std::ops::Range;
 pub(super) struct Scale {
     /// Lower and upper end. Powers of ten on a logarithmic scale.
     pub range: Range<f64>,
-    /// Whether heights are decimal logarithms.
+    /// True if heights are decimal logarithms.
     pub is_logarithmic: bool,
 }
 

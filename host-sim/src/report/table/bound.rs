@@ -64,23 +64,23 @@ scenario            stsat3-spin-up
 unknowns            rate, inertia
 observed            4 of 6 directions
 
-element    bound    bound
-           kg m²        %
-jxx      0.00275   0.0194
-jyy      0.00249   0.0144
-jzz       unseen        -
-jxy      0.00112     1.29
-jxz       unseen        -
-jyz      8.54e-9  1.42e-6
+element       bound    bound
+              kg m²        %
+jxx         0.00275   0.0194
+jyy         0.00249   0.0144
+jzz      unobserved        -
+jxy         0.00112     1.29
+jxz      unobserved        -
+jyz         8.54e-9  1.42e-6
 
-a constant body torque                  about x  about y  about z
-  error of jxx, kg m² per N m             -1350     12.5   -0.200
-  error of jyy, kg m² per N m             -1350     12.5   -0.200
-  error of jzz, kg m² per N m            unseen   unseen   unseen
-  error of jxy, kg m² per N m             -1350     12.5   -0.200
-  error of jxz, kg m² per N m            unseen   unseen   unseen
-  error of jyz, kg m² per N m                 0        0        0
-  one sigma with which it is seen, N m  3.21e-7  4.50e-5   unseen
+a constant body torque             about x     about y     about z
+  error of jxx, kg m² per N m        -1350        12.5      -0.200
+  error of jyy, kg m² per N m        -1350        12.5      -0.200
+  error of jzz, kg m² per N m   unobserved  unobserved  unobserved
+  error of jxy, kg m² per N m        -1350        12.5      -0.200
+  error of jxz, kg m² per N m   unobserved  unobserved  unobserved
+  error of jyz, kg m² per N m            0           0           0
+  one sigma of the torque, N m     3.21e-7     4.50e-5  unobserved
 "
         );
     }

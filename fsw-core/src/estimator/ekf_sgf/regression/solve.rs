@@ -1,4 +1,11 @@
 //! Solution of the sums, and the covariance of its error.
+//!
+//! Input: the factor R of `HᵀH = RᵀR` with rows in units of their sigma, and the prior `j₀ ± S`
+//! (kg m²). Output: elements (kg m²) and covariance (kg² m⁴).
+//!
+//! The bias by noise in the regressor: with accelerations `ω̇ + v` the rows are `H + V`, and least
+//! squares solves `(HᵀH + N) ĵ = HᵀH j`, `N = E[VᵀV]`, so `ĵ − j = −(HᵀH + N)⁻¹ N j`. The measured
+//! `HᵀH` contains N already. j is unknown; its second moment is that of the prior, `S² + j₀ j₀ᵀ`.
 
 use super::unobserved::ElementPrior;
 use super::{Elements, Regression, Solution};
@@ -20,7 +27,7 @@ impl<T: Real> Regression<T> {
     ///   sigmas, at least 1;
     /// * `A (S² + j₀ j₀ᵀ) Aᵀ`, the same noise in the regressor, which biases the solution towards
     ///   zero by `A j`, `A = (HᵀH)⁻¹ N`; `N = n σ² diag(1 1 1 2 2 2)` is the noise's expected share
-    ///   of `HᵀH` (see `tensor::regressor_noise_share`), and `S² + j₀ j₀ᵀ` the second moment of j;
+    ///   of `HᵀH` ([`regressor_noise_share`]), and `S² + j₀ j₀ᵀ` the second moment of j;
     /// * `m mᵀ`, `m = (HᵀH)⁻¹ Hᵀ b`: the effect of the known imbalance b, the lag of the rate;
     /// * with three moments, the effect of the products' own sigma.
     ///

@@ -1,4 +1,11 @@
 //! Unobserved directions: the prior in place of a solution that noise alone decides.
+//!
+//! Input: a solution x of N elements (kg m²) with its covariance C (kg² m⁴), and the prior
+//! `x₀ ± σ`. Output: the same with the prior's value and variance in each unobserved direction.
+//!
+//! Directions are judged in units of the prior's sigmas, so that bodies of any size are judged
+//! alike. The division by two sigmas is done one after the other, since the product of two small
+//! sigmas may underflow in single precision.
 
 use crate::math::{Mat, eigen::symmetric_eigen, scalar::Real};
 

@@ -130,7 +130,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Whether `body_from_sensor` is a proper rotation.
+    /// True if `body_from_sensor` is a proper rotation.
     pub(super) fn is_valid(&self) -> bool {
         is_rotation(&self.body_from_sensor)
     }

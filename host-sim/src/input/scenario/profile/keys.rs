@@ -19,7 +19,7 @@ const POINT_RATE: Range =
 const ASCENDING: Range =
     Range::new("finite times, each later than the previous one", f64::is_finite);
 const INTERVALS: Range =
-    Range::new("one or more [start, end], each after the previous one", f64::is_finite);
+    Range::new("one or more `[start, end]`, each after the previous one", f64::is_finite);
 
 /// Type of the keys with one number per sine or point, in each of the two tables.
 const LIST: &str = "list of numbers; external: 3 such lists";

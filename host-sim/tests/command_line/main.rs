@@ -1,0 +1,19 @@
+//! Command line of `host-sim`: verbs, exit codes, error messages.
+//!
+//! ```text
+//! program    the program, its output, files with valid content
+//! run        run, crlb          mc         campaigns        replay    recorded logs
+//! bad_input  rejected files and arguments                   tables    published tables
+//! command    telecommands       telemetry  packets of the serial line
+//! ```
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot continue fails")]
+
+mod bad_input;
+mod command;
+mod mc;
+mod program;
+mod replay;
+mod run;
+mod tables;
+mod telemetry;
