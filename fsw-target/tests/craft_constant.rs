@@ -1,6 +1,8 @@
 //! The build script's constant of a craft file: bits of the values, and rejections with key and
 //! remedy.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 #[path = "../build/craft.rs"]
 mod craft;
 
