@@ -140,7 +140,7 @@ fn every_index_stands_in_the_readme() {
     let readme = Page::read(&repository().join("README.md"));
     on_each_page(|page| {
         let is_index = page.name.ends_with("/index.md");
-        let is_linked = readme.links.iter().any(|link| *link == page.name);
+        let is_linked = readme.links.contains(&page.name);
         (is_index && !is_linked).then(|| "is not in README.md".to_owned()).into_iter().collect()
     });
 }
