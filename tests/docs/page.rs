@@ -9,8 +9,7 @@ use tests::program::repository;
 /// Folders of pages.
 const FOLDERS: [&str; 3] = ["fsw-core/docs", "fsw-target/docs", "host-sim/docs"];
 /// Pages elsewhere.
-const SINGLE: [&str; 3] =
-    ["README.md", "fsw-core/README.md", "fsw-target/src/link/link.md"];
+const SINGLE: [&str; 3] = ["README.md", "fsw-core/README.md", "fsw-target/src/link/link.md"];
 
 /// Purpose of a fenced block.
 #[derive(Clone, Debug, PartialEq, Eq)]
