@@ -73,9 +73,17 @@ fn check_keys(craft: &Craft, room: usize) -> Result<(), Rejection> {
 /// Rejects values that the estimators reject in the precision of the image.
 fn check_values(craft: &Craft, noise_rad_s: f64) -> Result<(), Rejection> {
     for (index, wheel) in craft.wheels.iter().enumerate() {
+        let number = index + 1;
         let axis = Vec3::from(<[f64; 3]>::from(wheel.axis).map(|x| x as f32));
-        WheelArray::new([axis], [wheel.spin_inertia_kg_m2 as f32])
-            .map_err(|why| format!("`wheel[{}]` in single precision: {why}", index + 1))?;
+        let spin_inertia_kg_m2 = wheel.spin_inertia_kg_m2 as f32;
+        // Zero is the spin inertia of an absent wheel, which the core accepts.
+        if spin_inertia_kg_m2 == 0.0 {
+            return Err(format!(
+                "`wheel[{number}]` in single precision: spin_inertia_kg_m2 rounds to zero; give it in kg m²"
+            ));
+        }
+        WheelArray::new([axis], [spin_inertia_kg_m2])
+            .map_err(|why| format!("`wheel[{number}]` in single precision: {why}"))?;
     }
     window::Config::new(noise_rad_s as f32)
         .validate::<9>()

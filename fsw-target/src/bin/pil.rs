@@ -84,8 +84,8 @@ mod on_target {
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let setup = line.hello().map_err(|_| "no setup from the simulator")?;
-        let estimator = self::estimator(&setup).ok_or("the estimator rejects the craft")?;
-        bring_up(line, &setup, estimator, link)
+        let selected = estimator(&setup).ok_or("the estimator rejects the craft")?;
+        bring_up(line, &setup, selected, link)
     }
 
     /// Computer on the tunnel. Not inlined: its stack is free again in the loop.

@@ -49,6 +49,12 @@ trait Entry: Step + Persist {
     /// unchanged after an error.
     fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused>;
 
+    /// As [`fsw_core::Estimator::estimate`]. Not inlined: each estimate has a stack frame of its own.
+    #[inline(never)]
+    fn report(&self) -> Estimate<f32> {
+        fsw_core::Estimator::estimate(self)
+    }
+
     /// The window estimator, for the functions that it alone has.
     fn window(&self) -> Option<&Window9> {
         None
@@ -65,14 +71,10 @@ trait Entry: Step + Persist {
 pub trait Selected {
     /// As [`fsw_core::Estimator::step`].
     fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome;
-    /// As [`fsw_core::Estimator::estimate`].
-    fn estimate(&self) -> Estimate<f32>;
     /// As [`fsw_core::Estimator::rate_rad_s`].
     fn rate_rad_s(&self) -> Vec3<f32>;
     /// As [`fsw_core::Estimator::innovation`].
     fn innovation(&self) -> Option<Innovation<f32>>;
-    /// As [`Persist::persist`].
-    fn persist(&mut self, archive: &mut Archive<'_>);
     /// The window estimator, if it is this one.
     fn window(&self) -> Option<&Window9>;
     /// As [`window`](Self::window), mutable.
@@ -84,21 +86,12 @@ impl<E: Entry> Selected for E {
         self.step_fast(sample)
     }
 
-    #[inline(never)]
-    fn estimate(&self) -> Estimate<f32> {
-        fsw_core::Estimator::estimate(self)
-    }
-
     fn rate_rad_s(&self) -> Vec3<f32> {
         fsw_core::Estimator::rate_rad_s(self)
     }
 
     fn innovation(&self) -> Option<Innovation<f32>> {
         fsw_core::Estimator::innovation(self)
-    }
-
-    fn persist(&mut self, archive: &mut Archive<'_>) {
-        Persist::persist(self, archive);
     }
 
     fn window(&self) -> Option<&Window9> {
@@ -194,7 +187,31 @@ macro_rules! roster {
                 }
             }
 
+            /// The estimate; that of the unknown prior before the first start. Inlined, and so
+            /// compiled for size by the firmware.
+            #[inline]
+            pub fn estimate(&self) -> Estimate<f32> {
+                match self {
+                    Self::Uninitialised => Estimate::nothing(),
+                    $(#[cfg(feature = $name)] Self::$variant(estimator) => estimator.report(),)+
+                }
+            }
+
+            /// State of the estimator as words of a checkpoint; rejected before the first start.
+            /// Inlined, and so compiled for size by the firmware.
+            #[inline]
+            pub fn persist(&mut self, archive: &mut Archive<'_>) {
+                match self {
+                    Self::Uninitialised => archive.refuse("EstimatorSlot"),
+                    $(#[cfg(feature = $name)] Self::$variant(estimator) => estimator.persist(archive),)+
+                }
+            }
+
             /// The estimator; `None` before the first start.
+            ///
+            /// Never inlined into another crate: the functions of the estimator would be compiled
+            /// there, at the level of that crate.
+            #[inline(never)]
             pub fn selected(&self) -> Option<&dyn Selected> {
                 match self {
                     Self::Uninitialised => None,
@@ -203,6 +220,7 @@ macro_rules! roster {
             }
 
             /// As [`selected`](Self::selected), mutable.
+            #[inline(never)]
             pub fn selected_mut(&mut self) -> Option<&mut dyn Selected> {
                 match self {
                     Self::Uninitialised => None,
@@ -236,6 +254,12 @@ roster! {
                 #[allow(unreachable_patterns, reason = "with `window` alone built in")]
                 _ => Ok(()),
             }
+        }
+
+        // Compiled here, for speed: for size, it takes a fifth more of the stack.
+        #[inline(never)]
+        fn report(&self) -> Estimate<f32> {
+            fsw_core::Estimator::estimate(self)
         }
 
         fn window(&self) -> Option<&Window9> {
