@@ -1,7 +1,7 @@
 //! Statistics of the nine-state filter on the STSAT-3 spin-up, against the Cramér-Rao bound.
 //!
-//! 100 flights each, seeds 0 to 99. One sigma of the RMS over 100 flights is 7 %, of the mean NEES of
-//! six degrees of freedom 6 %, for a consistent filter.
+//! 100 flights each, seeds 0 to 99. One sigma of the RMS over 100 flights is 7 %, of the mean NEES
+//! of six degrees of freedom 6 %, for a consistent filter.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot continue fails")]
 
@@ -16,7 +16,7 @@ use host_sim::truth::Flight;
 
 const SEEDS: std::ops::Range<u64> = 0..100;
 
-/// Prior of the documented figures, kg m². The sigmas are about half the initial errors: the source
+/// Prior of the reference figures, kg m². The sigmas are about half the initial errors: the source
 /// of the figures does not give them.
 const PRIOR: Prior<f64> = Prior {
     inertia_kg_m2: [25.0, 25.0, 25.0, 2.0, 2.0, 2.0],
@@ -31,8 +31,8 @@ struct Statistics {
     nees_per_dof: f64,
     /// Runs in `nees_per_dof`: those with a positive definite covariance.
     nees_runs: usize,
-    /// Runs that did not converge, by an error above 20 bounds or by their status. They are left out of
-    /// the other statistics.
+    /// Runs that did not converge, by an error above 20 bounds or by their status. They are left
+    /// out of the other statistics.
     failures: usize,
 }
 
@@ -98,7 +98,8 @@ fn fly<T: Real, F: Form<T>>(log: &[LogRow], config: Config<T>) -> Estimate<T> {
     filter.estimate()
 }
 
-/// Requirements on the flight filter in either precision, for any prior that is not wrong.
+/// Requirements on the flight filter in either precision, for no prior, or one that contains the
+/// truth within its sigma.
 fn check_flight_filter(s: &Statistics) {
     /// Lower limit three sigma below the bound, upper limit of the filter's loss against the bound.
     const RMS_OVER_BOUND: std::ops::Range<f64> = 0.8..1.6;

@@ -37,8 +37,8 @@ pub struct Config<T: Real> {
     /// Longest interval across which the rate is predicted, µs. Default 1 s.
     pub max_gap_us: u64,
     /// Number of equal successive readings (all three axes, to the last bit) that identifies a
-    /// stuck sensor; 0 disables the check. Default 10: noise of a third of a quantum on each axis
-    /// repeats a reading that often once in 10⁸ samples.
+    /// stuck sensor; 0 disables the check. Default 10: one false rejection in 10⁸ samples with
+    /// noise of a third of a quantum per axis.
     pub stuck_after: u16,
 }
 

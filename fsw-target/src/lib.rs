@@ -1,5 +1,5 @@
-//! Flight software of the inertia estimator: flight loop, drivers, link and storage, and the firmware
-//! images for a Cortex-M board. Single precision throughout.
+//! Flight software of the inertia estimator: flight loop, drivers, link and storage, and the firmware images
+//! for a Cortex-M board. Single precision throughout.
 //!
 //! # The path of a gyro sample
 //!
@@ -41,8 +41,8 @@
 //! | [`board`] | what the board decides: chip, pins, peripherals | all above |
 //! | `bin/` | one image per purpose | all |
 //!
-//! Dependencies point from a room to those above it. All but `arch` and the inside of `board` compile for
-//! the host, where tests and the simulator run the same flight software.
+//! A module depends only on modules above it in this table. All but `arch` and the inside of
+//! `board` compile for the host, where tests and the simulator run the same flight software.
 //!
 //! # Features
 //!

@@ -1,4 +1,4 @@
-//! The list of campaigns. A row here is a row of a page.
+//! The list of campaigns. One entry per row of the accuracy tables.
 
 use super::campaign::Row;
 

@@ -20,9 +20,9 @@ use crate::math::{Mat, Vec3, scalar::Real};
 /// Rate at the end of the interval by the classical Runge-Kutta method of fourth order.
 /// \[Hairer1993\] section II.1
 ///
-/// Integrated is total momentum, `Ḣ = τ − ω × H`, `ω = J⁻¹ (H − h_w)`: a measured wheel speed is
-/// used directly and never differentiated. Sums run over the *change* of momentum, which keeps
-/// single precision where the wheels carry much more momentum than the body.
+/// State of the integration: total momentum, `Ḣ = τ − ω × H`, `ω = J⁻¹ (H − h_w)`: a measured wheel
+/// speed is used directly and never differentiated. Sums run over the *change* of momentum, which
+/// keeps single precision where the wheels carry much more momentum than the body.
 ///
 /// Error per step about `(|ω| Δt)⁵ / 120` of the rate; valid up to half a radian per step.
 ///

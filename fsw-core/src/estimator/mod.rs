@@ -11,7 +11,8 @@
 //!
 //! * It owns a [`gate`](crate::gate), and its monitors.
 //! * A step has a bounded amount of work, for any content of the sample.
-//! * No sample makes it panic. A state that is no longer finite is reset and reported as
+//! * No panic for any content of the sample. A state that is no longer finite is reset and reported
+//!   as
 //!   [`Reset::Diverged`](crate::Reset::Diverged).
 //! * The estimate states covariance, observed directions and status at any time, before the first
 //!   sample too.
@@ -19,7 +20,8 @@
 //!
 //! # Memory
 //!
-//! The state is the size of the type; there is no other memory. A window keeps N blocks of 24 bytes.
+//! The state is the size of the type; there is no other memory. A window keeps N blocks of 24
+//! bytes.
 //!
 //! ```
 //! use fsw_core::estimator::ekf_sgf::EkfSgf;

@@ -15,7 +15,8 @@
 //! The mean has a memory of 256 innovations, `m ← m + (NIS / 3 − m) / n`, `n ≤ 256`. A single NIS
 //! is clipped at 75, five sigma on each axis, so that an isolated spike has little effect.
 //!
-//! Assumption: correlation between the axes of ν is small beside the gyro's noise and left out.
+//! Assumption: off-diagonal elements of S are small against the variance of the gyro noise, and
+//! neglected.
 
 use crate::math::{Vec3, scalar::Real};
 
@@ -34,7 +35,7 @@ const WARM_UP: u16 = 64;
 /// stated up to 1.4 times too small.
 const DIVERGED: f64 = 2.0;
 
-/// Largest NIS that enters the mean, so that a single spike cannot make a filter inconsistent.
+/// Largest NIS that enters the mean, which limits the effect of one spike on the mean.
 const CLIP: f64 = 75.0;
 
 /// Difference between a gyro sample and its prediction.
@@ -137,7 +138,8 @@ impl<T: Real> InnovationMonitor<T> {
         if !square.is_finite() {
             return; // The filter is about to be reset; an infinite mean would be permanent.
         }
-        // From 2²⁰ residuals on the memory is finite: a smaller weight would stall in single precision.
+        // From 2²⁰ residuals on the memory is finite: a smaller weight would stall in single
+        // precision.
         self.residuals = (self.residuals + 1).min(1 << 20);
         let weight = T::one() / T::count(self.residuals);
         self.mean_square_rad2_s2 += (square - self.mean_square_rad2_s2) * weight;

@@ -23,7 +23,7 @@ mod on_target {
     /// Value of the statics.
     const PATTERN: u32 = 0xc0de_cafe;
 
-    /// Statics in the way of a stack that overflows to the end of the RAM.
+    /// Statics that an undetected stack overflow would overwrite.
     static STATICS: [AtomicU32; 256] = [const { AtomicU32::new(PATTERN) }; 256];
 
     /// Checks the statics after a failure, then restarts as the flight image does.

@@ -33,8 +33,8 @@ mod on_target {
 
     fsw_target::ends_by!(exit::restart_after);
 
-    /// Edges per turn, both edges of one channel: twelve pulses, as from Hall sensors on a motor with
-    /// six pole pairs.
+    /// Edges per turn, both edges of one channel: twelve pulses, as from Hall sensors on a motor with six
+    /// pole pairs.
     const EDGES_PER_TURN: u16 = 24;
     /// Highest wheel speed, rad/s: 6000 rpm.
     const FASTEST_RAD_S: f32 = 628.0;
@@ -65,7 +65,7 @@ mod on_target {
     fn main() -> ! {
         // Two functions in sequence: each uses the stack alone.
         let Some(computer) = estimator().and_then(bring_up) else {
-            // The image is inconsistent in itself; the tests exclude this.
+            // Error of the build: craft or configuration. Covered by tests.
             defmt::error!("board already taken, or craft or tachometer configuration rejected");
             exit::restart_after(Failure { kind: Kind::Panic, at: 0, from: 0 })
         };

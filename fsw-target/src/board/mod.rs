@@ -1,11 +1,11 @@
-//! The board: the only room that names a chip, its pins and its peripherals.
+//! Board support: chip, pins and peripherals. No other module depends on them.
 //!
 //! A cargo feature selects the board: `stm32f405` by default. The host has none.
 //!
 //! # Porting to another Cortex-M
 //!
-//! 1. A folder beside `stm32f405` that offers the items of the table below, and its two lines at the end of
-//!    `board/mod.rs`. The wiring table, the list of rules and the division into files of `stm32f405` are
+//! 1. A folder beside `stm32f405` that offers the items of the table below, and its `mod`, its `use` and
+//!    its name in the check at the end of `board/mod.rs`. The wiring table, the list of rules and the division into files of `stm32f405` are
 //!    worth copying.
 //! 2. Its feature in `fsw-target/Cargo.toml`, which enables the register crate of the chip and the feature
 //!    of its core (`v7m`: Cortex-M3, M4, M7). Another core is a folder beside `arch/v7m`.

@@ -16,8 +16,8 @@ pub const MAX_COMMAND: usize = 64;
 pub const MIN_PERIOD_MS: u32 = 50;
 /// Longest report period, ms: one hour. A longer silence is indistinguishable from a failure.
 pub const MAX_PERIOD_MS: u32 = 3_600_000;
-/// Largest external torque per axis, N m: above the actuators of small satellites. A larger value is
-/// an error of the unit.
+/// Largest external torque per axis, N m: above the actuators of small satellites. A larger value is an error
+/// of the unit.
 pub const MAX_TORQUE_N_M: f32 = 100.0;
 /// Largest inertia element and sigma of a prior, kg m²: the limit of the estimators.
 pub const MAX_PRIOR_KG_M2: f32 = 1.0e4;
@@ -269,7 +269,7 @@ fn require(allowed: bool, why: &'static str) -> Result<(), CommandError> {
 
 /// Test commands.
 #[cfg(test)]
-pub mod samples {
+pub mod fixtures {
     use super::*;
     use proptest::prelude::*;
 

@@ -2,7 +2,7 @@
 
 extern crate std;
 use super::command::Function;
-use super::telemetry::samples::{estimate, status};
+use super::telemetry::fixtures::{estimate, status};
 use super::telemetry::{CheckpointState, ClockSource, GyroState, ResetCause, Telemetry};
 use super::wire::{About, Coded, Shape, Value, Visitor};
 use crate::runtime::failure::Kind as FailureKind;

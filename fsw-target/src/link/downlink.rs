@@ -1,8 +1,8 @@
 //! Transmitter: reports to bytes on the line.
 //!
 //! Input: reports of the flight computer. Output: their frames, byte by byte, at the rate of the
-//! serial port. The flight loop never waits for the line. A packet that does not fit in the queue is
-//! dropped whole and counted. A byte lost by the port invalidates its packet on the ground.
+//! serial port. The flight loop never waits for the line. A packet that does not fit in the queue is dropped
+//! whole and counted. A byte lost by the port invalidates its packet on the ground.
 //!
 //! Each APID has a sequence count, which includes dropped packets: a loss is visible as a gap.
 
@@ -117,7 +117,7 @@ mod tests {
     extern crate std;
     use super::*;
     use crate::link::Receiver;
-    use crate::link::telemetry::samples::{estimate, status};
+    use crate::link::telemetry::fixtures::{estimate, status};
     use crate::link::telemetry::{Received, Telemetry};
     use embedded_hal_nb::serial::{ErrorKind, ErrorType, Write};
     use std::vec::Vec;

@@ -19,8 +19,7 @@ impl ExtendedTime {
         Self { us: self.us.wrapping_add(elapsed_us as u64) }
     }
 
-    /// First time from `time_us` on at which the counter reads its present value: a whole number of
-    /// wraps ahead.
+    /// Smallest time from `time_us` on with the present 32 low bits, µs.
     pub const fn resumed_at(self, time_us: u64) -> Self {
         let behind_us = time_us.saturating_sub(self.us);
         let wraps = behind_us.div_ceil(1 << 32);

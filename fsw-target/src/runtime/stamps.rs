@@ -1,11 +1,12 @@
 //! Time stamps of gyro samples, from the interrupt to the flight loop.
 //!
-//! The gyro's registers hold its newest sample alone, so only the newest stamp belongs to a reading.
-//! Samples before it are lost to a late loop and count as overruns.
+//! The gyro's registers hold its newest sample alone, so only the newest stamp belongs to a reading. Samples
+//! before it are lost to a late loop and count as overruns.
 
 use heapless::spsc::Queue;
 
-/// Capacity of the queue plus one free place. A longer queue would hold only stamps to discard.
+/// Length of the ring: three stamps, and the slot that the queue keeps free. Only the newest stamp
+/// is used, so that more capacity has no effect.
 const PLACES: usize = 4;
 
 /// Queue of time stamps.
@@ -51,8 +52,8 @@ impl Stamps {
         while self.queue.dequeue().is_some() {}
     }
 
-    /// Empties the queue and counts every stamp as an overrun: their samples have been overwritten in
-    /// the gyro.
+    /// Empties the queue and counts every stamp as an overrun: their samples have been overwritten in the
+    /// gyro.
     pub fn discard_as_overruns(&mut self) {
         while self.queue.dequeue().is_some() {
             self.count_overrun();

@@ -1,9 +1,9 @@
 //! Steps of the estimators that fly, compiled for speed: `f32`, four wheels; and their [`roster`].
 //!
-//! The work of each sample is compiled for speed, all other firmware for size. The optimisation level is
-//! set per crate, and generic code is compiled in the crate that first uses it with a type. So the steps
-//! are instantiated here, in functions that are not generic and never inlined, and the profile
-//! `firmware` (`Cargo.toml` of the workspace) compiles this crate for speed.
+//! The work of each sample is compiled for speed, all other firmware for size. Reason for a
+//! separate crate: the optimisation level is set per crate, and a generic function has that of the
+//! crate that instantiates it. The functions here are not generic and never inlined. Profile
+//! `firmware`: this crate for speed, `fsw-target` for size.
 
 #![no_std]
 #![forbid(unsafe_code)]

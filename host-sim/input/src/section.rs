@@ -33,7 +33,8 @@ impl<'a> Section<'a> {
         Self { source: self.source, prefix: format!("{}{name}.", self.prefix) }
     }
 
-    /// Table `index` of the repeated table `name`. Errors count from 1, as the columns of a log do.
+    /// Table `index` of the repeated table `name`. Index in error messages: from 1, as in the
+    /// column names of a log.
     pub fn entry(&self, name: &str, index: usize) -> Self {
         self.table(&format!("{name}[{}]", index + 1))
     }

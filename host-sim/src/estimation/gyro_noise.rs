@@ -4,8 +4,8 @@
 //! underestimated by third differences and recovered by the residuals.
 
 use super::error::SetUpError;
-use super::log::estimate_log;
 use super::setup::Setup;
+use super::stream::estimate_log;
 use super::system::set_up;
 use crate::input::log::LogRow;
 

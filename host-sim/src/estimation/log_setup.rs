@@ -2,9 +2,9 @@
 
 use super::error::SetUpError;
 use super::gyro_noise;
-use super::log::median_period_s;
 use super::name::Method;
 use super::setup::Setup;
+use super::stream::median_period_s;
 use crate::input::Craft;
 use crate::input::log::LogRow;
 

@@ -3,7 +3,7 @@
 //! ```text
 //! name: table of estimators ─┐
 //! input::Craft ──────────────┴─► setup ──► system/…: configuration ──► adapter: AnyEstimator
-//! input::log ──────────────────────────────────────────────────────► log ──► EstimationResult
+//! input::log ──────────────────────────────────────────────────────► stream ──► EstimationResult
 //! ```
 //!
 //! In: a [`Setup`] (estimator, precision, craft, gyro noise, sample period) and the rows of a log.
@@ -15,15 +15,15 @@
 mod adapter;
 mod error;
 mod gyro_noise;
-mod log;
 mod log_setup;
 mod name;
 mod setup;
+mod stream;
 mod system;
 
 pub use adapter::{Acceleration, AnyEstimator, any_estimator};
 pub use error::SetUpError;
-pub use log::{EstimationResult, estimate_log};
 pub use name::{EstimatorName, Method, Precision, Properties};
 pub use setup::Setup;
+pub use stream::{EstimationResult, estimate_log};
 pub use system::set_up;

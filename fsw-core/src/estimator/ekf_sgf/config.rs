@@ -59,9 +59,9 @@ pub enum Readout<T: Real> {
     EveryInterval {
         /// Length of an interval, µs, above zero. Default 40 s.
         interval_us: u64,
-        /// Data of a batch. Default all data since the start. The paper's words fit both choices;
-        /// on its manoeuvre this one converges at about the 440 s that it reports, and intervals of
-        /// 40 s alone do not converge.
+        /// Data of a batch. Default all data since the start. The paper is ambiguous; on its
+        /// manoeuvre this one converges at about the 440 s that it reports, and intervals of 40 s
+        /// alone do not converge.
         batch: Batch,
     },
 }

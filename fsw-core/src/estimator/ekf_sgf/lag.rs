@@ -5,9 +5,9 @@
 //! and the error that the lag leaves in the equation of motion.
 //!
 //! A nominal inertia whose inverse is wrong by the share q leaves, at constant acceleration,
-//! innovations of mean `ν̄ ≈ q ω̇ Δt / K` (rad/s): the filter follows the model and is corrected by
-//! K a step. This mean is no evidence of a spike, and its share `1 − K` remains as an error of the
-//! filtered rate.
+//! innovations of mean `ν̄ ≈ q ω̇ Δt / K` (rad/s): the prediction error per step is corrected by
+//! the gain K. This mean is no evidence of a spike, and its share `1 − K` remains as an error of
+//! the filtered rate.
 //!
 //! Assumption: the lag changes slowly beside 64 samples.
 //!

@@ -182,8 +182,8 @@ impl<T: Real, const W: usize, const C: usize> EkfSgf<T, W, C> {
 
     /// One step: predict, innovation, spike gate, update, differentiate, regress.
     ///
-    /// The lag that the nominal inertia causes is no spike, nor does it contradict the estimate,
-    /// whose covariance contains it: gate and monitor take the innovation without it.
+    /// Spike gate and monitor use the innovation minus its running mean, the lag that the nominal
+    /// inertia causes. The covariance contains the lag.
     fn filter(&mut self, sample: &Sample<T, W>, interval: &Interval<T>) -> Outcome {
         self.rate.predict(interval);
         let innovation = self.rate.innovation(&sample.rate_rad_s);

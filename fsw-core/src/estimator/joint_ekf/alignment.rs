@@ -9,9 +9,10 @@
 //!
 //! `M(t) j − H₀ = y(t)`, `M = G(ω(t)) + ∫ ω^× G(ω) dt`, `y = ∫ τ dt − h_w(t) − ∫ ω × h_w dt`
 //!
-//! with G the [`regressor`] (rad/s), y an impulse (N m s). `H₀` enters each row alike, so it takes
-//! no rotation: with the means `M̄`, `ȳ` of all rows `H₀ = M̄ j − ȳ`, and `j` is solved for from
-//! the deviations from these means, which are updated as rows arrive (Welford's recursion).
+//! with G the [`regressor`] (rad/s), y an impulse (N m s). `H₀` has the same coefficient in each
+//! row and is eliminated by subtraction of the means, without Givens rotations: with the means
+//! `M̄`, `ȳ` of all rows `H₀ = M̄ j − ȳ`, and `j` is solved for from the deviations from these
+//! means, which are updated as rows arrive (Welford's recursion).
 //!
 //! Gyro noise v enters the regressor and biases `j` by many sigmas. Its expectation,
 //! [`regressor_noise_share`] `σ²` per sample, is removed when solving.
@@ -40,8 +41,8 @@ use crate::tensor::{Inertia, gyroscopic_regressor, regressor, regressor_noise_sh
 /// eight leave 3e-6 of the correction.
 const CORRECTION_PASSES: usize = 8;
 
-/// Largest share of the information in any element that is the noise's. Beyond it the motion
-/// does not stand out of the noise, and the correction would converge slowly or not at all.
+/// Largest ratio of expected noise information to total information of any element. Beyond it the
+/// motion does not stand out of the noise, and the correction would converge slowly or not at all.
 const LARGEST_CORRECTION: f64 = 0.2;
 
 /// Accumulated least squares: three rows a sample in a triangular factor for `j`.

@@ -64,8 +64,8 @@
 //! | prior of 25 and 2 kg m² | published, f64 | 1.01 to 3.54 | 28 | 0 |
 //! | prior of 25 and 2 kg m² | published, f32 | 1.56 to 4.45 | 51 | 24 |
 //!
-//! A filter linearised about a wrong inertia counts information that it does not have; the
-//! alignment removes most of the initial error first.
+//! Linearisation about a wrong inertia makes the covariance too small; the alignment removes most
+//! of the initial error first.
 //!
 //! # Example
 //!

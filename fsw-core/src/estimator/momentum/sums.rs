@@ -25,7 +25,7 @@ const LARGEST: f64 = 1.0e15;
 /// single precision.
 const SMALLEST: f64 = 1.0e-15;
 
-/// Smallest sum of squares, as a share of that of gyro noise alone, that a gyro can have produced.
+/// Lower limit of Σ ω² over its expectation for gyro noise alone; below it the axis is unusable.
 /// Ours: over ten samples noise alone exceeds it in 99 of 100 cases.
 const LEAST_OF_NOISE: f64 = 0.25;
 

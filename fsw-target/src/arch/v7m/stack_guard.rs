@@ -1,8 +1,8 @@
 //! Stack guard: a region of the memory protection unit (PMSAv7) below the stack, closed to all access.
 //!
-//! There may be registers and a boot loader below the RAM within reach of a large stack frame: on an
-//! STM32F405 both. So the megabyte below the stack is closed, and any frame that outgrows the stack
-//! faults at its first access.
+//! Guard region: the 1 MiB below the stack, without access. A large stack frame could skip a
+//! smaller guard and reach the registers or the boot loader below the RAM. An access in the region
+//! is a fault.
 //!
 //! Registers: PM0214, section 4.2.
 
@@ -18,8 +18,8 @@ const RASR: u32 = 1 << 28 | (REGION_LOG2 - 1) << 1 | 1;
 /// MPU_CTRL: enabled, except in the handler of hard faults; addresses outside the region stay open.
 const CTRL: u32 = 1 << 2 | 1;
 
-/// Closes the memory below the stack. cortex-m-rt calls this function by its name before `main`; it uses
-/// no stack itself.
+/// Closes the memory below the stack. cortex-m-rt calls this function by its name before `main`; it uses no
+/// stack itself.
 #[allow(unsafe_code, reason = "runs before the RAM is initialised")]
 // SAFETY: no other function has this name; no static is accessed, and no other code uses the unit.
 #[unsafe(naked)]

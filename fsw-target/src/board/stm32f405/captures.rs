@@ -1,9 +1,9 @@
 //! Wheel sensors with two channels each: TIM2 captures both edges of channel A, and its interrupt reads the
 //! levels of A and B for the direction.
 //!
-//! The hardware captures the time of an edge. A late interrupt costs no accuracy before the next edge of
-//! the wheel; after it an edge is lost, which the timer flags. All wheels then start again, and the next
-//! reading is an error.
+//! The hardware captures the time of an edge. Interrupt latency up to one edge interval costs no
+//! accuracy. A longer one loses an edge, which the timer flags: all wheels are initialised again,
+//! and the next reading is an error.
 //!
 //! The timer counts at 4 MHz, a rate of both clocks of the board, and wraps after 18 minutes.
 //!

@@ -2,8 +2,8 @@
 //! processor in the loop.
 //!
 //! The interrupt of a port queues received bytes, so that a loop that is busy for up to 22 ms (256 bytes)
-//! loses none. Lost bytes are counted; the CRC of the packet detects them. [`Write::write`] never blocks:
-//! it accepts a byte if the transmitter is free.
+//! loses none. Lost bytes are counted; the CRC of the packet detects them. [`Write::write`] never blocks: it
+//! accepts a byte if the transmitter is free.
 //!
 //! [`Link::into_log_output`] makes USART1 the output of the log, for images that have no telemetry.
 //!
@@ -130,7 +130,7 @@ impl<U: Registers> SerialPort<U> {
     }
 }
 
-/// Lost bytes are counted ([`SerialPort::counters`]) and no read error.
+/// A read has no error: lost bytes are counted in [`SerialPort::counters`].
 impl<U> ErrorType for SerialPort<U> {
     type Error = Infallible;
 }
@@ -160,7 +160,7 @@ impl<U: Registers> Write for SerialPort<U> {
     }
 }
 
-/// The core sleeps while it waits, which leaves an emulator's host to the simulator.
+/// The core sleeps while it waits, so that QEMU leaves the processor of the host to the simulator.
 impl<U: Registers> tunnel::Port for SerialPort<U> {
     fn listen(&mut self) -> nb::Result<u8, Infallible> {
         // An interrupt after the read ends the sleep; its handler runs once interrupts are unmasked.
@@ -174,8 +174,8 @@ impl<U: Registers> tunnel::Port for SerialPort<U> {
     }
 }
 
-/// Attempts to send one byte before it is dropped. A byte takes 14,600 cycles at 168 MHz and an attempt
-/// at least ten, so that the limit is more than the time of ten bytes: the port is dead.
+/// Attempts to send one byte before it is dropped. A byte takes 14,600 cycles at 168 MHz and an attempt at
+/// least ten, so that the limit is more than the time of ten bytes: the port is dead.
 const ATTEMPTS: u32 = 16_000;
 
 impl Link {

@@ -9,9 +9,10 @@
 //! * Settings: written once and read back. Each reading also reads range and bandwidth: after an
 //!   unnoticed reset the chip is back at ±2000 deg/s, and its counts would be scaled to rates up to
 //!   16 times too small.
-//! * Saturation: a count at full scale is a lower bound of the rate. The rotation into body axes
-//!   spreads it over all three axes, so each axis then reads [`SATURATED_RAD_S`]. The sample gate
-//!   rejects this value as out of range; it is finite, so the reason stays distinct from a NaN.
+//! * Saturation: a count at full scale is a lower bound of the rate. A saturated reading is
+//!   [`SATURATED_RAD_S`] on all axes, since the rotation into body axes mixes them. The sample gate
+//!   rejects it as out of range; the value is finite, so that the reason differs from that of a
+//!   NaN.
 //! * Timing: a start takes 60 ms, a self-test at most 100 ms. Every wait is bounded.
 //!
 //! # Alternatives

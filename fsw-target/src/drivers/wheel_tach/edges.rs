@@ -1,13 +1,12 @@
 //! Quadrature decoding of one wheel: position and direction from the edges of two channels, with
 //! glitch rejection.
 //!
-//! Input: every edge of channel A, from the board's capture interrupt, with its captured time and the
-//! levels of both channels just after it. Output: position in edges and the time of the last edge.
+//! Input: every edge of channel A, from the board's capture interrupt, with its captured time and the levels
+//! of both channels just after it. Output: position in edges and the time of the last edge.
 //!
 //! Channel B lags A by a quarter period in forward rotation, so the levels differ after a forward
-//! edge. Each edge of A lies at one angle of the wheel, in either direction. A reversal therefore
-//! passes the same edge again: direction and time change, the position does not. The position is
-//! exact at the last edge, and a wheel that dithers on an edge does not count.
+//! edge. Each edge of A lies at one angle of the wheel, in either direction. A reversal passes the
+//! same edge again: the direction changes, the count does not. Dither on one edge has no net count.
 
 use super::Captured;
 
@@ -34,8 +33,8 @@ pub struct EdgeFilter {
 }
 
 impl EdgeFilter {
-    /// A filter before its first edge. `shortest_ticks` lies below the interval between edges at the
-    /// highest speed and above the duration of line disturbances; half of the former suits.
+    /// A filter before its first edge. `shortest_ticks` lies below the interval between edges at the highest
+    /// speed and above the duration of line disturbances; half of the former suits.
     pub const fn new(shortest_ticks: u32) -> Self {
         Self { shortest_ticks, last: None, before: None, a: None, glitches: 0 }
     }

@@ -9,18 +9,17 @@
 //!                          Store (flash)
 //! ```
 //!
-//! Input: the [`Parts`] of a board, or of the simulator. Output: telemetry, and a permit to feed the
-//! watchdog after each round of tasks. [`Computer::poll`] blocks in two cases only: the start of the gyro
-//! (0.2 s, while there are no samples to lose) and the flash (see [`crate::store`]). Failures are counted
-//! and reported; none ends the loop.
+//! Input: the [`Parts`] of a board, or of the simulator. Output: telemetry, and a permit to feed the watchdog
+//! after each round of tasks. [`Computer::poll`] blocks in two cases only: the start of the gyro (0.2 s,
+//! while there are no samples to lose) and the flash (see [`crate::store`]). Failures are counted and
+//! reported; none ends the loop.
 //!
-//! An erasure of the flash costs one to two seconds of samples. Space for the next checkpoint is therefore
-//! erased at the start, and while `window` is at rest with its last window concluded. Without either between
-//! two checkpoints, a save may need an erasure: every eighth save of `window`. The other estimators
-//! detect no rest.
+//! An erasure of a flash sector takes 1 to 2 s, in which samples are lost. Space for the next
+//! checkpoint is therefore erased at the start, and at rest after the last window is concluded
+//! (`window` only). Otherwise every eighth save of `window` erases a sector.
 //!
-//! Infrequent work is never inlined into the loop: its local variables would lie on the stack below the
-//! step of an estimator, which needs the most stack.
+//! Infrequent functions are not inlined into the loop: their local variables would occupy its stack
+//! frame during the step of an estimator.
 
 mod checkpoints;
 mod parts;
@@ -52,8 +51,8 @@ const QUEUE: usize = 768;
 const BYTES_PER_POLL: usize = 64;
 const _: () = assert!(BYTES_PER_POLL >= MAX_COMMAND);
 
-/// Time without a reading after which the gyro is started again, and period of further attempts, µs. Time
-/// of flash operations, in which no sample can arrive, is not counted: an erasure takes longer.
+/// Time without a reading after which the gyro is started again, and period of further attempts, µs. Time of
+/// flash operations, in which no sample can arrive, is not counted: an erasure takes longer.
 const GYRO_SILENCE_US: u64 = 1_000_000;
 
 type FlightLoopOf<'a, P> = FlightLoop<

@@ -1,7 +1,7 @@
 //! Telemetry: reports as packets.
 //!
-//! Input: reports of the flight computer, plain structs in SI units. Output: packets; on the ground,
-//! the same structs from packets, bit for bit. The tables of `link.md` are generated from these types.
+//! Input: reports of the flight computer, plain structs in SI units. Output: packets; on the ground, the same
+//! structs from packets, bit for bit. The tables of `link.md` are generated from these types.
 
 /// [`Report`] for a record.
 macro_rules! report {
@@ -25,7 +25,7 @@ macro_rules! report {
 mod checkpoint;
 mod estimate;
 #[cfg(test)]
-pub mod samples;
+pub mod fixtures;
 mod status;
 
 pub use checkpoint::{CheckpointPart, PART_BYTES};
@@ -181,7 +181,7 @@ const _: () = assert!(AROUND + 4 + PART_BYTES <= MAX_PACKET);
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::samples::{any_estimate, any_status, estimate, status};
+    use super::fixtures::{any_estimate, any_status, estimate, status};
     use super::*;
     use crate::link::wire::Writer;
     use proptest::prelude::*;

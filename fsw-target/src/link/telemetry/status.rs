@@ -54,7 +54,8 @@ record! {
         last_sequence_count: u16, "–";
         /// True if the last accepted telecommand was executed; absent before the first.
         last_command_done: Option<bool>, "–";
-        /// Time between two reports of a kind; 0: an estimate after each sample, a status after each telecommand.
+        /// Time between two reports of a kind; 0: an estimate after each sample, a status after each
+        /// telecommand.
         telemetry_period_ms: u32, "ms";
         /// Last commanded external torque, body axes.
         torque_n_m: [f32; 3], "N m";
@@ -111,14 +112,14 @@ pub enum ResetCause {
     Software,
     /// Watchdog time-out.
     Watchdog,
-    /// Exit from a low-power mode.
+    /// Entry into a low-power mode that the option bytes forbid.
     LowPower,
 }
 
 /// Source of the computer's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockSource {
-    /// Internal oscillator: the crystal did not start in time.
+    /// Internal oscillator: crystal or PLL not usable at the start, or failed in flight.
     Internal,
     /// Crystal oscillator.
     Crystal,
@@ -152,8 +153,8 @@ pub enum CheckpointState {
     Restored,
     /// The newest checkpoint was torn; the one before has been restored.
     RestoredOlder,
-    /// All checkpoints were torn, or of another state or configuration. The estimators started without
-    /// an estimate.
+    /// All checkpoints were torn, or of another state or configuration. The estimators started without an
+    /// estimate.
     Unusable,
     /// Flash not readable.
     Failed,

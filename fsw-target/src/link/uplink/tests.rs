@@ -2,7 +2,7 @@
 
 extern crate std;
 use super::*;
-use crate::link::command::samples::{any_command, one_of_each};
+use crate::link::command::fixtures::{any_command, one_of_each};
 use crate::link::frame::Frame;
 use crate::link::packet::{Apid, Header, Packet};
 use crate::link::wire::Wire;

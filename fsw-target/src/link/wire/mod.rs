@@ -2,7 +2,7 @@
 //!
 //! `record!` lists the fields of a packet once: name, type, unit, meaning. From this list come the
 //! struct, its writer, its reader, and the traversal by a [`Visitor`], which prints packets on the
-//! host and the tables of `link.md` in the tests. The four cannot disagree.
+//! host and the tables of `link.md` in the tests. All four are generated from the same list.
 //!
 //! Nothing here panics or allocates: an overflow is kept as a state of the [`Writer`], and a short
 //! input is an error of the [`Reader`].
@@ -110,8 +110,8 @@ impl<F: Field> Wire for F {
     }
 }
 
-/// [`Wire`] for a record `$name { field: type, unit, meaning }`. With `struct` before the name, also
-/// the struct itself.
+/// [`Wire`] for a record `$name { field: type, unit, meaning }`. With `struct` before the name, also the
+/// struct itself.
 macro_rules! record {
     ($(#[doc = $about:literal])+ struct $name:ident {
         $($(#[doc = $meaning:literal])+ $field:ident: $type:ty, $unit:literal;)+
