@@ -1,7 +1,7 @@
 //! Statistics of the nine-state filter on the STSAT-3 spin-up, against the Cramér-Rao bound.
 //!
-//! 100 flights each, seeds 0 to 99. One sigma of the RMS over 100 flights is 7 %, of the mean NEES
-//! of six degrees of freedom 6 %, for a consistent filter.
+//! 100 flights each, seeds 0 to 99. One sigma of the RMS over 100 flights is 7 %, of the mean NEES of
+//! six degrees of freedom 6 %, for a consistent filter.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot continue fails")]
 
@@ -31,8 +31,8 @@ struct Statistics {
     nees_per_dof: f64,
     /// Runs in `nees_per_dof`: those with a positive definite covariance.
     nees_runs: usize,
-    /// Runs that did not converge, by an error above 20 bounds or by their status. They are left
-    /// out of the other statistics.
+    /// Runs that did not converge, by an error above 20 bounds or by their status. They are left out of
+    /// the other statistics.
     failures: usize,
 }
 

@@ -1,9 +1,9 @@
 //! On-board estimation of a spacecraft's inertia tensor, one gyro sample per step.
 //!
-//! Input: body rate from a gyro, wheel speeds, external torque. Output: the six elements of the
-//! inertia tensor with their covariance, the observed directions, and a status. No allocation, no
-//! unsafe code, no panic; every step costs a bounded amount of work. Everything is generic over
-//! [`Real`], `f32` or `f64`; single precision is what flies.
+//! Input: body rate from a gyro, wheel speeds, external torque. Output: the six elements of the inertia
+//! tensor with their covariance, the observed directions, and a status. No allocation, no unsafe code,
+//! no panic; every step costs a bounded amount of work. Everything is generic over [`Real`], `f32` or
+//! `f64`; single precision is what flies.
 //!
 //! # Flow of a sample
 //!
@@ -66,15 +66,12 @@
 //!    wheels is a compile-time constant; zero wheels are permitted.
 //! 2. **Configuration.** Each estimator has a `Config` with defaults for a stated gyro noise. A
 //!    constructor rejects a value out of its range and names the field ([`ConfigError`]).
-//! 3. **Step.** [`Estimator::step`] takes each gyro sample as it arrives, at the rate of the gyro,
-//! and
+//! 3. **Step.** [`Estimator::step`] takes each gyro sample as it arrives, at the rate of the gyro, and
 //!    returns an [`Outcome`]. A sample that is not usable is an outcome too, and needs no filter before
 //!    the estimator.
-//! 4. **Estimate.** [`Estimator::estimate`] is valid at any time. It costs an eigenproblem of six
-//! and
+//! 4. **Estimate.** [`Estimator::estimate`] is valid at any time. It costs an eigenproblem of six and
 //!    belongs to the rate of telemetry.
-//! 5. **Checkpoint.** [`checkpoint::transfer`] writes the whole state to a medium, and reads it
-//! back
+//! 5. **Checkpoint.** [`checkpoint::transfer`] writes the whole state to a medium, and reads it back
 //!    after a reset of the computer.
 //!
 //! # Choice of an estimator
@@ -86,8 +83,8 @@
 //! | [`EkfSgf`](estimator::ekf_sgf::EkfSgf) | nominal inertia | not used | not modelled | lock-out |
 //! | [`Momentum`](estimator::momentum::Momentum) | none | needed | not modelled | not detected |
 //!
-//! `Window` is the default: it reaches the Cramér-Rao bound without a prior. `JointEkf` is a
-//! published filter in factorised form. The other two reproduce published methods for comparison.
+//! `Window` is the default: it reaches the Cramér-Rao bound without a prior. `JointEkf` is a published
+//! filter in factorised form. The other two reproduce published methods for comparison.
 //!
 //! # Reading an estimate
 //!
@@ -99,9 +96,9 @@
 //! | `Diverged` | residuals not explained | do not use the numbers; look for an unmodelled torque |
 //!
 //! A direction is observed once the data have reduced its sigma to a tenth of the range before the
-//! data ([`monitor::observability`]). Observability depends on the motion: rates about all three
-//! axes must vary independently, and a known torque or a known wheel momentum must set the scale.
-//! Motion without both determines the ratios of the elements alone ([`Estimate::over_trace`]).
+//! data ([`monitor::observability`]). Observability depends on the motion: rates about all three axes
+//! must vary independently, and a known torque or a known wheel momentum must set the scale. Motion
+//! without both determines the ratios of the elements alone ([`Estimate::over_trace`]).
 //!
 //! # Layers
 //!
@@ -123,13 +120,11 @@
 //!
 //! # Conventions
 //!
-//! * **Frame.** Body axes at the spacecraft's centre of mass. Rates are those of the body relative
-//! to
+//! * **Frame.** Body axes at the spacecraft's centre of mass. Rates are those of the body relative to
 //!   inertial space. Names leave the frame out; a second frame is named where it appears
 //!   ([`attitude`]).
 //! * **Units.** SI. Public names carry quantity and unit: `rate_rad_s`, `inertia_kg_m2`.
-//! * **Elements** are ordered `Jxx Jyy Jzz Jxy Jxz Jyz`. The moments of inertia (MOI) are the
-//! diagonal
+//! * **Elements** are ordered `Jxx Jyy Jzz Jxy Jxz Jyz`. The moments of inertia (MOI) are the diagonal
 //!   entries, the products of inertia (POI) the off-diagonal ones, `Jxy = −∫ x y dm`.
 //! * **Wheels** are included in `J` as if locked; their speeds are relative to the body.
 //! * **Noise** is one sigma. Gyro noise is white and per sample.
@@ -220,38 +215,31 @@
 //!   Report 38, 1972.
 //! * \[Bierman1977\] G. J. Bierman, *Factorization Methods for Discrete Sequential Estimation*,
 //!   Academic Press, 1977.
-//! * \[Gentleman1973\] W. M. Gentleman, *Least squares computations by Givens transformations
-//! without
+//! * \[Gentleman1973\] W. M. Gentleman, *Least squares computations by Givens transformations without
 //!   square roots*, J. Inst. Maths Applics 12, 329-336, 1973; as a program *Algorithm AS 75*, Appl.
 //!   Statist. 23, 448-454, 1974.
 //! * \[Golub2013\] G. H. Golub, C. F. Van Loan, *Matrix Computations*, 4th edition, Johns Hopkins
 //!   University Press, 2013.
-//! * \[Gorry1990\] P. A. Gorry, *General least-squares smoothing and differentiation by the
-//! convolution
+//! * \[Gorry1990\] P. A. Gorry, *General least-squares smoothing and differentiation by the convolution
 //!   (Savitzky-Golay) method*, Anal. Chem. 62, 570-573, 1990.
 //! * \[Hildreth1957\] C. Hildreth, *A quadratic programming procedure*, Naval Res. Logist. Q. 4,
 //!   79-85, 1957.
-//! * \[Kelley1960\] J. E. Kelley, *The cutting-plane method for solving convex programs*, J. SIAM
-//! 8,
+//! * \[Kelley1960\] J. E. Kelley, *The cutting-plane method for solving convex programs*, J. SIAM 8,
 //!   703-712, 1960.
-//! * \[Savitzky1964\] A. Savitzky, M. J. E. Golay, *Smoothing and differentiation of data by
-//! simplified
+//! * \[Savitzky1964\] A. Savitzky, M. J. E. Golay, *Smoothing and differentiation of data by simplified
 //!   least squares procedures*, Anal. Chem. 36, 1627-1639, 1964.
 //! * \[Thornton1976\] C. L. Thornton, *Triangular covariance factorizations for Kalman filtering*,
 //!   JPL TM 33-798, 1976.
 //!
 //! Integration:
 //!
-//! * \[Hairer1993\] E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations
-//! I*,
+//! * \[Hairer1993\] E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*,
 //!   2nd edition, Springer, 1993.
-//! * \[Iserles1999\] A. Iserles, S. P. Nørsett, *On the solution of linear differential equations
-//! in Lie
+//! * \[Iserles1999\] A. Iserles, S. P. Nørsett, *On the solution of linear differential equations in Lie
 //!   groups*, Phil. Trans. R. Soc. A 357, 983-1019, 1999.
 //! * \[Magnus1954\] W. Magnus, *On the exponential solution of differential equations for a linear
 //!   operator*, Comm. Pure Appl. Math. 7, 649-673, 1954.
-//! * \[Prince1981\] P. J. Prince, J. R. Dormand, *High order embedded Runge-Kutta formulae*, J.
-//! Comput.
+//! * \[Prince1981\] P. J. Prince, J. R. Dormand, *High order embedded Runge-Kutta formulae*, J. Comput.
 //!   Appl. Math. 7, 67-75, 1981.
 //!
 //! Statistics:
@@ -260,8 +248,7 @@
 //!   regression relationships over time*, J. R. Stat. Soc. B 37, 149-192, 1975.
 //! * \[Knuth1997\] D. E. Knuth, *The Art of Computer Programming, Volume 2: Seminumerical
 //!   Algorithms*, 3rd edition, Addison-Wesley, 1997.
-//! * \[Laurent2000\] B. Laurent, P. Massart, *Adaptive estimation of a quadratic functional by
-//! model
+//! * \[Laurent2000\] B. Laurent, P. Massart, *Adaptive estimation of a quadratic functional by model
 //!   selection*, Ann. Stat. 28, 1302-1338, 2000.
 //! * \[Marsaglia2003\] G. Marsaglia, *Xorshift RNGs*, J. Stat. Softw. 8(14), 2003.
 //!
@@ -269,8 +256,7 @@
 //!
 //! * \[BMI088\] Bosch Sensortec, *BMI088 data sheet*, BST-BMI088-DS001.
 //! * \[DS8626\] STMicroelectronics, *STM32F405xx, STM32F407xx data sheet*, DS8626.
-//! * \[RM0090\] STMicroelectronics, *STM32F405/415, 407/417, 427/437, 429/439 reference manual*,
-//! RM0090.
+//! * \[RM0090\] STMicroelectronics, *STM32F405/415, 407/417, 427/437, 429/439 reference manual*, RM0090.
 //! * \[PM0214\] STMicroelectronics, *STM32 Cortex-M4 MCUs and MPUs programming manual*, PM0214.
 //! * \[CCSDS133\] CCSDS 133.0-B-2, *Space Packet Protocol*, 2020.
 //! * \[CCSDS232\] CCSDS 232.1-B, *Communications Operation Procedure-1*.

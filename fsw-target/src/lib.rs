@@ -1,5 +1,5 @@
-//! Flight software of the inertia estimator: flight loop, drivers, link and storage, and the firmware images
-//! for a Cortex-M board. Single precision throughout.
+//! Flight software of the inertia estimator: flight loop, drivers, link and storage, and the firmware
+//! images for a Cortex-M board. Single precision throughout.
 //!
 //! # The path of a gyro sample
 //!

@@ -62,11 +62,11 @@ const MEANING: u32 = 1;
 
 /// Identifies checkpoints of one layout of the state `P` and one version of this crate.
 ///
-/// Two builds of the same layout are compatible on purpose: a new image continues from the estimate
-/// of the previous one, which may have taken days. The layout covers name and type of every field
-/// in their order; configuration is compared and values are validated while they are read. A number
-/// whose meaning changes under the same name is the one change that none of these detect: it
-/// requires a new `MEANING` or a new version.
+/// Two builds of the same layout are compatible on purpose: a new image continues from the estimate of
+/// the previous one, which may have taken days. The layout covers name and type of every field in
+/// their order; configuration is compared and values are validated while they are read. A number whose
+/// meaning changes under the same name is the one change that none of these detect: it requires a new
+/// `MEANING` or a new version.
 pub fn fingerprint<P: Persist>() -> u32 {
     use crate::persist::name;
     const VERSION: u32 = mix(name(env!("CARGO_PKG_VERSION")), MEANING);

@@ -20,8 +20,7 @@
 //!
 //! # Memory
 //!
-//! The state is the size of the type; there is no other memory. A window keeps N blocks of 24
-//! bytes.
+//! The state is the size of the type; there is no other memory. A window keeps N blocks of 24 bytes.
 //!
 //! ```
 //! use fsw_core::estimator::ekf_sgf::EkfSgf;

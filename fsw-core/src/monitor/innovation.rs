@@ -138,8 +138,7 @@ impl<T: Real> InnovationMonitor<T> {
         if !square.is_finite() {
             return; // The filter is about to be reset; an infinite mean would be permanent.
         }
-        // From 2²⁰ residuals on the memory is finite: a smaller weight would stall in single
-        // precision.
+        // From 2²⁰ residuals on the memory is finite: a smaller weight would stall in single precision.
         self.residuals = (self.residuals + 1).min(1 << 20);
         let weight = T::one() / T::count(self.residuals);
         self.mean_square_rad2_s2 += (square - self.mean_square_rad2_s2) * weight;

@@ -5,16 +5,15 @@
 //!        ◄──────────────────────         ◄──
 //! ```
 //!
-//! One method serves both directions, so that writer and reader cannot disagree:
-//! [`Persist::persist`] hands each word of the state to an [`Archive`], which writes it to the
-//! [`Words`] or replaces it by the word read from there. The transfer works in place. A second copy
-//! of a window of 16 KiB would not fit into the memory of a microcontroller, nor onto its stack.
+//! One method serves both directions, so that writer and reader cannot disagree: [`Persist::persist`]
+//! hands each word of the state to an [`Archive`], which writes it to the [`Words`] or replaces it by
+//! the word read from there. The transfer works in place. A second copy of a window of 16 KiB would
+//! not fit into the memory of a microcontroller, nor onto its stack.
 //!
 //! * **State** is all that a step changes, and the prior, which a telecommand may change.
 //! * **Configuration** is written with the state and compared when the state is read: a covariance
 //!   found with other wheels is meaningless.
-//! * **Validation** on reading: an unknown tag, a number that is not finite, an index beyond its
-//! array
+//! * **Validation** on reading: an unknown tag, a number that is not finite, an index beyond its array
 //!   and a failed condition of a type are rejected with the place. The state is then partly
 //!   overwritten, and the caller must construct it again.
 //!
@@ -24,9 +23,9 @@
 //! [`persist!`](crate::persist!) implements [`Persist`] for a struct or an enum. Types of
 //! [`math`](crate::math), which does not depend on this module, are implemented in `algebra`.
 //!
-//! Reasons against serde with postcard or another format: it builds each value on the stack before
-//! it is moved to its place, has no arrays of more than 32 elements or of generic length, and
-//! separates neither finite numbers nor configuration.
+//! Reasons against serde with postcard or another format: it builds each value on the stack before it
+//! is moved to its place, has no arrays of more than 32 elements or of generic length, and separates
+//! neither finite numbers nor configuration.
 
 mod algebra;
 mod macros;
@@ -99,8 +98,7 @@ pub trait Blank {
 /// assert_eq!(count.0, 4);
 /// ```
 pub trait Words {
-    /// Writes `word`, or replaces it by the word read at this place. False at the end of the
-    /// medium.
+    /// Writes `word`, or replaces it by the word read at this place. False at the end of the medium.
     fn transfer(&mut self, word: &mut u32) -> bool;
 }
 

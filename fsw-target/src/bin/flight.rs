@@ -33,8 +33,8 @@ mod on_target {
 
     fsw_target::ends_by!(exit::restart_after);
 
-    /// Edges per turn, both edges of one channel: twelve pulses, as from Hall sensors on a motor with six
-    /// pole pairs.
+    /// Edges per turn, both edges of one channel: twelve pulses, as from Hall sensors on a motor with
+    /// six pole pairs.
     const EDGES_PER_TURN: u16 = 24;
     /// Highest wheel speed, rad/s: 6000 rpm.
     const FASTEST_RAD_S: f32 = 628.0;

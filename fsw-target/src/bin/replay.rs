@@ -9,8 +9,8 @@
 //! | log | defmt, on RTT and on USART1 (PA9, 115200 baud): progress, then state and covariance as bits |
 //! | end | success if every sample was accepted and the estimate converged, failure otherwise |
 //!
-//! `cargo qemu replay` runs it in QEMU, `cargo board replay` on a board. The host program prints the same
-//! lines: `cargo run -p fsw-target --bin replay`.
+//! `cargo qemu replay` runs it in QEMU, `cargo board replay` on a board. The host program prints the
+//! same lines: `cargo run -p fsw-target --bin replay`.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -63,8 +63,8 @@ fn log_progress(samples: u32, flight: &ReplayLoop) {
     );
 }
 
-/// Logs every element of state and covariance as the bits of its `f32`, one matrix row per line, for the
-/// comparison of host and target.
+/// Logs every element of state and covariance as the bits of its `f32`, one matrix row per line, for
+/// the comparison of host and target.
 fn log_result(flight: &ReplayLoop) {
     log_bits("state", 0, flight.estimator().0.state());
     let rows: [[f32; 9]; 9] = flight.estimator().0.covariance().transpose().into();

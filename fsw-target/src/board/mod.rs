@@ -4,9 +4,9 @@
 //!
 //! # Porting to another Cortex-M
 //!
-//! 1. A folder beside `stm32f405` that offers the items of the table below, and its `mod`, its `use` and
-//!    its name in the check at the end of `board/mod.rs`. The wiring table, the list of rules and the division into files of `stm32f405` are
-//!    worth copying.
+//! 1. A folder beside `stm32f405` that offers the items of the table below, and its `mod`, its `use` and its
+//!    name in the check at the end of `board/mod.rs`. Model: wiring table, list of rules and division into
+//!    files of `stm32f405`.
 //! 2. Its feature in `fsw-target/Cargo.toml`, which enables the register crate of the chip and the feature
 //!    of its core (`v7m`: Cortex-M3, M4, M7). Another core is a folder beside `arch/v7m`.
 //! 3. `memory.x`: flash and RAM of the chip. The stack lies below the statics; the end of the flash is for

@@ -1,8 +1,8 @@
 //! Selected estimator: dispatch of samples and telecommands to one estimator of the roster.
 //!
-//! Input: a craft, then samples, and the telecommands that concern the estimators: select, reset, set a
-//! prior, open or close a window. Output: the estimate of the selected estimator. A telecommand that cannot
-//! be executed is rejected with the reason; the state is unchanged.
+//! Input: a craft, then samples, and the telecommands that concern the estimators: select, reset, set
+//! a prior, open or close a window. Output: the estimate of the selected estimator. A telecommand that
+//! cannot be executed is rejected with the reason; the state is unchanged.
 //!
 //! All estimators share one place in memory ([`EstimatorSlot`]), so that a selection allocates
 //! nothing. A selected estimator starts from the craft and the prior, without the state of the one
@@ -39,8 +39,8 @@ impl SelectedEstimator {
         Ok(estimator)
     }
 
-    /// No spacecraft and no estimator, until [`configure`](Self::configure). For a static: the value takes 16
-    /// KiB, more than a stack, and is all zeros, so that it takes no flash.
+    /// No spacecraft and no estimator, until [`configure`](Self::configure). For a static: the value
+    /// takes 16 KiB, more than a stack, and is all zeros, so that it takes no flash.
     pub const fn uninitialised() -> Self {
         let craft = Craft {
             wheel_axes: [[0.0; 3]; WHEELS],

@@ -1,7 +1,7 @@
 //! Time stamps of gyro samples, from the interrupt to the flight loop.
 //!
-//! The gyro's registers hold its newest sample alone, so only the newest stamp belongs to a reading. Samples
-//! before it are lost to a late loop and count as overruns.
+//! The gyro's registers hold its newest sample alone, so only the newest stamp belongs to a reading.
+//! Samples before it are lost to a late loop and count as overruns.
 
 use heapless::spsc::Queue;
 
@@ -52,8 +52,8 @@ impl Stamps {
         while self.queue.dequeue().is_some() {}
     }
 
-    /// Empties the queue and counts every stamp as an overrun: their samples have been overwritten in the
-    /// gyro.
+    /// Empties the queue and counts every stamp as an overrun: their samples have been overwritten in
+    /// the gyro.
     pub fn discard_as_overruns(&mut self) {
         while self.queue.dequeue().is_some() {
             self.count_overrun();

@@ -1,32 +1,32 @@
 //! Checkpoint store: estimator states in flash, restored bit for bit after a reset.
 //!
-//! Input: a state that implements [`Persist`], and a flash memory in two halves. Output: the state as last
-//! saved, or the one saved before if the last save was interrupted.
+//! Input: a state that implements [`Persist`], and a flash memory in two halves. Output: the state as
+//! last saved, or the one saved before if the last save was interrupted.
 //!
-//! The store is a journal. Checkpoints (format: `record.rs`) are appended to one half until the next does not
-//! fit; then the other half is erased and continues. The half with the newest intact checkpoint is never
-//! erased, so at least one survives a power failure at any instant. Each checkpoint is read back before it
-//! counts as saved. Erasures alternate between the halves. An erased half is marked after its erasure;
-//! without the mark it is erased again.
+//! The store is a journal. Checkpoints (format: `record.rs`) are appended to one half until the next
+//! does not fit; then the other half is erased and continues. The half with the newest intact
+//! checkpoint is never erased, so at least one survives a power failure at any instant. Each
+//! checkpoint is read back before it counts as saved. Erasures alternate between the halves. An erased
+//! half is marked after its erasure; without the mark it is erased again.
 //!
-//! RAM: one chunk of 32 bytes. A state is streamed to the flash and back word by word. Loading changes the
-//! state only after its CRC has been verified.
+//! RAM: one chunk of 32 bytes. A state is streamed to the flash and back word by word. Loading changes
+//! the state only after its CRC has been verified.
 //!
 //! # Alternatives
 //!
 //! The flight image contains no panicking code. `sequential-storage` 8.0.2 adds `assert_failed`,
-//! `unwrap_failed`, `panic` and `panic_fmt`, and takes 11.4 KB of flash against 7.4 KB here, both in a small
-//! image with the flight image's profile: a queue of 256-byte chunks, pushed and iterated, against a state of
-//! four words that is saved, loaded and read out. `ekv` 1.0 supports pages of up to 64 KiB, the STM32F405 has
-//! 128 KiB, and each of its transactions erases at least one of many pages. Both need the whole value in one
-//! buffer (16 KiB for `window`), for which the image has no RAM.
+//! `unwrap_failed`, `panic` and `panic_fmt`, and takes 11.4 KB of flash against 7.4 KB here, both in
+//! a small image with the flight image's profile: a queue of 256-byte chunks, pushed and iterated,
+//! against a state of four words that is saved, loaded and read out. `ekv` 1.0 supports pages of up to
+//! 64 KiB, the STM32F405 has 128 KiB, and each of its transactions erases at least one of many pages.
+//! Both need the whole value in one buffer (16 KiB for `window`), for which the image has no RAM.
 //!
 //! # Timing
 //!
 //! STM32F405, typical: 16 µs to program a word, 1 s to erase a sector of 128 KiB (DS8626, flash memory
-//! programming). The core stalls meanwhile, since it runs from the same flash. A checkpoint of 16 KiB takes
-//! 70 ms, and every eighth one an erasure. [`Store::make_room`] erases ahead, at a time that the flight
-//! computer chooses.
+//! programming). The core stalls meanwhile, since it runs from the same flash. A checkpoint of 16 KiB
+//! takes 70 ms, and every eighth one an erasure. [`Store::make_room`] erases ahead, at a time that
+//! the flight computer chooses.
 
 mod half;
 mod record;
@@ -147,8 +147,8 @@ impl<F: NorFlash> Store<F> {
         Ok(Checkpoint { sequence, words, passed_over: 0 })
     }
 
-    /// Erases ahead what the next [`save`](Self::save) of at most `words` words would erase. Returns whether
-    /// it erased.
+    /// Erases ahead what the next [`save`](Self::save) of at most `words` words would erase. Returns
+    /// whether it erased.
     ///
     /// # Errors
     /// As for `save`.

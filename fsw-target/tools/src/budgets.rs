@@ -75,9 +75,9 @@ pub const FLIGHT_STATIC_RAM: u64 = 24 * 1024;
 /// Largest stack depth of the flight image, bytes.
 pub const FLIGHT_STACK: u32 = 4 * 1024;
 /// Stack of nested interrupts, bytes. Four priorities can nest: serial port, captures, data ready,
-/// clock failure. Each takes 104 bytes for registers, those of the FPU included, four for alignment, and the
-/// frame of its handler: 16, 56, 16 and 8.
+/// clock failure. Each takes 104 bytes for registers, those of the FPU included, four for alignment,
+/// and the frame of its handler: 16, 56, 16 and 8.
 ///
-/// A measured high-water mark rarely includes an interrupt at the deepest point of the loop. The mark must
-/// therefore stay below [`FLIGHT_STACK`] minus this number.
+/// A measured high-water mark rarely includes an interrupt at the deepest point of the loop. The mark
+/// must therefore stay below [`FLIGHT_STACK`] minus this number.
 pub const INTERRUPTS_STACK: u32 = 4 * 108 + 16 + 56 + 16 + 8;

@@ -49,8 +49,8 @@ enum Verb {
     /// estimator reports so and each error is within 20 bounds. It has diverged if the estimator
     /// reports so, if an error is not finite, or if an error exceeds both 20 bounds and 5 of the
     /// estimator's own sigmas. Diverged runs are counted and left out of the figures. If runs have
-    /// different truths, each is compared with its own; the table has the mean of the truths and
-    /// the RMS of the bounds.
+    /// different truths, each is compared with its own; the table has the mean of the truths and the
+    /// RMS of the bounds.
     ///
     /// If each run draws its own spacecraft (mc random-spacecraft), runs in which the bound of any
     /// element exceeds a tenth of the mean moment are counted as unobserved, and excluded from the
@@ -70,8 +70,8 @@ enum Verb {
     ///
     /// Example: host-sim tables --runs 1000 --out papers
     ///
-    /// Ctrl-C stops the runs; the result is of the completed ones. All cores are used; the result
-    /// is the same on any number of cores.
+    /// Ctrl-C stops the runs; the result is of the completed ones. All cores are used; the result is
+    /// the same on any number of cores.
     Tables(tables::Arguments),
     /// Estimate from a recorded log
     ///
@@ -86,8 +86,8 @@ enum Verb {
     /// Example: host-sim telemetry /dev/ttyUSB0
     ///
     /// Set the port to raw mode first: stty -F /dev/ttyUSB0 115200 raw -echo. Damaged and missing
-    /// packets are noted on stderr. The text leaves out counts of zero; with --json each line is
-    /// one document with every field.
+    /// packets are noted on stderr. The text leaves out counts of zero; with --json each line is one
+    /// document with every field.
     Telemetry(telemetry::Arguments),
     /// Telecommand for a flight computer, as bytes on stdout
     ///
@@ -101,8 +101,8 @@ enum Verb {
     ///
     /// The firmware reads gyro and wheels over a serial port from models at register level. Driver,
     /// conversion and estimator are those of the flight image, on its processor. The same software
-    /// runs on the host. Both states are compared bit by bit after each sample; the first
-    /// difference ends the flight with its sample and element.
+    /// runs on the host. Both states are compared bit by bit after each sample; the first difference
+    /// ends the flight with its sample and element.
     ///
     /// Requires QEMU and a compiler for the Cortex-M; an error names the package to install.
     #[cfg(unix)]

@@ -41,8 +41,8 @@
 //! Departures from the paper:
 //!
 //! * The paper starts at rest, `ω(0) = 0`. The balance starts with the first sample within
-//! [`rest_sigma`](Config::rest_sigma) of zero. With ω(0) ≠ 0 the right-hand side contains `P(t)
-//! P(0)⁻¹ J ω(0)` with the unknown J. The four formulas do not include this term.
+//!   [`rest_sigma`](Config::rest_sigma) of zero. With ω(0) ≠ 0 the right-hand side contains `P(t)
+//!   P(0)⁻¹ J ω(0)` with the unknown J. The four formulas do not include this term.
 //! * The paper has no external torque. A known one joins Q as its impulse. An unknown one is an
 //!   error of Q that only the residual reveals.
 //! * The paper gives no covariance. Here the elements are always the formula's, and the covariance

@@ -18,8 +18,8 @@ const RASR: u32 = 1 << 28 | (REGION_LOG2 - 1) << 1 | 1;
 /// MPU_CTRL: enabled, except in the handler of hard faults; addresses outside the region stay open.
 const CTRL: u32 = 1 << 2 | 1;
 
-/// Closes the memory below the stack. cortex-m-rt calls this function by its name before `main`; it uses no
-/// stack itself.
+/// Closes the memory below the stack. cortex-m-rt calls this function by its name before `main`; it uses
+/// no stack itself.
 #[allow(unsafe_code, reason = "runs before the RAM is initialised")]
 // SAFETY: no other function has this name; no static is accessed, and no other code uses the unit.
 #[unsafe(naked)]

@@ -2,8 +2,8 @@
 //! processor in the loop.
 //!
 //! The interrupt of a port queues received bytes, so that a loop that is busy for up to 22 ms (256 bytes)
-//! loses none. Lost bytes are counted; the CRC of the packet detects them. [`Write::write`] never blocks: it
-//! accepts a byte if the transmitter is free.
+//! loses none. Lost bytes are counted; the CRC of the packet detects them. [`Write::write`] never blocks:
+//! it accepts a byte if the transmitter is free.
 //!
 //! [`Link::into_log_output`] makes USART1 the output of the log, for images that have no telemetry.
 //!
@@ -174,8 +174,8 @@ impl<U: Registers> tunnel::Port for SerialPort<U> {
     }
 }
 
-/// Attempts to send one byte before it is dropped. A byte takes 14,600 cycles at 168 MHz and an attempt at
-/// least ten, so that the limit is more than the time of ten bytes: the port is dead.
+/// Attempts to send one byte before it is dropped. A byte takes 14,600 cycles at 168 MHz and an attempt
+/// at least ten, so that the limit is more than the time of ten bytes: the port is dead.
 const ATTEMPTS: u32 = 16_000;
 
 impl Link {

@@ -1,8 +1,8 @@
 //! Quadrature decoding of one wheel: position and direction from the edges of two channels, with
 //! glitch rejection.
 //!
-//! Input: every edge of channel A, from the board's capture interrupt, with its captured time and the levels
-//! of both channels just after it. Output: position in edges and the time of the last edge.
+//! Input: every edge of channel A, from the board's capture interrupt, with its captured time and the
+//! levels of both channels just after it. Output: position in edges and the time of the last edge.
 //!
 //! Channel B lags A by a quarter period in forward rotation, so the levels differ after a forward
 //! edge. Each edge of A lies at one angle of the wheel, in either direction. A reversal passes the
@@ -33,8 +33,8 @@ pub struct EdgeFilter {
 }
 
 impl EdgeFilter {
-    /// A filter before its first edge. `shortest_ticks` lies below the interval between edges at the highest
-    /// speed and above the duration of line disturbances; half of the former suits.
+    /// A filter before its first edge. `shortest_ticks` lies below the interval between edges at the
+    /// highest speed and above the duration of line disturbances; half of the former suits.
     pub const fn new(shortest_ticks: u32) -> Self {
         Self { shortest_ticks, last: None, before: None, a: None, glitches: 0 }
     }

@@ -8,16 +8,16 @@ use embedded_storage::nor_flash::NorFlash;
 use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_steps::EstimatorSlot;
 
-/// Period of checkpoints, µs: ten minutes. With seven checkpoints of `window` per erasure of one half of the
-/// flash, an endurance of 10,000 erasures of each half lasts 2.6 years.
+/// Period of checkpoints, µs: ten minutes. With seven checkpoints of `window` per erasure of one half of
+/// the flash, an endurance of 10,000 erasures of each half lasts 2.6 years.
 const PERIOD_US: u64 = 600_000_000;
 
 /// Delay from a telecommand that changes the estimator to a checkpoint, µs: 10 s. The checkpoint
 /// keeps the change over a reset; the delay merges several telecommands into one checkpoint.
 const SOON_US: u64 = 10_000_000;
 
-/// Assumed time without power, µs: longer than the longest pause between samples that a gate accepts, since
-/// the true time is unknown.
+/// Assumed time without power, µs: longer than the longest pause between samples that a gate accepts,
+/// since the true time is unknown.
 const OFF_US: u64 = 60_000_000;
 
 /// Upper bound of a checkpoint, words: the size of the largest estimator, and one word for each

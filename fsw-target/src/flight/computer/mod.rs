@@ -9,10 +9,10 @@
 //!                          Store (flash)
 //! ```
 //!
-//! Input: the [`Parts`] of a board, or of the simulator. Output: telemetry, and a permit to feed the watchdog
-//! after each round of tasks. [`Computer::poll`] blocks in two cases only: the start of the gyro (0.2 s,
-//! while there are no samples to lose) and the flash (see [`crate::store`]). Failures are counted and
-//! reported; none ends the loop.
+//! Input: the [`Parts`] of a board, or of the simulator. Output: telemetry, and a permit to feed the
+//! watchdog after each round of tasks. [`Computer::poll`] blocks in two cases only: the start of the gyro
+//! (0.2 s, while there are no samples to lose) and the flash (see [`crate::store`]). Failures are counted
+//! and reported; none ends the loop.
 //!
 //! An erasure of a flash sector takes 1 to 2 s, in which samples are lost. Space for the next
 //! checkpoint is therefore erased at the start, and at rest after the last window is concluded
@@ -51,8 +51,8 @@ const QUEUE: usize = 768;
 const BYTES_PER_POLL: usize = 64;
 const _: () = assert!(BYTES_PER_POLL >= MAX_COMMAND);
 
-/// Time without a reading after which the gyro is started again, and period of further attempts, µs. Time of
-/// flash operations, in which no sample can arrive, is not counted: an erasure takes longer.
+/// Time without a reading after which the gyro is started again, and period of further attempts, µs. Time
+/// of flash operations, in which no sample can arrive, is not counted: an erasure takes longer.
 const GYRO_SILENCE_US: u64 = 1_000_000;
 
 type FlightLoopOf<'a, P> = FlightLoop<

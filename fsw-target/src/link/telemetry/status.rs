@@ -54,8 +54,7 @@ record! {
         last_sequence_count: u16, "–";
         /// True if the last accepted telecommand was executed; absent before the first.
         last_command_done: Option<bool>, "–";
-        /// Time between two reports of a kind; 0: an estimate after each sample, a status after each
-        /// telecommand.
+        /// Time between two reports of a kind; 0: an estimate after each sample, a status after each telecommand.
         telemetry_period_ms: u32, "ms";
         /// Last commanded external torque, body axes.
         torque_n_m: [f32; 3], "N m";
@@ -153,8 +152,8 @@ pub enum CheckpointState {
     Restored,
     /// The newest checkpoint was torn; the one before has been restored.
     RestoredOlder,
-    /// All checkpoints were torn, or of another state or configuration. The estimators started without an
-    /// estimate.
+    /// All checkpoints were torn, or of another state or configuration. The estimators started without
+    /// an estimate.
     Unusable,
     /// Flash not readable.
     Failed,

@@ -110,8 +110,8 @@ impl<F: Field> Wire for F {
     }
 }
 
-/// [`Wire`] for a record `$name { field: type, unit, meaning }`. With `struct` before the name, also the
-/// struct itself.
+/// [`Wire`] for a record `$name { field: type, unit, meaning }`. With `struct` before the name, also
+/// the struct itself.
 macro_rules! record {
     ($(#[doc = $about:literal])+ struct $name:ident {
         $($(#[doc = $meaning:literal])+ $field:ident: $type:ty, $unit:literal;)+

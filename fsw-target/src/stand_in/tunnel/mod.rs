@@ -24,8 +24,8 @@
 //! | [`FAILED`] | reason, as text | none |
 //!
 //! Fields are big-endian, as in [`crate::link::wire`]. Messages are short, since each byte to the computer
-//! takes tens of microseconds in QEMU. An incomplete frame ends the run at both ends, without retransmission:
-//! a retry could hide an error of the computer.
+//! takes tens of microseconds in QEMU. An incomplete frame ends the run at both ends, without
+//! retransmission: a retry could hide an error of the computer.
 //!
 //! 1. [`message`]: the messages, for both ends.
 //! 2. [`setup`]: spacecraft data.

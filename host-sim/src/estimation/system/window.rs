@@ -14,8 +14,7 @@ const BLOCKS: usize = 512;
 /// rate it has more, so that its mean covers this time. Short against the rotation of the body,
 /// long against the period of vibration.
 const SHORTEST_BLOCK_S: f64 = 2e-3;
-/// Unknowns without disturbances to solve for: momentum, inertia, and the torque that is tested
-/// for.
+/// Unknowns without disturbances to solve for: momentum, inertia, and the torque that is tested for.
 const WITH_TORQUE: usize = 12;
 /// Unknowns with disturbances to solve for: gyro bias and drag as well.
 const WITH_DRAG: usize = 18;

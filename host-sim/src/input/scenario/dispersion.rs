@@ -2,13 +2,10 @@
 //!
 //! ```toml
 //! [dispersion]                                 # optional, as is each of its keys
-//! inertia_factor = [0.9, 0.8, 0.7, 0.6, 0.5]   # of the true tensor, in turn; after a change too
-//! [dispersion.initial_estimate]                # uniform within ± of these
-//! rate_rad_s = 1.0e-3
-//! moments_kg_m2 = 30.0
-//! products_kg_m2 = 2.0
-//! rate_sigma_rad_s = 1.0e-3                    # initial sigmas of the filter
-//! sigma_kg_m2 = [20, 20, 20, 1.2, 1.2, 1.2]
+//! inertia_factor = [0.9, 0.8, 0.7, 0.6, 0.5] # factors of the true tensor, before and after
+//! changes; run i uses entry i modulo the length [dispersion.initial_estimate] # uniform within ±
+//! of these rate_rad_s = 1.0e-3 moments_kg_m2 = 30.0 products_kg_m2 = 2.0 rate_sigma_rad_s = 1.0e-3
+//! # initial sigmas of the filter sigma_kg_m2 = [20, 20, 20, 1.2, 1.2, 1.2]
 //! ```
 
 use flight_input::InputError;

@@ -4,10 +4,10 @@ use serde::Serialize;
 
 /// Result of `mc`: statistics over runs that differ in gyro noise and in the dispersed quantities.
 ///
-/// A run counts as diverged if its status is `diverged`, or if the error of an element is not
-/// finite or exceeds 20 bounds and 5 of the reported sigmas. Diverged runs are counted, and left
-/// out of `rmse_*`, `bias_*` and NEES. If each run draws its own spacecraft, runs whose motion does
-/// not observe all six elements are left out too.
+/// A run counts as diverged if its status is `diverged`, or if the error of an element is not finite
+/// or exceeds 20 bounds and 5 of the reported sigmas. Diverged runs are counted, and left out of
+/// `rmse_*`, `bias_*` and NEES. If each run draws its own spacecraft, runs whose motion does not
+/// observe all six elements are left out too.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct McReport {
     /// Name of the scenario.
@@ -22,8 +22,8 @@ pub struct McReport {
     pub runs: u64,
     /// Runs in the statistics: all except `diverged` and `not_shown`.
     pub used: u64,
-    /// Runs with a spacecraft of their own whose motion leaves the bound of an element above a
-    /// tenth of the mean moment.
+    /// Runs with a spacecraft of their own whose motion leaves the bound of an element above a tenth of
+    /// the mean moment.
     pub not_shown: u64,
     /// Runs that diverged: by their status, or by an error far beyond the reported sigma.
     pub diverged: u64,
@@ -41,8 +41,8 @@ pub struct McReport {
     pub rmse_kg_m2: [Option<f64>; 6],
     /// Mean of estimated minus true, kg m². Null if all runs diverged.
     pub bias_kg_m2: [Option<f64>; 6],
-    /// Cramér-Rao bound of each element, one sigma, kg m². Null if the element is unobserved. RMS
-    /// of the bounds if the runs differ.
+    /// Cramér-Rao bound of each element, one sigma, kg m². Null if the element is unobserved. RMS of
+    /// the bounds if the runs differ.
     pub bound_kg_m2: [Option<f64>; 6],
     /// RMS of each run's error over its own bound. Null without a bound.
     pub rmse_over_bound: [Option<f64>; 6],
