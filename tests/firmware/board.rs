@@ -32,6 +32,7 @@ const LAST_FAILURE: [&str; 6] = [
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn every_failure_is_caught_and_reported_after_the_restart() -> Result<()> {
+    let _alone = crate::alone();
     let run = qemu::run(&firmware::build("failures")?, qemu::MACHINE, LIMIT, |_| {})?;
     assert!(run.success, "{:#?}", run.lines);
 
@@ -55,6 +56,7 @@ fn every_failure_is_caught_and_reported_after_the_restart() -> Result<()> {
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn peripherals_of_the_chip_work_and_missing_ones_are_reported() -> Result<()> {
+    let _alone = crate::alone();
     let run = qemu::run(&firmware::build("bringup")?, qemu::MACHINE, LIMIT, |_| {})?;
     assert!(run.success, "{:#?}", run.lines);
 
@@ -75,6 +77,7 @@ fn peripherals_of_the_chip_work_and_missing_ones_are_reported() -> Result<()> {
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn no_received_byte_is_lost() -> Result<()> {
+    let _alone = crate::alone();
     let (_machine, [mut log, mut port]) = Machine::start(&firmware::build("bringup")?)?;
     // Bytes sent before the ports are open are lost, as on a board. The log begins afterwards.
     log.set_read_timeout(Some(LIMIT))?;

@@ -110,6 +110,7 @@ fn frame(command: Command, sequence_count: u16) -> Result<Vec<u8>> {
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn missing_gyro_flash_and_crystal_are_reported_and_the_loop_continues() -> Result<()> {
+    let _alone = crate::alone();
     let mut ground = Ground::start()?;
     let first = ground.status(|_| true)?;
     // Without a chip on the SPI the identity register reads 0.
@@ -132,6 +133,7 @@ fn missing_gyro_flash_and_crystal_are_reported_and_the_loop_continues() -> Resul
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn telecommands_are_executed_and_answered() -> Result<()> {
+    let _alone = crate::alone();
     let mut ground = Ground::start()?;
     ground.status(|_| true)?;
     ground.command(Command::Select(EstimatorId::JointEkf), 1)?;
@@ -162,6 +164,7 @@ fn telecommands_are_executed_and_answered() -> Result<()> {
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn malformed_truncated_replayed_and_oversized_telecommands_are_counted_and_ignored() -> Result<()> {
+    let _alone = crate::alone();
     let mut ground = Ground::start()?;
     ground.status(|_| true)?;
     ground.command(Command::Ping, 100)?;
@@ -190,6 +193,7 @@ fn malformed_truncated_replayed_and_oversized_telecommands_are_counted_and_ignor
 #[test]
 #[ignore = "needs the Cortex-M target: tests/check.sh runs it"]
 fn flight_image_is_within_its_memory_budget() -> Result<()> {
+    let _alone = crate::alone();
     let Memory { flash, static_ram } = image::memory(&flight()?)?;
     println!("flight: flash {flash} bytes, static RAM {static_ram} bytes");
     assert!(flash <= budgets::FLIGHT_FLASH.held, "{flash} bytes of flash");
@@ -201,6 +205,7 @@ fn flight_image_is_within_its_memory_budget() -> Result<()> {
 #[ignore = "needs the Cortex-M target: tests/check.sh runs it"]
 fn flight_image_has_no_code_that_panics_allocates_emulates_doubles_or_needs_a_debugger()
 -> Result<()> {
+    let _alone = crate::alone();
     let symbols = image::symbols(&flight()?)?;
     assert!(symbols.iter().any(|name| name == "main"), "the image has no symbol table");
     let unwanted: Vec<_> = symbols.iter().filter(|name| image::is_unwanted(name)).collect();

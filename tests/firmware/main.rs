@@ -16,3 +16,10 @@ use std::time::Duration;
 
 /// Time limit of an image. None takes more than a second in QEMU; a loaded machine takes longer.
 const LIMIT: Duration = Duration::from_secs(120);
+
+/// Exclusive use of the machine by one test: the time limits of the others hold without a compiler or
+/// another emulator beside them.
+fn alone() -> std::sync::MutexGuard<'static, ()> {
+    static MACHINE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+    MACHINE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}

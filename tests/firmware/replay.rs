@@ -22,6 +22,7 @@ fn run(bin: &str, limit: Duration) -> Result<qemu::Run> {
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn target_and_host_compute_the_same_bits() -> Result<()> {
+    let _alone = crate::alone();
     let target = run("replay", LIMIT)?;
     assert!(target.success, "the image reported a failure: {:#?}", target.lines);
 
@@ -55,6 +56,7 @@ fn line(name: &str, row: usize, elements: [f32; 9]) -> String {
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn panic_is_logged_and_ends_with_failure() -> Result<()> {
+    let _alone = crate::alone();
     let run = run("panics", LIMIT)?;
     assert!(!run.success);
     let last = run.lines.last().map(String::as_str).unwrap_or_default();
@@ -65,6 +67,7 @@ fn panic_is_logged_and_ends_with_failure() -> Result<()> {
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn image_that_does_not_end_is_stopped_at_the_time_limit() {
+    let _alone = crate::alone();
     let error = run("replay", Duration::ZERO).unwrap_err();
     assert!(error.to_string().contains("did not end"), "{error}");
 }
@@ -72,6 +75,7 @@ fn image_that_does_not_end_is_stopped_at_the_time_limit() {
 #[test]
 #[ignore = "needs the Cortex-M target: tests/check.sh runs it"]
 fn replay_image_has_no_code_that_panics_allocates_or_emulates_doubles() -> Result<()> {
+    let _alone = crate::alone();
     let symbols = image::symbols(&firmware::build("replay")?)?;
     assert!(symbols.iter().any(|name| name == "main"), "the image has no symbol table");
 
