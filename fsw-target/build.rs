@@ -56,12 +56,12 @@ fn prepare() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The number of wheels of a craft file and its constant, with room for `room` wheels or for those of
+/// The number of wheels of a craft file and its constant, with `capacity` wheels or for those of
 /// the file.
-fn read_craft(path: &Path, room: Option<usize>) -> Result<(usize, String), Box<dyn Error>> {
+fn read_craft(path: &Path, capacity: Option<usize>) -> Result<(usize, String), Box<dyn Error>> {
     let craft = Craft::load(watch(path))?;
     let wheels = craft.wheels.len();
-    let source = craft::source(&craft, room.unwrap_or(wheels))
+    let source = craft::source(&craft, capacity.unwrap_or(wheels))
         .map_err(|why| format!("{}: {why}", path.display()))?;
     Ok((wheels, source))
 }

@@ -11,20 +11,20 @@ use std::fmt::Write as _;
 /// A craft file that the image cannot take: the fault and the remedy.
 type Rejection = String;
 
-/// The Rust source of `CRAFT`, a constant with `room` wheels. An absent wheel is one about z without
+/// The Rust source of `CRAFT`, a constant with `capacity` wheels. An absent wheel is one about z without
 /// spin inertia.
 ///
 /// # Errors
-/// More than `room` wheels, an absent gyro noise, a key without a counterpart in the image, or a value
+/// More than `capacity` wheels, an absent gyro noise, a key without a counterpart in the image, or a value
 /// that the estimators reject in f32.
-pub fn source(craft: &Craft, room: usize) -> Result<String, Rejection> {
-    check_keys(craft, room)?;
+pub fn source(craft: &Craft, capacity: usize) -> Result<String, Rejection> {
+    check_keys(craft, capacity)?;
     let noise_rad_s = craft.gyro.noise_rad_s.ok_or(
         "missing key `gyro.noise_rad_s`: the image does not estimate the noise; add it from the data \
          sheet, one sigma per sample",
     )?;
     check_values(craft, noise_rad_s)?;
-    let missing = room - craft.wheels.len();
+    let missing = capacity - craft.wheels.len();
     let axes = craft.wheels.iter().map(|wheel| floats(wheel.axis.as_slice()));
     let axes: Vec<_> = axes.chain(vec![floats(&[0.0, 0.0, 1.0]); missing]).collect();
     let spin_inertia = craft.wheels.iter().map(|wheel| wheel.spin_inertia_kg_m2);
@@ -34,7 +34,8 @@ pub fn source(craft: &Craft, room: usize) -> Result<String, Rejection> {
         format!("Some(Prior {{ inertia_kg_m2: {inertia}, sigma_kg_m2: {sigma} }})")
     });
 
-    let mut source = format!("/// The spacecraft.\npub const CRAFT: Craft<{room}> = Craft {{\n");
+    let mut source =
+        format!("/// The spacecraft.\npub const CRAFT: Craft<{capacity}> = Craft {{\n");
     for (field, value) in [
         ("wheel_axes", format!("[{}]", axes.join(", "))),
         ("spin_inertia_kg_m2", floats(&spin_inertia)),
@@ -47,10 +48,12 @@ pub fn source(craft: &Craft, room: usize) -> Result<String, Rejection> {
 }
 
 /// Rejects keys without a counterpart in the image.
-fn check_keys(craft: &Craft, room: usize) -> Result<(), Rejection> {
+fn check_keys(craft: &Craft, capacity: usize) -> Result<(), Rejection> {
     let wheels = craft.wheels.len();
-    if wheels > room {
-        return Err(format!("{wheels} [[wheel]] tables, but the image has {room}; remove some"));
+    if wheels > capacity {
+        return Err(format!(
+            "{wheels} [[wheel]] tables, but the image has {capacity}; remove some"
+        ));
     }
     let image_has_none = [
         ("gyro.range_rad_s", craft.gyro.range_rad_s.is_some()),

@@ -10,7 +10,7 @@
 #[doc = include_str!("../docs/board.md")]
 pub mod board {}
 
-/// [board room]: crate::board
+/// [board module]: crate::board
 ///
 #[doc = include_str!("../docs/porting.md")]
 pub mod porting {}

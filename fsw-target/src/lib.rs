@@ -27,9 +27,9 @@
 //!    checkpoints: its `poll` is the loop of the image. [`flight::supervisor`] permits the watchdog to be
 //!    fed after each complete round.
 //!
-//! # Rooms
+//! # Modules
 //!
-//! | room | contents | uses |
+//! | module | contents | uses |
 //! |---|---|---|
 //! | [`runtime`] | failures, log, restart record, stack measurement, time stamps | – |
 //! | [`link`] | telemetry and telecommands as packets on a serial line | `runtime` |

@@ -10,10 +10,10 @@ use flight_input::Craft;
 
 const GOOD: &str = "[[wheel]]\naxis = [0, 0, 2]\nspin_inertia_kg_m2 = 2.1e-5\n\
                     [gyro]\nnoise_rad_s = 1e-4\n";
-const ROOM: usize = 4;
+const CAPACITY: usize = 4;
 
 fn source(text: &str) -> Result<String, String> {
-    craft::source(&Craft::from_toml("craft.toml", text).unwrap(), ROOM)
+    craft::source(&Craft::from_toml("craft.toml", text).unwrap(), CAPACITY)
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn absent_gyro_noise_is_rejected() {
 #[test]
 fn surplus_wheels_are_rejected() {
     let wheel = &GOOD[..GOOD.find("[gyro]").unwrap()];
-    let message = source(&format!("{}{GOOD}", wheel.repeat(ROOM))).unwrap_err();
+    let message = source(&format!("{}{GOOD}", wheel.repeat(CAPACITY))).unwrap_err();
     assert_eq!(message, "5 [[wheel]] tables, but the image has 4; remove some");
 }
 

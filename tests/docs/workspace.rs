@@ -1,4 +1,4 @@
-//! What a command of a page may name: packages, targets, features, aliases, verbs and flags.
+//! Names that a command of a page may use: packages, targets, features, aliases, verbs and flags.
 
 use std::collections::HashMap;
 use std::fs;

@@ -69,7 +69,7 @@ enum Fault {
 }
 
 /// Rest, an excitation with every fault, rest; an excitation with a panel deployment, rest; and an
-/// excitation so long that a window of 512 blocks fills and merges blocks.
+/// excitation, long enough to fill a window of 512 blocks, which then merges blocks.
 pub const MISSION: Plan = Plan {
     name: "mission",
     samples: 8_000,
