@@ -8,7 +8,7 @@
 #![doc = include_str!("../docs/index.md")]
 
 /// [keys]: crate::input::keys
-/// [campaigns]: super::campaigns
+/// [campaigns]: crate::docs::campaigns
 ///
 #[doc = include_str!("../docs/scenarios.md")]
 pub mod scenarios {}

@@ -11,7 +11,7 @@
 //!  elhariry_2026 ─┘        └─► Papers::fly, seed by seed ─► Reproduction ─► report
 //! ```
 //!
-//! A new paper is a file with an implementation of [`Paper`] and a line in [`roster`].
+//! A new paper is a file with an implementation of [`Paper`] and a line in `roster`.
 //!
 //! A seed flies every paper, so that all tables of an interrupted run have the same number of
 //! trials. The seeds are spread over rayon's threads and the trials are sorted by seed: the result
@@ -48,7 +48,7 @@ fn roster() -> Result<Vec<Box<dyn AnyPaper>>, PapersFailed> {
     ])
 }
 
-/// Every paper of the [`roster`], with the true motion of its scenarios.
+/// Every paper of the roster, with the true motion of its scenarios.
 pub struct Papers {
     entries: Vec<Box<dyn AnyPaper>>,
 }
