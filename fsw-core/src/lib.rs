@@ -182,7 +182,7 @@
 //! | gap | interval between samples too long for a prediction |
 //! | gyrostat | rigid body with spinning wheels |
 //! | lock-out | series of rejected samples that shows the estimate itself to be wrong |
-//! | NEES | normalised estimation error squared, `(ĵ − j)ᵀ P⁻¹ (ĵ − j)` |
+//! | NEES | normalised estimation error squared per degree of freedom, `(ĵ − j)ᵀ P⁻¹ (ĵ − j) / 6` |
 //! | observed direction | combination of the six elements whose sigma the data have reduced to a tenth |
 //! | pass | one Gauss-Newton iteration over the blocks of a window |
 //! | physical | possible for a rigid body: positive definite, triangle inequality |
@@ -224,6 +224,10 @@
 //!   (Savitzky-Golay) method*, Anal. Chem. 62, 570-573, 1990.
 //! * \[Hildreth1957\] C. Hildreth, *A quadratic programming procedure*, Naval Res. Logist. Q. 4,
 //!   79-85, 1957.
+//! * \[BarShalom2001\] Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to
+//!   Tracking and Navigation*, Wiley, 2001.
+//! * \[Kay1993\] S. M. Kay, *Fundamentals of Statistical Signal Processing: Estimation Theory*,
+//!   Prentice Hall, 1993.
 //! * \[Kelley1960\] J. E. Kelley, *The cutting-plane method for solving convex programs*, J. SIAM 8,
 //!   703-712, 1960.
 //! * \[Savitzky1964\] A. Savitzky, M. J. E. Golay, *Smoothing and differentiation of data by simplified

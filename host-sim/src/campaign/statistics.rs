@@ -121,8 +121,8 @@ impl Sums {
 /// if each NEES is chi-square with six degrees of freedom; none for no runs.
 ///
 /// `[χ²₀.₀₂₅(n), χ²₀.₉₇₅(n)] / n`, `n = 6 · runs`, since the sum of independent chi-square variables
-/// is chi-square with the sum of their degrees of freedom. Source: Y. Bar-Shalom, X. R. Li,
-/// T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*, 2001, section 5.4.2.
+/// is chi-square with the sum of their degrees of freedom. Source:
+/// \[BarShalom2001\] section 5.4.2.
 pub fn nees_95(runs: usize) -> Option<[f64; 2]> {
     let degrees = DEGREES * runs as f64;
     let distribution = ChiSquared::new(degrees).ok()?;

@@ -89,7 +89,7 @@ const TABLE: [Properties; 10] = [
         estimator: EstimatorName::JointEkfUnaligned,
         name: "joint-ekf-unaligned",
         paper: Some("Bellar2019"),
-        summary: "Nine-state EKF in UD form with the printed start: only the numerics differ",
+        summary: "Nine-state EKF in UD form, started at once on the prior as the printed one",
         ..PUBLISHED
     },
     Properties {

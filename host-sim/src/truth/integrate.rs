@@ -1,8 +1,7 @@
 //! Adaptive integration of `ẏ = f(t, y)` from one time to another.
 //!
 //! Method: explicit Runge-Kutta of order 8 by Dormand and Prince with the error estimates of orders 5
-//! and 3 (DOP853; Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section
-//! II.5), from the crate `differential-equations`. Each call ends exactly at the next sample or kink
+//! and 3 (DOP853; \[Hairer1993\] section II.5), from the crate `differential-equations`. Each call ends exactly at the next sample or kink
 //! of a torque, so that no sample is interpolated and no step straddles a jump.
 
 use differential_equations::prelude::{Error, ExplicitRungeKutta, IVP, ODE};

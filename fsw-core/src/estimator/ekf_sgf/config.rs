@@ -116,7 +116,7 @@ impl<T: Real> Config<T> {
     /// The paper calls its polynomial quartic and prints, in Eq. (10) and Table 2, the weights of a
     /// parabola, `(2i − 5)/35`; the printed ones are used here. Its Table 5 (errors of the
     /// acceleration 28 to 29 % smaller than by the backward difference, Eq. 11) is that of a true
-    /// quartic, `Fit::centred(6, 4, 1)`: the printed weights make it 57 %.
+    /// quartic, `Fit::centred(6, 4, 1)`: the printed weights make it 54 %.
     pub fn kim_2016(gyro_noise_rad_s: T, nominal: Prior<T>) -> Self {
         Self {
             nominal,

@@ -57,7 +57,7 @@
 //! Cramér-Rao bound over 100 runs, least and largest of the six elements; NEES per degree of
 //! freedom, 1 for a covariance that fits. Held within bounds by `tests/consistency.rs`.
 //!
-//! | start | form | RMS error / bound | NEES | diverged |
+//! | start | form | RMS error / bound | NEES | failed |
 //! |---|---|---|---|---|
 //! | alignment | UD, f32 | 1.03 to 1.35 | 1.08 | 0 |
 //! | prior of 25 and 2 kg m² | UD, f64 | 1.08 to 1.99 | 10.4 | 0 |

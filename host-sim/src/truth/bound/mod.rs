@@ -8,9 +8,8 @@
 //!
 //! with `z` the measured body rate, rad/s, `R` its noise covariance and `θ` the [`unknowns`]: initial
 //! rate and inertia, and disturbance torque and gyro bias where they are estimated
-//! (see [`sensitivities`] for `S`, [`information`] for the sum). Source: S. M. Kay, *Fundamentals of
-//! Statistical Signal Processing: Estimation Theory*, 1993, section 3.9, for Gaussian noise of known
-//! covariance.
+//! (see [`sensitivities`] for `S`, [`information`] for the sum). Source: \[Kay1993\]
+//! section 3.9, for Gaussian noise of known covariance.
 //!
 //! Assumptions:
 //! - The wheel speeds are measured, hence known functions of time, in a closed loop too: the
