@@ -99,6 +99,10 @@ pub trait Estimator<T: Real, const W: usize> {
 
     /// Innovation of the last predicted sample, if any.
     fn innovation(&self) -> Option<Innovation<T>>;
+
+    /// Completes the work that is due on the samples so far, in one call of long duration: for the
+    /// end of a log. Estimators that complete their work within each step have none.
+    fn finish(&mut self) {}
 }
 
 impl<T: Real, const W: usize, E: Estimator<T, W> + ?Sized> Estimator<T, W> for &mut E {
@@ -116,5 +120,9 @@ impl<T: Real, const W: usize, E: Estimator<T, W> + ?Sized> Estimator<T, W> for &
 
     fn innovation(&self) -> Option<Innovation<T>> {
         (**self).innovation()
+    }
+
+    fn finish(&mut self) {
+        (**self).finish();
     }
 }
