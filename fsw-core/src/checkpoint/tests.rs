@@ -526,7 +526,6 @@ fn window_config<T: Real>() -> window::Config<T> {
         quiet_s: T::lit(8.0),
         block_samples: 2,
         // Blocks of two samples take twice the work of the default of four.
-        instructions_per_step: Some(12_000),
         ..window::Config::new(noise)
     }
 }

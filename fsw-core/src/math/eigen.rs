@@ -14,7 +14,7 @@
 //!
 //! Accuracy: eigenvalues to a few ε of the largest one.
 
-use super::{Mat, scalar::Real};
+use super::{Mat, column, scalar::Real};
 
 /// Sweeps over all off-diagonal elements. A 6×6 matrix is diagonal to double precision after about
 /// six; two are margin.
@@ -91,6 +91,64 @@ fn rotate<T: Real, const N: usize>(a: &mut Mat<T, N, N>, v: &mut Mat<T, N, N>, p
         let (vkp, vkq) = (v[(k, p)], v[(k, q)]);
         v[(k, p)] = c * vkp - s * vkq;
         v[(k, q)] = s * vkp + c * vkq;
+    }
+}
+
+/// Singular values of a square matrix in no particular order, and the matrix V whose columns are its
+/// right singular vectors: `A = W diag(values) Vᵀ`.
+///
+/// One-sided Jacobi rotations \[Golub2013\] section 8.6.3: each makes two columns of A V orthogonal.
+/// A small value keeps its relative accuracy, which the eigenvalues of `AᵀA` lose to the square of the
+/// largest.
+///
+/// ```
+/// use fsw_core::math::{Mat, eigen::singular_values};
+///
+/// let (mut values, _) = singular_values(&Mat::<f32, 2, 2>::new(1.0, 1.0, 0.0, 1e-5));
+/// values.sort_by(f32::total_cmp);
+/// assert!((values[0] * values[1] - 1e-5).abs() < 1e-11); // the determinant
+/// ```
+#[inline(never)]
+pub fn singular_values<T: Real, const N: usize>(a: &Mat<T, N, N>) -> ([T; N], Mat<T, N, N>) {
+    let (mut b, mut v) = (*a, Mat::<T, N, N>::identity());
+    for _ in 0..SWEEPS {
+        for p in 0..N {
+            for q in p + 1..N {
+                make_orthogonal(&mut b, &mut v, p, q);
+            }
+        }
+    }
+    let mut values = [T::zero(); N];
+    for (k, value) in values.iter_mut().enumerate() {
+        let column = column(&b, k);
+        *value = column.dot(&column).sqrt();
+    }
+    (values, v)
+}
+
+/// Rotates columns p and q of b and v so that those of b are orthogonal.
+fn make_orthogonal<T: Real, const N: usize>(
+    b: &mut Mat<T, N, N>,
+    v: &mut Mat<T, N, N>,
+    p: usize,
+    q: usize,
+) {
+    let (x, y) = (column(b, p), column(b, q));
+    let (xx, yy, xy) = (x.dot(&x), y.dot(&y), x.dot(&y));
+    if xy == T::zero() {
+        return;
+    }
+    let theta = (yy - xx) / (xy + xy);
+    let root = (theta * theta + T::one()).sqrt();
+    let t = if theta < T::zero() { -T::one() } else { T::one() } / (theta.abs() + root);
+    let c = T::one() / (t * t + T::one()).sqrt();
+    let s = t * c;
+    for matrix in [b, v] {
+        for i in 0..N {
+            let (at_p, at_q) = (matrix[(i, p)], matrix[(i, q)]);
+            matrix[(i, p)] = c * at_p - s * at_q;
+            matrix[(i, q)] = s * at_p + c * at_q;
+        }
     }
 }
 

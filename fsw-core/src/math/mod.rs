@@ -61,6 +61,11 @@ pub fn norm<T: Real>(v: &Vec3<T>) -> T {
     v.dot(v).sqrt()
 }
 
+/// Largest absolute component, `|v|∞`, in the unit of `v`.
+pub fn largest_component<T: Real>(v: &Vec3<T>) -> T {
+    v.iter().fold(T::zero(), |most, x| most.max(x.abs()))
+}
+
 /// Matrix of the cross product, `a^× b = a × b`.
 ///
 /// `a^× = [0 −a_z a_y; a_z 0 −a_x; −a_y a_x 0]`, antisymmetric.

@@ -1,54 +1,80 @@
-//! Samples become blocks: averages over a short stretch, with what drove the body meanwhile.
+//! Blocks: averages over a few samples, with the drive of wheels and external torque.
 //!
-//! A sample stands for the stretch from half-way to the one before it to half-way to the one
-//! after. A block is the stretches of a few samples. Total momentum h and rate ω of the body
-//! satisfy `J ω = h − h_w` at each sample, so also on average over a block's samples, exactly:
+//! A sample stands for the interval from half-way to the one before it to half-way to the one after. A
+//! block is the intervals of a few samples. Total momentum h and rate ω satisfy `J ω = h − h_w` at each
+//! sample, and so on average over the samples of a block, exactly:
 //!
 //! `J z̄ + h̄_w = h̄ + J v̄`
 //!
-//! with z̄ the mean of the readings and v̄ that of their noise. Within a block the impulse of the
-//! external torque is modelled as a ramp from 0 to `I = ∫ τ dt`. What it really did in between, a
-//! step of the torque say, is `g(t) = ∫ τ − I t/Δ`, known, and zero at both ends; its mean goes
-//! into the mean wheel momentum, `d = h̄_w − ḡ`, called the drive. So the mean rate is
-//! `J⁻¹ (h̄_ramp − d)`, where only the smooth `h_ramp` has to be integrated. By the end of the block g has
-//! turned with the body, which adds `−∫ ω × g dt ≈ −ω̄ × ∫ g dt` to the impulse.
+//! with z̄ the mean of the readings and v̄ that of their noise. The external torque enters as its impulse
+//! `I = ∫ τ dt`, a ramp of momentum, and as the part beyond that ramp, `g(t) = ∫ τ − I t/Δ`, which is zero at
+//! both ends and known: of g the mean ḡ is stored, and a parabola stands for its course. By the end of
+//! the block g has turned with the body, which adds `−∫ ω × g dt ≈ −ω̄ × ∫ g dt` to the impulse.
+//!
+//! Wheel momentum within a block is a parabola through its values at both ends with the right mean.
 
 use crate::math::{Vec3, scalar::Real};
 
-/// A stretch of motion: averages over its samples, and the impulse of the external torque.
+/// Weight of a reading that the gate has refused and bridged from its neighbours, samples. It keeps
+/// the mean continuous in time, and has next to no influence on the fit.
+pub const REFUSED_WEIGHT: f64 = 0.02;
+
+/// Averages over the samples of an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block<T: Real> {
-    /// Samples averaged.
-    pub samples: u32,
+    /// Number of accepted samples; the variance of `rate_rad_s` is σ² over this.
+    pub weight: T,
     /// Length Δ, s.
     pub duration_s: T,
     /// z̄, mean gyro reading, rad/s.
     pub rate_rad_s: Vec3<T>,
-    /// d, mean wheel momentum less what the external torque did beyond a ramp, N m s.
-    pub drive_n_m_s: Vec3<T>,
-    /// I, impulse of the external torque, body axes, N m s, with what turning made of it.
+    /// h̄_w, mean wheel momentum, N m s.
+    pub wheels_n_m_s: Vec3<T>,
+    /// h_w at the end of the block, N m s.
+    pub wheels_end_n_m_s: Vec3<T>,
+    /// I, impulse of the external torque in body axes with the turning of g, N m s.
     pub impulse_n_m_s: Vec3<T>,
+    /// ḡ, mean of the impulse beyond a ramp, N m s.
+    pub beyond_ramp_n_m_s: Vec3<T>,
 }
 
-crate::persist!([T: Real] Block<T> { samples, duration_s, rate_rad_s, drive_n_m_s, impulse_n_m_s });
+crate::persist!([T: Real] Block<T> {
+    weight, duration_s, rate_rad_s, wheels_n_m_s, wheels_end_n_m_s, impulse_n_m_s, beyond_ramp_n_m_s
+});
 
 impl<T: Real> Block<T> {
-    /// Nothing yet.
+    /// Block without content.
     pub fn empty() -> Self {
-        let o = Vec3::zeros();
-        Self { samples: 0, duration_s: T::zero(), rate_rad_s: o, drive_n_m_s: o, impulse_n_m_s: o }
+        let (zero, none) = (T::zero(), Vec3::zeros());
+        Self {
+            weight: zero,
+            duration_s: zero,
+            rate_rad_s: none,
+            wheels_n_m_s: none,
+            wheels_end_n_m_s: none,
+            impulse_n_m_s: none,
+            beyond_ramp_n_m_s: none,
+        }
     }
 
-    /// This block and the one after it as one.
+    /// `d = h̄_w − ḡ`: mean of the momentum that does not belong to the body's smooth motion, N m s.
+    pub fn drive_n_m_s(&self) -> Vec3<T> {
+        self.wheels_n_m_s - self.beyond_ramp_n_m_s
+    }
+
+    /// Square of the angle `|z̄| Δ`, rad².
+    pub fn turn_square(&self) -> T {
+        let turn = self.rate_rad_s * self.duration_s;
+        turn.dot(&turn)
+    }
+
+    /// This block and the next one as one.
     ///
-    /// Each block's ramp gives way to the common one; the difference goes into the drive. Where the
-    /// rate of one isn't believed, that of both isn't.
+    /// Each block's ramp gives way to the common one, and the difference goes into ḡ. Means are by duration:
+    /// that of the middle stays where samples come unevenly.
     pub fn merge(&self, next: &Self) -> Self {
         let half = T::lit(0.5);
-        let is_believed = self.samples > 0 && next.samples > 0;
-        let samples = if is_believed { self.samples + next.samples } else { 0 };
         let duration_s = self.duration_s + next.duration_s;
-        // By duration, so that the mean stays that of the middle where samples come unevenly.
         let share = self.duration_s / duration_s;
         let rest = T::one() - share;
         let impulse = self.impulse_n_m_s + next.impulse_n_m_s;
@@ -58,14 +84,16 @@ impl<T: Real> Block<T> {
         let beyond_a = self.impulse_n_m_s * half - per_s * t_a;
         let beyond_b = self.impulse_n_m_s + next.impulse_n_m_s * half - per_s * t_b;
         Self {
-            samples,
+            weight: self.weight + next.weight,
             duration_s,
             rate_rad_s: self.rate_rad_s * share + next.rate_rad_s * rest,
-            drive_n_m_s: (self.drive_n_m_s - beyond_a) * share
-                + (next.drive_n_m_s - beyond_b) * rest,
+            wheels_n_m_s: self.wheels_n_m_s * share + next.wheels_n_m_s * rest,
+            wheels_end_n_m_s: next.wheels_end_n_m_s,
             impulse_n_m_s: impulse
                 - self.rate_rad_s.cross(&beyond_a) * self.duration_s
                 - next.rate_rad_s.cross(&beyond_b) * next.duration_s,
+            beyond_ramp_n_m_s: (self.beyond_ramp_n_m_s + beyond_a) * share
+                + (next.beyond_ramp_n_m_s + beyond_b) * rest,
         }
     }
 }
@@ -73,6 +101,8 @@ impl<T: Real> Block<T> {
 /// One sample as the averager takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading<T: Real> {
+    /// Samples: 1, or [`REFUSED_WEIGHT`] of one that was refused.
+    pub weight: T,
     /// Gyro, rad/s.
     pub rate_rad_s: Vec3<T>,
     /// `h_w`, N m s.
@@ -81,23 +111,26 @@ pub struct Reading<T: Real> {
     pub torque_n_m: Vec3<T>,
 }
 
-crate::persist!([T: Real] Reading<T> { rate_rad_s, wheel_momentum_n_m_s, torque_n_m });
+crate::persist!([T: Real] Reading<T> { weight, rate_rad_s, wheel_momentum_n_m_s, torque_n_m });
 
-/// Where a block ends.
+/// End of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<T> {
-    /// With so many samples,
+    /// Number of samples.
     pub samples: u32,
-    /// or after a turn of so many radians,
+    /// Angle turned, rad.
     pub turn_rad: T,
-    /// Whether the torque swings between its samples, rather than going straight from one to the next.
+    /// True for a torque that is smooth between its samples, such as a sine; false for straight lines.
     pub is_torque_smooth: bool,
 }
+
+/// Relative difference of two intervals above which three readings are not evenly spaced.
+const UNEVEN: f64 = 0.02;
 
 /// Averages readings into blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Averager<T: Real> {
-    /// The newest reading: its stretch ends half-way to the next.
+    /// The newest reading; its interval ends half-way to the next.
     newest: Reading<T>,
     /// Half of the interval before the newest reading, s; and the torque half-way in it.
     half_before_s: T,
@@ -106,11 +139,15 @@ pub struct Averager<T: Real> {
     /// before, N m.
     torque_change_n_m: Vec3<T>,
     torque_bend_n_m: Option<Vec3<T>>,
+    /// Wheel momentum one reading before the newest, N m s, and the interval to the newest, s.
+    wheels_before_last: Vec3<T>,
+    elapsed_before_s: T,
     /// The reading before the block, and the time from it to the newest, s.
     before: Reading<T>,
     since_before_s: T,
     /// Sums over the block so far.
     samples: u32,
+    weight: T,
     duration_s: T,
     sum_time_s: T,
     sum_rate: Vec3<T>,
@@ -122,8 +159,8 @@ pub struct Averager<T: Real> {
 }
 
 crate::persist!([T: Real] Averager<T> {
-    newest, half_before_s, torque_before_n_m, torque_change_n_m, torque_bend_n_m, before,
-    since_before_s, samples, duration_s, sum_time_s, sum_rate, sum_wheel_momentum, sum_impulse,
+    newest, half_before_s, torque_before_n_m, torque_change_n_m, torque_bend_n_m, wheels_before_last, elapsed_before_s, before,
+    since_before_s, samples, weight, duration_s, sum_time_s, sum_rate, sum_wheel_momentum, sum_impulse,
     impulse_n_m_s, impulse_integral
 });
 
@@ -139,7 +176,7 @@ fn smooth_part<T: Real>(older: &Vec3<T>, newer: &Vec3<T>) -> Vec3<T> {
 }
 
 impl<T: Real> Averager<T> {
-    /// Starts at a reading: the first block begins at its instant.
+    /// Starts at a reading; the first block begins at its instant.
     pub fn new(first: Reading<T>) -> Self {
         let o = Vec3::zeros();
         Self {
@@ -148,9 +185,12 @@ impl<T: Real> Averager<T> {
             torque_before_n_m: first.torque_n_m,
             torque_change_n_m: o,
             torque_bend_n_m: None,
+            wheels_before_last: first.wheel_momentum_n_m_s,
+            elapsed_before_s: T::zero(),
             before: first,
             since_before_s: T::zero(),
             samples: 0,
+            weight: T::zero(),
             duration_s: T::zero(),
             sum_time_s: T::zero(),
             sum_rate: o,
@@ -162,7 +202,7 @@ impl<T: Real> Averager<T> {
     }
 
     /// Takes in the next reading, `elapsed_s` after the last one, which completes the last one's
-    /// stretch. Returns the block, if it ends.
+    /// interval. Returns the block that ends with it, if one does.
     pub fn add(
         &mut self,
         reading: Reading<T>,
@@ -173,7 +213,7 @@ impl<T: Real> Averager<T> {
         let half_after_s = elapsed_s * half;
         let last = self.newest;
         let torque_after = (last.torque_n_m + reading.torque_n_m) * half;
-        // Up to the last reading's instant, and from there to the end of its stretch.
+        // Up to the last reading's instant, and from there to the end of its interval.
         self.push(self.torque_before_n_m, last.torque_n_m, self.half_before_s);
         self.sum_impulse += self.impulse_n_m_s;
         self.sum_time_s += self.duration_s + self.half_before_s;
@@ -185,6 +225,7 @@ impl<T: Real> Averager<T> {
         self.sum_rate += last.rate_rad_s;
         self.sum_wheel_momentum += last.wheel_momentum_n_m_s;
         self.samples += 1;
+        self.weight += last.weight;
 
         self.newest = reading;
         self.half_before_s = half_after_s;
@@ -193,15 +234,19 @@ impl<T: Real> Averager<T> {
         let rate = reading.rate_rad_s;
         let turn = rate.dot(&rate) * self.duration_s * self.duration_s;
         let has_turned = turn > limits.turn_rad * limits.turn_rad;
+        let wheels_end = self.wheels_half_way(&last, elapsed_s);
+        self.wheels_before_last = last.wheel_momentum_n_m_s;
+        self.elapsed_before_s = elapsed_s;
         if self.samples < limits.samples && !has_turned {
             return None;
         }
-        let block = self.block();
+        let block = self.block_to(wheels_end);
         let o = Vec3::zeros();
         *self = Self {
             before: last,
             since_before_s: self.half_before_s + self.half_before_s,
             samples: 0,
+            weight: T::zero(),
             duration_s: T::zero(),
             sum_time_s: T::zero(),
             sum_rate: o,
@@ -240,8 +285,49 @@ impl<T: Real> Averager<T> {
         }
     }
 
-    /// The block so far, without the newest reading; none if that is all.
-    pub fn block(&self) -> Option<Block<T>> {
+    /// Wheel momentum half-way between the reading before the newest, `last`, and the newest, N m s.
+    ///
+    /// By the parabola through three readings, `(−h₋ + 6 h + 3 h₊) / 8`, where they are about evenly
+    /// spaced: its error is `h‴ Δt³ / 16`. By the straight line otherwise.
+    fn wheels_half_way(&self, last: &Reading<T>, elapsed_s: T) -> Vec3<T> {
+        let (before, after) = (self.wheels_before_last, self.newest.wheel_momentum_n_m_s);
+        let last_h = last.wheel_momentum_n_m_s;
+        let uneven = (self.elapsed_before_s - elapsed_s).abs() > elapsed_s * T::lit(UNEVEN);
+        if uneven {
+            (last_h + after) * T::lit(0.5)
+        } else {
+            (last_h * T::lit(6.0) + after * T::lit(3.0) - before) * T::lit(0.125)
+        }
+    }
+
+    /// Ends the block at the newest reading, which is in it, and begins the next one there.
+    pub fn finish(&mut self) -> Option<Block<T>> {
+        let newest = self.newest;
+        self.push(self.torque_before_n_m, newest.torque_n_m, self.half_before_s);
+        self.sum_impulse += self.impulse_n_m_s;
+        self.duration_s += self.half_before_s;
+        self.sum_time_s += self.duration_s;
+        self.sum_rate += newest.rate_rad_s;
+        self.sum_wheel_momentum += newest.wheel_momentum_n_m_s;
+        self.samples += 1;
+        self.weight += newest.weight;
+        let block = if self.duration_s > T::zero() {
+            self.block_to(newest.wheel_momentum_n_m_s)
+        } else {
+            None
+        };
+        // Its reading is spent.
+        *self = Self::new(Reading { weight: T::zero(), ..newest });
+        block
+    }
+
+    /// Wheel momentum at the newest reading, N m s.
+    pub fn wheels_n_m_s(&self) -> Vec3<T> {
+        self.newest.wheel_momentum_n_m_s
+    }
+
+    /// The block so far, without the newest reading, for wheel momentum at its end; none if that is all.
+    fn block_to(&self, wheels_end_n_m_s: Vec3<T>) -> Option<Block<T>> {
         if self.samples == 0 {
             return None;
         }
@@ -252,18 +338,21 @@ impl<T: Real> Averager<T> {
         let beyond_ramp = self.sum_impulse * one_over - ramp;
         // Where samples come unevenly their mean instant isn't the block's middle: move the
         // means there, along the chord from the reading before the block to the one after it.
-        let aside = (mean_time_s - self.duration_s * T::lit(0.5)) / self.since_before_s;
+        let span_s = self.since_before_s.max(self.duration_s);
+        let aside = (mean_time_s - self.duration_s * T::lit(0.5)) / span_s;
         let rate_slope = self.newest.rate_rad_s - self.before.rate_rad_s;
         let wheel_slope = self.newest.wheel_momentum_n_m_s - self.before.wheel_momentum_n_m_s;
         let rate_rad_s = self.sum_rate * one_over - rate_slope * aside;
         let ramp_integral = self.impulse_n_m_s * (self.duration_s * T::lit(0.5));
         let turned = rate_rad_s.cross(&(self.impulse_integral - ramp_integral));
         Some(Block {
-            samples: self.samples,
+            weight: self.weight,
             duration_s: self.duration_s,
             rate_rad_s,
-            drive_n_m_s: wheel_momentum - wheel_slope * aside - beyond_ramp,
+            wheels_n_m_s: wheel_momentum - wheel_slope * aside,
+            wheels_end_n_m_s,
             impulse_n_m_s: self.impulse_n_m_s - turned,
+            beyond_ramp_n_m_s: beyond_ramp,
         })
     }
 }
@@ -283,6 +372,7 @@ mod tests {
 
     fn reading(rate: f64, wheel: f64, torque: f64) -> Reading<f64> {
         Reading {
+            weight: 1.0,
             rate_rad_s: Vec3::new(rate, 0.0, 0.0),
             wheel_momentum_n_m_s: Vec3::new(wheel, 0.0, 0.0),
             torque_n_m: Vec3::new(torque, 0.0, 0.0),
@@ -313,7 +403,7 @@ mod tests {
         for (k, block) in blocks.iter().enumerate() {
             let mean = h + block.impulse_n_m_s.x / 2.0;
             if k > 0 {
-                worst = worst.max((mean - block.drive_n_m_s.x - block.rate_rad_s.x).abs());
+                worst = worst.max((mean - block.drive_n_m_s().x - block.rate_rad_s.x).abs());
             }
             h += block.impulse_n_m_s.x;
         }
@@ -366,10 +456,10 @@ mod tests {
             // The first block of all is half a sample shorter.
             for k in 1..long.len() {
                 let merged = short[2 * k].merge(&short[2 * k + 1]);
-                prop_assert_eq!(merged.samples, long[k].samples);
+                prop_assert!((merged.weight - long[k].weight).abs() < 1e-12);
                 prop_assert!((merged.duration_s - long[k].duration_s).abs() < 1e-12);
                 prop_assert!((merged.rate_rad_s - long[k].rate_rad_s).norm() < 1e-12);
-                prop_assert!((merged.drive_n_m_s - long[k].drive_n_m_s).norm() < 1e-12);
+                prop_assert!((merged.drive_n_m_s() - long[k].drive_n_m_s()).norm() < 1e-12);
                 prop_assert!((merged.impulse_n_m_s - long[k].impulse_n_m_s).norm() < 1e-12);
             }
         }

@@ -1,6 +1,6 @@
-//! What the window estimator is told.
+//! Configuration of the window estimator.
 
-use super::unknowns::{has_bias, has_torque};
+use super::unknowns::{Belief, GROUPS, Group, Groups, groups_of};
 use crate::error::{ConfigError, Invalid};
 use crate::gate;
 use crate::math::range::{not_negative, positive};
@@ -8,49 +8,55 @@ use crate::math::scalar::Real;
 use crate::prior::Prior;
 
 /// Configuration, fixed for the estimator's life.
+///
+/// ```
+/// use fsw_core::estimator::window::Config;
+///
+/// let config = Config { gyro_bias_rad_s: Some(0.01), ..Config::new(1e-4f32) };
+/// assert!(config.validate::<12>().is_ok()); // one further group of unknowns
+/// assert_eq!(config.validate::<9>().unwrap_err().field, "gyro_bias_rad_s");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config<T: Real> {
-    /// What is known of the inertia beforehand. Default none, and none is needed. One that the data
-    /// contradict is dropped.
+    /// Inertia before any data. Default none, and none is needed. A prior that the data contradict is
+    /// discarded.
     pub prior: Option<Prior<T>>,
-    /// Gyro noise, one sigma, white, per sample, rad/s. Where it isn't given it is measured, and the
-    /// covariance is scaled by what the residuals are.
+    /// Gyro noise, one sigma, white, per sample, rad/s. None: measured from differences of the
+    /// readings.
     pub gyro_noise_rad_s: Option<T>,
-    /// One sigma of the range in which a constant disturbance torque is estimated, N m, each axis.
-    /// Default none: it is held at zero, and the residuals are tested for one.
+    /// One sigma of a constant disturbance torque, N m, each axis. Default none: zero, and where U
+    /// leaves a place the residuals are tested for one.
     pub disturbance_torque_n_m: Option<T>,
-    /// One sigma of the range in which a constant gyro bias is estimated, rad/s, each axis. Default
-    /// none: it is held at zero.
+    /// One sigma of a constant gyro bias, rad/s, each axis. Default none: zero.
     pub gyro_bias_rad_s: Option<T>,
-    /// Random walk of each element of the inertia from one manoeuvre to the next, one sigma after a
-    /// second, kg m²/√s. Default zero.
+    /// One sigma of the drag rates of a body in air, 1/s, each axis. Default none: zero. Otherwise the
+    /// drag is estimated once the residuals show it.
+    pub drag_per_s: Option<T>,
+    /// Random walk of each element of the inertia, one sigma after a second, kg m²/√s. Default zero.
     pub inertia_walk_kg_m2_sqrt_s: T,
-    /// Samples averaged into a block at first; twice as many whenever storage is full of blocks
-    /// that don't turn far. Default 4: half as many leave less work for linearising anew, twice as
-    /// many model a fast torque less well.
+    /// Samples of a block at first; doubled whenever storage is full of blocks that turn little.
+    /// Default 4.
     pub block_samples: u32,
-    /// A block ends once it has turned by so much, rad. Default 0.6: it is crossed in two steps then,
-    /// which err by 4e-9, and storage for 512 blocks holds 48 turns of the body.
+    /// Largest turn of a block, rad. Default 0.6: its mean keeps 97 % of the information on a
+    /// motion that turns with the body, and storage for 512 blocks holds 48 turns.
     pub block_turn_rad: T,
-    /// Whether the external torque swings between its samples, like a sine, rather than going straight
-    /// from one to the next, like a table. Default no.
+    /// True for external torque that is smooth between its samples, such as a sine; false for straight
+    /// lines, such as a table. Default false.
     pub is_torque_smooth: bool,
-    /// Instructions of a Cortex-M4F that a step may cost, in single precision. Default none: 6,000 for
-    /// momentum and inertia, 10,000 where torque or bias are among the unknowns, 12,000 with drag. With
-    /// more, passes over the data follow one another faster, and find the solution sooner where
-    /// the body turns fast or noise is high.
-    pub instructions_per_step: Option<u32>,
-    /// A manoeuvre is over once nothing has moved for so long, s. Default 30.
+    /// Slices of work that a step does after taking in its sample. Default 1. Zero for a caller that
+    /// calls [`work`](super::Window::work) itself.
+    pub slices_per_step: u32,
+    /// Time without motion that ends a manoeuvre, s. Default 30.
     pub quiet_s: T,
-    /// Which samples are looked at.
+    /// Checks of each sample.
     pub gate: gate::Config<T>,
 }
 
 // A command may set the prior.
 crate::persist!([T: Real] Config<T> {
     prior;
-    unchanged gyro_noise_rad_s, disturbance_torque_n_m, gyro_bias_rad_s, inertia_walk_kg_m2_sqrt_s,
-    block_samples, block_turn_rad, is_torque_smooth, instructions_per_step, quiet_s, gate
+    unchanged gyro_noise_rad_s, disturbance_torque_n_m, gyro_bias_rad_s, drag_per_s,
+    inertia_walk_kg_m2_sqrt_s, block_samples, block_turn_rad, is_torque_smooth, slices_per_step, quiet_s, gate
 });
 
 impl<T: Real> Config<T> {
@@ -59,54 +65,71 @@ impl<T: Real> Config<T> {
         Self { gyro_noise_rad_s: Some(gyro_noise_rad_s), ..Self::of_unknown_noise() }
     }
 
-    /// Defaults for a gyro of which nothing is known.
+    /// Defaults for a gyro of unknown noise.
     pub fn of_unknown_noise() -> Self {
         Self {
             prior: None,
             gyro_noise_rad_s: None,
             disturbance_torque_n_m: None,
             gyro_bias_rad_s: None,
+            drag_per_s: None,
             inertia_walk_kg_m2_sqrt_s: T::zero(),
             block_samples: 4,
             block_turn_rad: T::lit(0.6),
             is_torque_smooth: false,
-            instructions_per_step: None,
+            slices_per_step: 1,
             quiet_s: T::lit(30.0),
             gate: gate::Config::default(),
         }
     }
 
-    /// Refuses, by name, the first field that is out of its range, or that asks for more than U
-    /// unknowns hold.
+    /// Checks the ranges, and that U unknowns hold what is asked for.
+    ///
+    /// # Errors
+    /// Names the first field that is out of its range, or for whose group U has no place.
     pub fn validate<const U: usize>(&self) -> Result<(), ConfigError> {
-        let optional = [
-            ("gyro_noise_rad_s", self.gyro_noise_rad_s, true),
-            ("disturbance_torque_n_m", self.disturbance_torque_n_m, has_torque(U)),
-            ("gyro_bias_rad_s", self.gyro_bias_rad_s, has_bias(U)),
-        ];
-        for (field, value, has_room) in optional {
-            if let Some(value) = value {
-                positive(field, value)?;
-                if !has_room {
-                    return Err(ConfigError { field, reason: Invalid::NoRoom });
-                }
+        let mut places = groups_of(U);
+        for (field, value) in [
+            ("gyro_noise_rad_s", self.gyro_noise_rad_s),
+            ("disturbance_torque_n_m", self.disturbance_torque_n_m),
+            ("gyro_bias_rad_s", self.gyro_bias_rad_s),
+            ("drag_per_s", self.drag_per_s),
+        ] {
+            let Some(value) = value else { continue };
+            positive(field, value)?;
+            if field == "gyro_noise_rad_s" {
+                continue;
             }
+            places = places.checked_sub(1).ok_or(ConfigError { field, reason: Invalid::NoRoom })?;
         }
         positive("block_turn_rad", self.block_turn_rad)?;
         positive("quiet_s", self.quiet_s)?;
         not_negative("inertia_walk_kg_m2_sqrt_s", self.inertia_walk_kg_m2_sqrt_s)?;
-        for (field, number) in [
-            ("block_samples", Some(self.block_samples)),
-            ("instructions_per_step", self.instructions_per_step),
-        ] {
-            if number == Some(0) {
-                return Err(ConfigError { field, reason: Invalid::NotPositive });
-            }
+        if self.block_samples == 0 {
+            return Err(ConfigError { field: "block_samples", reason: Invalid::NotPositive });
         }
         if let Some(prior) = &self.prior {
             prior.validate()?;
         }
         self.gate.validate()
+    }
+
+    /// Groups of unknowns by place: those asked for, then those that are tested, as far as U holds
+    /// them.
+    pub(super) fn groups<const U: usize>(&self) -> Groups<T> {
+        let within = |group, sigma: Option<T>| sigma.map(|s| (group, Belief::Within(s)));
+        let torque = within(Group::Torque, self.disturbance_torque_n_m);
+        let bias = within(Group::Bias, self.gyro_bias_rad_s);
+        let untested_torque = torque.is_none().then_some((Group::Torque, Belief::Zero));
+        let drag = self.drag_per_s.map(|_| (Group::Drag, Belief::Zero));
+        let mut groups = Groups { place: [None; GROUPS] };
+        let wanted = [torque, bias, drag, untested_torque];
+        for (place, group) in
+            groups.place.iter_mut().take(groups_of(U)).zip(wanted.into_iter().flatten())
+        {
+            *place = Some(group);
+        }
+        groups
     }
 }
 
@@ -124,12 +147,25 @@ mod tests {
         };
         assert_eq!(refused(|c| c.gyro_noise_rad_s = Some(0.0)), "gyro_noise_rad_s");
         assert_eq!(refused(|c| c.disturbance_torque_n_m = Some(-1.0)), "disturbance_torque_n_m");
-        assert_eq!(refused(|c| c.gyro_bias_rad_s = Some(1.0)), "gyro_bias_rad_s", "no room");
         assert_eq!(refused(|c| c.block_turn_rad = f32::NAN), "block_turn_rad");
         assert_eq!(refused(|c| c.quiet_s = 0.0), "quiet_s");
         assert_eq!(refused(|c| c.inertia_walk_kg_m2_sqrt_s = -1.0), "inertia_walk_kg_m2_sqrt_s");
         assert_eq!(refused(|c| c.block_samples = 0), "block_samples");
-        assert_eq!(refused(|c| c.instructions_per_step = Some(0)), "instructions_per_step");
         assert_eq!(refused(|c| c.gate.range_rad_s = 0.0), "gate.range_rad_s");
+        let two = |c: &mut Config<f32>| {
+            c.gyro_bias_rad_s = Some(1.0);
+            c.disturbance_torque_n_m = Some(1.0);
+        };
+        assert_eq!(refused(two), "gyro_bias_rad_s", "no room for two");
+    }
+
+    /// Bias alone, and torque tested in the place that is left.
+    #[test]
+    fn any_subset_can_be_asked_for() {
+        let config = Config { gyro_bias_rad_s: Some(0.1), ..Config::new(1e-4) };
+        let groups = config.groups::<15>();
+        assert_eq!(groups.place[0], Some((Group::Bias, Belief::Within(0.1))));
+        assert_eq!(groups.place[1], Some((Group::Torque, Belief::Zero)));
+        assert_eq!(config.groups::<12>().place[1], None);
     }
 }

@@ -6,7 +6,7 @@
 //! It begins again with the first block that differs from the reference, or with a stretch that is
 //! driven away from it: a rate that creeps away by itself is a disturbance, not a manoeuvre.
 
-use super::block::Block;
+use super::block::{Block, REFUSED_WEIGHT};
 use crate::math::{Vec3, scalar::Real};
 
 /// Blocks in a stretch: so many that slow motion shows above their noise.
@@ -37,7 +37,7 @@ crate::persist!([T: Real] Excitation<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Mean<T: Real> {
     blocks: u32,
-    samples: u32,
+    weight: T,
     duration_s: T,
     rate_rad_s: Vec3<T>,
     drive_n_m_s: Vec3<T>,
@@ -45,33 +45,33 @@ struct Mean<T: Real> {
 }
 
 crate::persist!([T: Real] Mean<T> {
-    blocks, samples, duration_s, rate_rad_s, drive_n_m_s, impulse_n_m_s
+    blocks, weight, duration_s, rate_rad_s, drive_n_m_s, impulse_n_m_s
 });
 
 impl<T: Real> Mean<T> {
     fn empty() -> Self {
-        let (blocks, samples, o) = (0, 0, Vec3::zeros());
+        let (blocks, weight, o) = (0, T::zero(), Vec3::zeros());
         let duration_s = T::zero();
-        Self { blocks, samples, duration_s, rate_rad_s: o, drive_n_m_s: o, impulse_n_m_s: o }
+        Self { blocks, weight, duration_s, rate_rad_s: o, drive_n_m_s: o, impulse_n_m_s: o }
     }
 
     fn of(block: &Block<T>) -> Self {
         Self {
             blocks: 1,
-            samples: block.samples,
+            weight: block.weight,
             duration_s: block.duration_s,
             rate_rad_s: block.rate_rad_s,
-            drive_n_m_s: block.drive_n_m_s,
+            drive_n_m_s: block.drive_n_m_s(),
             impulse_n_m_s: block.impulse_n_m_s,
         }
     }
 
     fn add(&mut self, block: &Block<T>) {
         self.blocks += 1;
-        self.samples = self.samples.saturating_add(block.samples);
+        self.weight += block.weight;
         self.duration_s += block.duration_s;
         self.rate_rad_s += block.rate_rad_s;
-        self.drive_n_m_s += block.drive_n_m_s;
+        self.drive_n_m_s += block.drive_n_m_s();
         self.impulse_n_m_s += block.impulse_n_m_s;
     }
 
@@ -84,8 +84,8 @@ impl<T: Real> Mean<T> {
 
     /// What moved from `before` to here, for a body of this inertia: its rate, and what drives it.
     fn differs(&self, before: &Self, noise_rad_s: T, inertia_kg_m2: T) -> (bool, bool) {
-        let samples = |m: &Self| T::one() / T::count(m.samples.max(1));
-        let variance = noise_rad_s * noise_rad_s * (samples(self) + samples(before));
+        let share = |m: &Self| T::one() / m.weight.max(T::lit(REFUSED_WEIGHT));
+        let variance = noise_rad_s * noise_rad_s * (share(self) + share(before));
         let per = T::one() / inertia_kg_m2;
         let moved = |x: Vec3<T>| x.dot(&x) > variance * T::lit(CHANGED);
         let is_driven =
@@ -159,11 +159,12 @@ mod tests {
 
     fn block(rate: f64, drive: f64, impulse: f64) -> Block<f64> {
         Block {
-            samples: 4,
+            weight: 4.0,
             duration_s: 0.4,
             rate_rad_s: Vec3::new(0.01, rate, 0.0),
-            drive_n_m_s: Vec3::new(drive, 0.0, 0.3),
+            wheels_n_m_s: Vec3::new(drive, 0.0, 0.3),
             impulse_n_m_s: Vec3::new(0.0, 0.0, impulse),
+            ..Block::empty()
         }
     }
 

@@ -1,270 +1,202 @@
 //! `window`: a stretch of motion fitted as a whole, at the Cramér-Rao bound.
 //!
 //! ```text
-//!  sample ─► block ─────► storage ────────► pass ──────────────► solution ─► estimate
-//!            averages     N blocks; merged  integrate motion     with what
-//!        └─► linear       two by two when   and sensitivities,   is held:
-//!            start        full              residuals into a     past, zero
-//!            a first                        triangular factor    torque
-//!            estimate ──────────────────────┘       ▲                │
-//!                                                   └─ a better point┘
+//!  step     sample ─► gate ─► averager ─► block ─► storage
+//!                                                    │
+//!  work     storage ─► front: one more block, predicted and taken in
+//!                 ├──► linear start ─► descent: pass ─► step ─► pass … ─► new front
+//!                 └──► compaction: rest collapsed, blocks merged two by two
+//!
+//!  estimate           front with beliefs ─► tensor, covariance, observed directions, status
 //! ```
 //!
-//! No initial guess is needed: as soon as the motion stands out of the noise, linear least squares
-//! gives a first point (`linear_start`). About it a pass of Gauss-Newton goes over the
-//! blocks, catches up with the newest, and stays with it: that is the *front*, and it is valid at
-//! any time. Meanwhile another pass, the *rework*, starts again at the first block from what the
-//! front has found, overtakes it as soon as it has caught up, and so on. All that takes more than a
-//! few hundred instructions is cut into slices, whose cost is known before they begin (`cost`), and a
-//! step does no more of them than its budget has room for (`work`). Since passes run while
-//! data arrives, their horizon grows as the estimate does: the phase of the predicted motion is
-//! never lost, however far the body turns. A front that is far from its solution waits until the rework
-//! has overtaken it: what it would say of more blocks is linearised at the wrong point.
+//! [`step`](Window::step) does what must be done at once: checks, averages. All else is cut into slices of
+//! bounded cost, a block each, and [`work`](Window::work) does as many of them as the caller has time for. A
+//! caller that never calls it gets [`Config::slices_per_step`] of them with each step. [`finish`](Window::finish)
+//! completes everything that is due.
 //!
-//! When storage is full, blocks are merged two by two. Where they already turn as far as the
-//! integration allows, what the front knows of momentum and inertia, once it is close to its solution, is
-//! carried to the end of the window as information, and the next window begins with it: nothing is lost.
+//! # Life of a window
 //!
-//! A window ends when nothing moves any more (`excitation`), after a gap, or by command. What
-//! it says of the inertia is then fused with what was known before (`past`), which may walk at
-//! random meanwhile, unless a chi-square test finds that the two contradict each other: then the
-//! inertia has changed, and the stale past is dropped. So is a prior that the data contradict.
+//! A window opens with the first sample, and with the first motion after a rest. Its blocks are fitted
+//! anew each time their number has grown by half ([`fit`]): the result is the *front*, which takes in further
+//! blocks as they come. A window ends at rest, after a gap, by command, or where storage is full of
+//! blocks that turn far. Its information on the inertia joins that of the windows before it, unless a
+//! chi-square test finds that the two contradict each other: then the inertia has changed.
 //!
-//! A change in mid-manoeuvre shows in rows that aren't what a front near its solution expects; before there
-//! is such a front, in a pass that doesn't explain the data where one did before (`start`). No inertia
-//! explains what comes before and after: all that was known is dropped, and the window starts over with the
-//! next sample. It does so once, for a torque that nobody models looks the same.
+//! # Changes
 //!
-//! Beside momentum and inertia, a constant disturbance torque and a gyro bias can be unknowns
-//! (`unknowns`). Where the torque is among the U unknowns but isn't asked for, it is held at zero and
-//! tested (`solution`). With 18 unknowns, a torque that is asked for is also tested for a part that
-//! changes with the body's motion, such as the air's; where it shows, drag rates are unknowns as well.
-//!
-//! Limits, as yet: torque and bias are found anew in each window; the rate is the newest reading's.
+//! A cumulative sum of the front's recursive residuals shows a change in mid-manoeuvre. The blocks are then
+//! fitted anew. If no tensor explains them all, those since the change are fitted alone; if one explains
+//! these, the inertia has changed, and what came before is discarded. If none does, the model is wrong:
+//! the estimate says so, and nothing is discarded.
 
 pub mod config;
+pub mod unknowns;
 
-mod approach;
+mod belief;
 mod block;
-mod cost;
 mod excitation;
-mod linear_start;
+mod fit;
+mod front;
 mod noise;
-mod packed;
 mod pass;
-mod past;
 mod report;
-mod solution;
 mod start;
 mod storage;
 #[cfg(test)]
 mod tests;
 mod trajectory;
-mod unknowns;
 mod work;
 
 pub use config::Config;
+pub use work::Remaining;
 
+use belief::{Beliefs, Past};
 use block::{Averager, Block, Limits, Reading};
-use cost::Cost;
 use excitation::Excitation;
-use linear_start::{Holds, LinearStart};
+use front::Front;
 use noise::NoiseMeter;
-use past::Past;
-use solution::{Held, Hold};
-use storage::Storage;
-use unknowns::{Known, is_a_set};
-use work::{Passes, Work};
+use report::Ended;
+use storage::{Storage, Stretch};
+use unknowns::{Groups, is_a_set};
+use work::Work;
 
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
-use crate::math::{Vec3, scalar::Real};
+use crate::math::{Vec3, largest_component, scalar::Real};
 use crate::monitor::innovation::Innovation;
 use crate::outcome::{Coasting, Outcome, Reset};
 use crate::sample::Sample;
 
-/// With so many blocks and still no linear start, some directions are unseen: the passes then
-/// start from a sphere, or from the prior.
-const BLOCKS_TO_SEE: usize = 32;
-
-/// One sigma that holds drag rates, 1/s. Ours: what is found in the air on thrown objects of a tenth of
-/// a metre and a hundred grams, 0.1 to 0.2; in orbit there is none.
-const DRAG_RANGE: f64 = 0.2;
-/// One sigma of a gyro bias that is allowed for beside drag even where none is asked for, rad/s: a
-/// steady rate against the air and a steady error of the gyro look alike, and consumer gyros have 1 deg/s
-/// of it.
-const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
-
-/// W wheels; up to N blocks, at least 64; U unknowns: 9 for momentum and inertia, 12 with a
-/// disturbance torque, 15 with a gyro bias as well, 18 with drag.
+/// W wheels; up to N blocks, at least 64; U unknowns: 9 for momentum, shape and scale, and three for each
+/// further group, up to 18.
 #[derive(Clone, Debug)]
 pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     config: Config<T>,
     wheels: WheelArray<T, W>,
+    groups: Groups<T>,
     gate: Gate<T>,
     meter: NoiseMeter<T>,
-    /// What takes in the samples.
     averager: Option<Averager<T>>,
     excitation: Excitation<T>,
-    /// Between manoeuvres: blocks aren't kept.
+    /// True between manoeuvres: blocks become rest at once.
     is_quiet: bool,
-    /// Samples in a block from now on.
-    block_samples: u32,
+    /// Mean interval between samples, s, and the number of intervals in it.
+    period_s: T,
+    intervals: u32,
+    /// Largest rate so far, rad/s: its rounding is a floor of the noise.
+    largest_rad_s: T,
     blocks: Storage<T, N>,
-    /// Momentum and inertia are kept in units of this, so that single precision sees numbers
-    /// near 1.
-    typical_kg_m2: T,
-    /// The inertia before this window, and how long ago that was when the window opened, or is
-    /// while none is open, s.
+    /// Stretch of the blocks that are being taken in.
+    open: Stretch<T>,
+    /// Stretch before it whose fit is not complete.
+    closing: Option<Closing<T>>,
+    /// Unit of the inverse trace, 1/(kg m²).
+    unit_per_kg_m2: T,
+    front: Option<Front<T, U>>,
+    work: Work<T, U>,
+    schedule: Schedule,
+    /// Information of earlier windows, and the time since it was current, s.
     past: Option<Past<T>>,
     past_age_s: T,
-    /// How long this window is open, s.
-    window_s: T,
-    beginning: Beginning<T, U>,
-    passes: Passes<T, U>,
-    work: Work<T, U>,
-    /// Rows in the front until it is looked at again.
-    rests_until: u32,
-    /// Passes in a row that were begun from points that explain nothing.
-    attempts: u32,
-    /// Whether this window has given up its data once, and the later ones aren't explained yet.
-    has_started_over: bool,
-    /// Whether a front of this window has explained its data, from a point near its solution.
-    has_explained: bool,
-    /// Blocks with which a first point was looked for.
-    tried_with: usize,
-    /// Block at which the front was asked whether the motion is too unstable to go on.
-    checked_at: usize,
-    /// Whether the torque that is looked for has been found to change with the motion.
-    has_drag: bool,
-    watch: Watch<T>,
-    /// A window that has been closed, whose front isn't settled yet.
-    closing: Option<Closing<T>>,
-    /// Of windows that ended.
-    ended: report::Ended<T>,
+    /// False once data have contradicted the prior.
+    has_prior: bool,
+    ended: Ended<T>,
+    /// Reset that the next step reports.
+    event: Option<Reset>,
     rate_rad_s: Vec3<T>,
 }
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
-    config, gate, meter, averager, excitation, is_quiet, block_samples, blocks, typical_kg_m2, past,
-    past_age_s, window_s, beginning, passes, work, rests_until, attempts, has_started_over, has_explained,
-    tried_with, checked_at, has_drag, watch, closing, ended, rate_rad_s; unchanged wheels
-} if |this| this.passes.are_within(N));
+    config, groups, gate, meter, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
+    open, closing, unit_per_kg_m2, front, work, schedule, past, past_age_s, has_prior, ended, event,
+    rate_rad_s; unchanged wheels
+} if |this| this.is_within());
 
-/// What a window begins with.
-#[derive(Clone, Copy, Debug)]
-enum Beginning<T: Real, const U: usize> {
-    /// Nothing is known: linear least squares goes along with the samples.
-    Linear(LinearStart<T, U>),
-    /// What the window before it has found.
-    Known(Known<T, U>),
-    /// Nothing was known, and all has been found since.
-    Found,
-}
-
-crate::persist!([T: Real, const U: usize] enum Beginning<T, U> {
-    0 => Linear(linear: LinearStart<T, U>), 1 => Known(known: Known<T, U>), 2 => Found
-});
-
-/// A window that takes in no more: the block that was being filled, and how many passes may still be
-/// finished before it is concluded.
+/// Stretch of blocks that takes in no more, and the index after its last one.
 #[derive(Clone, Copy, Debug)]
 struct Closing<T: Real> {
-    last: Option<Block<T>>,
-    passes: u32,
+    stretch: Stretch<T>,
+    end: usize,
 }
 
-/// After so many passes over all of its data a front is settled, or never will be.
-const MOST_CLOSING_PASSES: u32 = 3;
+crate::persist!([T: Real] Closing<T> { stretch, end });
 
-crate::persist!([T: Real] Closing<T> { last, passes });
-
-/// Watches the front's recursive residuals for spikes, and for a change in mid-manoeuvre.
+/// Numbers of blocks that decide when to fit again. Blocks are counted as they come, not as they are
+/// stored.
 #[derive(Clone, Copy, Debug)]
-struct Watch<T: Real> {
-    /// Whether the front has explained its data: before that, nothing is out of the ordinary.
-    is_armed: bool,
-    /// Blocks with which the front's point was found near its solution, and close to it; zero where it
-    /// wasn't.
-    near_at: usize,
-    close_at: usize,
-    /// Blocks refused in a row.
-    refused: u32,
-    /// Cumulative sum of squared residuals beyond what is usual.
-    sum: T,
-    /// What happened since the last step.
-    event: Option<Reset>,
-    has_refused: bool,
+struct Schedule {
+    /// Blocks of the present window so far, and those of the last fit.
+    blocks: u32,
+    fitted: u32,
+    /// Number at which the next fit is due.
+    due_at: u32,
+    /// True where a fit over all blocks is due: at the end of a window or of a log.
+    is_final: bool,
+    /// Failed trials of the blocks since a contradiction.
+    trials: u8,
 }
 
-crate::persist!([T: Real] Watch<T> { is_armed, near_at, close_at, refused, sum, event, has_refused });
+crate::persist!([] Schedule { blocks, fitted, due_at, is_final, trials });
 
-impl<T: Real> Watch<T> {
+/// Blocks at which a window is fitted for the first time, without being asked to.
+const FIRST_FIT_BLOCKS: u32 = 8;
+
+impl Schedule {
     fn new() -> Self {
-        Self {
-            is_armed: false,
-            near_at: 0,
-            close_at: 0,
-            refused: 0,
-            sum: T::zero(),
-            event: None,
-            has_refused: false,
-        }
+        Self { blocks: 0, fitted: 0, due_at: FIRST_FIT_BLOCKS, is_final: false, trials: 0 }
     }
 }
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
-    /// An estimator that waits for its first sample.
+    /// Estimator that waits for its first sample.
     ///
     /// # Errors
-    /// Names the configuration's first field that is out of its range, or that asks for an unknown
-    /// that isn't among the U.
+    /// Names the first field of the configuration that is out of its range, or for whose unknowns U has no
+    /// place.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
         config.validate::<U>()?;
         Ok(Self::of_valid(config, wheels))
     }
 
-    /// The same with the default configuration, for a gyro of which nothing is known: which needs no
-    /// check, so that a large window can be built where it stays, and [`reset`](Self::reset) there.
+    /// Estimator with the default configuration for a gyro of unknown noise. It needs no check, so that a
+    /// large window can be built in its place, and [`reset`](Self::reset) there.
     #[inline(always)]
     pub fn of_unknown_noise(wheels: WheelArray<T, W>) -> Self {
         Self::of_valid(Config::of_unknown_noise(), wheels)
     }
 
-    /// As at the start, with this configuration.
+    /// Initialises all state, with this configuration.
     ///
     /// # Errors
-    /// As [`new`](Self::new); nothing has changed then.
+    /// As [`new`](Self::new); the state is unchanged then.
     pub fn reset(&mut self, config: Config<T>) -> Result<(), ConfigError> {
         config.validate::<U>()?;
         // Field by field: a whole one would be made on the stack first.
+        self.groups = config.groups::<U>();
         self.gate = Gate::new(config.gate);
         self.meter = NoiseMeter::new();
         self.averager = None;
         self.excitation = Excitation::new();
         self.is_quiet = false;
-        self.block_samples = config.block_samples;
-        self.blocks.clear();
-        self.typical_kg_m2 = T::one();
-        self.past = config.prior.as_ref().map(Past::from_prior);
-        self.past_age_s = T::zero();
-        self.window_s = T::zero();
-        self.beginning = Beginning::Found;
-        self.passes.drop_front();
-        self.work = Work::Idle;
-        self.rests_until = 0;
-        self.attempts = 0;
-        self.has_started_over = false;
-        self.has_explained = false;
-        self.tried_with = 0;
-        self.checked_at = 0;
-        self.has_drag = false;
-        self.watch = Watch::new();
+        self.period_s = T::zero();
+        self.intervals = 0;
+        self.largest_rad_s = T::zero();
+        self.blocks.clear(T::count(config.block_samples));
+        self.open = Stretch::new(Vec3::zeros());
         self.closing = None;
-        self.ended = report::Ended::nothing();
+        self.unit_per_kg_m2 = T::one();
+        self.front = None;
+        self.work = Work::Idle;
+        self.schedule = Schedule::new();
+        self.past = None;
+        self.past_age_s = T::zero();
+        self.has_prior = true;
+        self.ended = Ended::nothing();
+        self.event = None;
         self.rate_rad_s = Vec3::zeros();
         self.config = config;
         Ok(())
@@ -273,240 +205,188 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(always)]
     fn of_valid(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
         const {
-            assert!(N >= 64, "storage for fewer blocks than a start may need");
+            assert!(N >= 64, "storage for fewer blocks than a fit needs");
             assert!(is_a_set(U), "9, 12, 15 or 18 unknowns");
         };
+        let mut blocks = Storage::new();
+        blocks.clear(T::count(config.block_samples));
         Self {
+            groups: config.groups::<U>(),
             gate: Gate::new(config.gate),
             meter: NoiseMeter::new(),
             averager: None,
             excitation: Excitation::new(),
             is_quiet: false,
-            block_samples: config.block_samples,
-            blocks: Storage::default(),
-            typical_kg_m2: T::one(),
-            past: config.prior.as_ref().map(Past::from_prior),
-            past_age_s: T::zero(),
-            window_s: T::zero(),
-            beginning: Beginning::Found,
-            passes: Passes::none(),
-            work: Work::Idle,
-            rests_until: 0,
-            attempts: 0,
-            has_started_over: false,
-            has_explained: false,
-            tried_with: 0,
-            checked_at: 0,
-            has_drag: false,
-            watch: Watch::new(),
+            period_s: T::zero(),
+            intervals: 0,
+            largest_rad_s: T::zero(),
+            blocks,
+            open: Stretch::new(Vec3::zeros()),
             closing: None,
-            ended: report::Ended::nothing(),
+            unit_per_kg_m2: T::one(),
+            front: None,
+            work: Work::Idle,
+            schedule: Schedule::new(),
+            past: None,
+            past_age_s: T::zero(),
+            has_prior: true,
+            ended: Ended::nothing(),
+            event: None,
             rate_rad_s: Vec3::zeros(),
             config,
             wheels,
         }
     }
 
-    /// Ends the window: what it says of the inertia is kept, and a new one opens with the next motion.
-    /// The steps that follow settle its passes and conclude it, and until they have the estimate is that
-    /// of the window.
+    /// Ends the window. Its fit is completed by the work that follows, or by [`finish`](Self::finish), and
+    /// the estimate is that of the window until then. A new one opens with the next motion.
     pub fn close_window(&mut self) {
-        match self.passes.front() {
-            Some(front) if !self.is_quiet && !matches!(self.work, Work::Ending(_)) => {
-                let last = self.filling_after(front);
-                self.closing = Some(Closing { last, passes: MOST_CLOSING_PASSES });
-            }
-            Some(_) if self.closing.is_some() => {}
-            _ => self.end_window(),
-        }
+        self.end_stretch();
         self.is_quiet = true;
     }
 
-    /// Begins a window at the next sample, whether anything moves or not. One that is open ends.
+    /// Opens a window at the next sample, whether anything moves or not. A window that is open ends.
     pub fn open_window(&mut self) {
-        self.end_window();
-        self.averager = None;
+        self.end_stretch();
         self.is_quiet = false;
     }
 
-    /// Whether a window is open.
+    /// True while a window is open.
     pub fn is_open(&self) -> bool {
         self.averager.is_some() && !self.is_quiet
     }
 
-    /// Whether nothing moves, and all that was found before is concluded: samples that fail to come now cost
-    /// nothing.
+    /// True where nothing moves and no work is due: missing samples cost nothing now.
     pub fn is_at_rest(&self) -> bool {
         self.is_quiet && self.closing.is_none() && matches!(self.work, Work::Idle)
     }
 
+    /// One sigma of a gyro sample, rad/s: stated or measured, and at least the rounding of the largest rate.
+    fn noise_rad_s(&self) -> T {
+        let floor = self.largest_rad_s * (T::EPSILON + T::EPSILON);
+        let noise = self.config.gyro_noise_rad_s.unwrap_or_else(|| self.meter.noise_rad_s());
+        noise.max(floor).max(T::lit(1e-15))
+    }
+
+    /// Noise against which residuals are judged, rad/s: the larger of stated and measured.
+    fn reference_rad_s(&self) -> T {
+        self.noise_rad_s().max(self.meter.noise_rad_s())
+    }
+
+    /// All knowledge beside the blocks.
+    fn beliefs(&self, unit_per_kg_m2: T) -> Beliefs<'_, T> {
+        Beliefs {
+            groups: &self.groups,
+            prior: self.config.prior.as_ref().filter(|_| self.has_prior),
+            past: self.past.as_ref(),
+            unit_per_kg_m2,
+            noise_rad_s: self.noise_rad_s(),
+        }
+    }
+
     fn reading(&self, sample: &Sample<T, W>) -> Reading<T> {
         Reading {
+            weight: T::one(),
             rate_rad_s: sample.rate_rad_s,
             wheel_momentum_n_m_s: self.wheels.momentum_n_m_s(&sample.wheel_speed_rad_s),
             torque_n_m: sample.torque_n_m,
         }
     }
 
-    /// Gyro noise, as given or as measured, one sigma per sample, rad/s.
-    fn noise_rad_s(&self) -> T {
-        self.config.gyro_noise_rad_s.unwrap_or_else(|| self.meter.noise_rad_s())
-    }
-
-    /// What is held beside the data, for residuals of this size.
-    fn held(&self, noise_rad_s: T) -> Held<'_, T> {
-        let past = self.past.as_ref();
-        held(&self.config, past, self.typical_kg_m2, self.has_drag, noise_rad_s)
-    }
-
-    fn holds(&self) -> Holds<T> {
-        let within = |sigma: Option<T>| sigma.map_or(Hold::AtZero, Hold::Within);
-        Holds {
-            torque: within(self.config.disturbance_torque_n_m),
-            bias: within(self.config.gyro_bias_rad_s),
-        }
-    }
-
-    /// Starts afresh at a reading. What is known of the inertia stays.
+    /// Starts afresh at a reading.
     fn open_at(&mut self, reading: Reading<T>) {
         self.averager = Some(Averager::new(reading));
         self.excitation = Excitation::new();
         self.meter.interrupt();
-        self.begin_window(reading);
+        self.open = Stretch::new(reading.wheel_momentum_n_m_s);
         self.is_quiet = false;
     }
 
-    /// Begins a window at a reading, or will have begun it once the one before has ended.
-    fn begin_window(&mut self, reading: Reading<T>) {
-        self.blocks.clear();
-        self.block_samples = self.config.block_samples;
-        self.window_s = T::zero();
-        self.beginning = Beginning::Linear(LinearStart::new(reading));
-        match &mut self.work {
-            Work::Ending(ending) => ending.is_succeeded = true,
-            _ => self.begin_afresh(),
-        }
-    }
-
-    /// Clears what belongs to one window, and walks the past to its beginning.
-    fn begin_afresh(&mut self) {
-        self.passes.drop_front();
-        self.work = Work::Idle;
-        self.rests_until = 0;
-        self.attempts = 0;
-        self.has_explained = false;
-        self.tried_with = 0;
-        self.checked_at = 0;
-        self.ended = report::Ended::nothing();
-        self.has_drag = false;
-        self.watch.is_armed = false;
-        self.watch.near_at = 0;
-        self.watch.close_at = 0;
-        self.watch.refused = 0;
-        self.watch.sum = T::zero();
-        let walk_kg_m2 = self.walk_kg_m2();
-        if let Some(past) = &mut self.past {
-            past.walk(walk_kg_m2);
-        }
-        self.past_age_s = T::zero();
-    }
-
-    /// How far the inertia may have walked since the past, one sigma of each element, kg m².
-    fn walk_kg_m2(&self) -> T {
-        self.config.inertia_walk_kg_m2_sqrt_s * self.past_age_s.max(T::zero()).sqrt()
-    }
-
-    /// All that was found is wrong: nothing is believed any more, no prior either, and all begins at
-    /// the next sample.
-    fn forget(&mut self) {
-        self.past = None;
-        self.ended = report::Ended::nothing();
-        self.lose();
-    }
-
-    /// Takes in a reading. Returns what the step costs so far.
-    fn take_in(&mut self, reading: Reading<T>, elapsed_s: T) -> Cost {
+    /// Takes in a reading.
+    fn take_in(&mut self, reading: Reading<T>, elapsed_s: T) {
         self.meter.add(&reading.rate_rad_s);
+        self.largest_rad_s = self.largest_rad_s.max(largest_component(&reading.rate_rad_s));
+        self.intervals = self.intervals.saturating_add(1);
+        self.period_s += (elapsed_s - self.period_s) / T::count(self.intervals.min(1000));
+        if self.past.is_some() {
+            self.past_age_s += elapsed_s;
+        }
         let limits = Limits {
-            samples: self.block_samples,
+            samples: self.blocks.usual().to_f32() as u32,
             turn_rad: self.config.block_turn_rad,
             is_torque_smooth: self.config.is_torque_smooth,
         };
-        let Some(averager) = &mut self.averager else { return cost::step::<U>() };
-        let block = averager.add(reading, elapsed_s, &limits);
-        let mut spent = cost::step::<U>();
-        if self.is_quiet {
-            self.past_age_s += elapsed_s;
-        } else {
-            self.window_s += elapsed_s;
-            if let Beginning::Linear(linear) = &mut self.beginning {
-                spent += cost::step_of_linear::<U>();
-                if block.is_some() && linear.is_due() {
-                    linear.close_block();
-                    spent += cost::block_of_linear::<U>();
-                }
-                linear.add(reading, elapsed_s);
-            }
+        let Some(averager) = &mut self.averager else { return };
+        if let Some(block) = averager.add(reading, elapsed_s, &limits) {
+            self.take_in_block(&block);
         }
-        if let Some(block) = block {
-            spent += cost::BLOCK;
-            if self.take_in_block(&block, reading) {
-                spent += cost::open::<U>();
-            }
-        }
-        spent
     }
 
-    /// Whether a window opens with it.
+    /// Takes in a block: into storage, or into the rest before a window.
     #[inline(never)]
-    fn take_in_block(&mut self, block: &Block<T>, reading: Reading<T>) -> bool {
-        let noise = self.noise_rad_s();
-        let opens = self.is_quiet;
+    fn take_in_block(&mut self, block: &Block<T>) {
+        let noise = self.reference_rad_s();
+        let typical_kg_m2 = T::lit(1.0 / 3.0) / self.unit_per_kg_m2;
         if self.is_quiet {
-            let begins = self.excitation.begins(block, noise, self.typical_kg_m2);
-            self.excitation.add(block, noise, self.typical_kg_m2);
+            let begins = self.excitation.begins(block, noise, typical_kg_m2);
+            self.excitation.add(block, noise, typical_kg_m2);
             if !begins && !self.excitation.is_driven() {
-                return false;
+                self.open.absorb(block, noise);
+                return;
             }
             self.is_quiet = false;
             self.excitation = Excitation::new();
-            self.end_window();
-            self.begin_window(reading);
         }
-        if !self.blocks.push(block, self.block_samples, noise) {
-            // Samples failed to come in the midst of it.
-            self.end_window();
-            self.open_at(reading);
-            return true;
-        }
-        self.excitation.add(block, noise, self.typical_kg_m2);
-        if self.passes.front().is_some() && self.excitation.is_over(self.config.quiet_s) {
+        self.open.note(block);
+        self.blocks.push(block);
+        self.schedule.blocks = self.schedule.blocks.saturating_add(1);
+        self.excitation.add(block, noise, typical_kg_m2);
+        if self.front.is_some() && self.excitation.is_over(self.config.quiet_s) {
             self.close_window();
         }
-        opens
     }
-}
 
-/// What is held beside the data, for residuals of this size.
-fn held<'a, T: Real>(
-    config: &Config<T>,
-    past: Option<&'a Past<T>>,
-    typical_kg_m2: T,
-    has_drag: bool,
-    noise_rad_s: T,
-) -> Held<'a, T> {
-    let within = |sigma: Option<T>, unit: T| match sigma {
-        Some(sigma) => Hold::Within(sigma / unit),
-        None => Hold::AtZero,
-    };
-    let bias = T::lit(BIAS_WITH_DRAG_RAD_S);
-    Held {
-        noise_rad_s,
-        typical_kg_m2,
-        torque: within(config.disturbance_torque_n_m, typical_kg_m2),
-        bias: within(config.gyro_bias_rad_s.or(has_drag.then_some(bias)), T::one()),
-        drag: within(has_drag.then_some(T::lit(DRAG_RANGE)), T::one()),
-        past,
+    /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command. What follows
+    /// begins another one.
+    fn end_stretch(&mut self) {
+        if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
+            self.open.note(&block);
+            self.blocks.push(&block);
+            self.schedule.blocks = self.schedule.blocks.saturating_add(1);
+        }
+        let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
+        let ended = core::mem::replace(&mut self.open, Stretch::new(wheels));
+        if self.closing.is_some() {
+            // The window before that has not been completed: these blocks go without having been fitted.
+            let end = self.closing.map_or(0, |closing| closing.end);
+            self.blocks.truncate(end);
+            return;
+        }
+        let end = self.blocks.len();
+        if end == 0 {
+            return;
+        }
+        self.closing = Some(Closing { stretch: ended, end });
+        self.schedule.is_final = self.schedule.fitted != self.schedule.blocks;
+    }
+
+    /// Discards the present window: its blocks, and the front.
+    fn discard_window(&mut self) {
+        self.blocks.clear(T::count(self.config.block_samples));
+        self.front = None;
+        self.work = Work::Idle;
+        self.closing = None;
+        self.schedule = Schedule::new();
+        let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
+        self.open = Stretch::new(wheels);
+    }
+
+    /// True where every index lies within storage, as no correct state violates.
+    fn is_within(&self) -> bool {
+        let len = self.blocks.len();
+        self.front.as_ref().is_none_or(|front| front.pass.next <= len)
+            && self.closing.as_ref().is_none_or(|closing| closing.end <= len)
+            && self.unit_per_kg_m2 > T::zero()
     }
 }
 
@@ -526,27 +406,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
                 return Outcome::Reset(Reset::FirstSample);
             }
             Verdict::Gap => {
-                self.end_window();
+                self.end_stretch();
                 self.open_at(reading);
                 return Outcome::Reset(Reset::Gap);
             }
             Verdict::After { elapsed_us } if self.averager.is_some() => {
-                let spent = self.take_in(reading, T::seconds(elapsed_us));
-                self.work(spent);
+                self.take_in(reading, T::seconds(elapsed_us));
+                self.work(self.config.slices_per_step);
             }
             Verdict::After { .. } => self.open_at(reading),
         }
-        match self.watch.event.take() {
-            Some(Reset::Lockout) => {
-                self.has_started_over = true;
-                self.forget();
-                Outcome::Reset(Reset::Lockout)
-            }
+        match self.event.take() {
             Some(reset) => Outcome::Reset(reset),
-            None if core::mem::take(&mut self.watch.has_refused) => {
-                Outcome::Coasting(Coasting::Spike)
-            }
-            None if self.passes.front().is_some() || self.is_quiet => Outcome::Updated,
+            None if self.front.is_some() || self.is_quiet => Outcome::Updated,
             None => Outcome::Coasting(Coasting::Aligning),
         }
     }
@@ -562,13 +434,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
     fn innovation(&self) -> Option<Innovation<T>> {
         None
     }
-}
 
-/// Square of what the data leave of the past, over the gyro's variance, above which the two
-/// contradict each other: chance exceeds it once in 10⁵ (chi-square of six degrees of freedom), and a
-/// window is looked at some ten to a hundred times.
-const CONTRADICTED: f64 = 33.0;
-
-fn contradicts<T: Real>(square: T, noise_rad_s: T) -> bool {
-    square > noise_rad_s * noise_rad_s * T::lit(CONTRADICTED)
+    fn finish(&mut self) {
+        self.complete();
+    }
 }

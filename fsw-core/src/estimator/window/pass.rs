@@ -1,338 +1,219 @@
-//! One Gauss-Newton pass over the blocks of a window, in slices.
+//! One pass of Gauss-Newton over the blocks: prediction, sensitivities, residuals into a factor.
 //!
-//! About a point θ it follows the trajectory from block to block, and puts each block's residual
-//! `z̄ − ω̄ − b` with its sensitivities S̄ into a square-root information factor, weighted by the
-//! block's number of samples. Once it has come to the newest block it stays there: each further
-//! block is one more step of it. Solved, it gives a better point, for the next pass.
+//! Each block adds three rows `S̄ δθ = z̄ − z̄(θ₀)` of variance `σ² / n`, with n its samples. The factor is in
+//! units of one sample's variance, so that a change of σ needs no further pass.
 //!
-//! What is left of a row once it has gone into the factor is its recursive residual: for a model
-//! that is right these are white, each with the variance of a gyro sample (Brown, Durbin and Evans,
-//! J. R. Stat. Soc. B 37, 1975).
+//! # Robust weights
+//!
+//! With `u² = n |r|² / s²` of a block's three residuals and s the typical residual, a block has the weight
+//! `min(1, K² / u²)`: an influence bounded by K. s is σ, or the median of the last pass where that is
+//! larger: far from the solution all residuals are large, and none of them is an outlier.
 
-use super::approach::Approach;
-use super::block::Block;
-use super::storage::Storage;
-use super::trajectory::{Crossing, Trajectory};
-use super::unknowns::{Known, Point};
-use crate::math::square_root_information::{RecursiveResidual as Left, SquareRootInformation};
+use super::trajectory::{Span, Trajectory};
+use super::unknowns::{Groups, Point};
+use super::storage::Rest;
+use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::{Vec3, scalar::Real};
 
-/// One pass over U unknowns.
+/// K: u² of three normal residuals exceeds its square by chance once in 900 blocks (chi-square).
+const ROBUST: f64 = 4.0;
+/// Median of chi-square with three degrees of freedom.
+const MEDIAN_CHI_SQUARE: f64 = 2.366;
+/// Octaves of u² in the histogram, and the first one: 2⁻⁴ to 2²⁸.
+const OCTAVES: usize = 32;
+const FIRST_OCTAVE: i32 = -4;
+/// Share of blocks at reduced weight above which the model is wrong rather than the blocks, and number
+/// that chance alone may add.
+const LOW_SHARE: f64 = 0.05;
+const LOW_BY_CHANCE: f64 = 3.0;
+
+/// Statistics of the residuals of a pass. Squares are in rad²/s² of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residuals<T: Real> {
+    /// Number of blocks, of rows.
+    pub blocks: u32,
+    pub rows: u32,
+    /// Sum of squared recursive residuals at their weights.
+    pub squares: T,
+    /// Sum of products with those of the block before.
+    pub products: T,
+    /// Robust cost `Σ min(u², K²) s²`.
+    pub cost: T,
+    /// Blocks at reduced weight; the block after the last of them.
+    pub low: u32,
+    pub after_low: u32,
+    last: [RecursiveResidual<T>; 3],
+    histogram: [u16; OCTAVES],
+}
+
+crate::persist!([T: Real] Residuals<T> {
+    blocks, rows, squares, products, cost, low, after_low, last, histogram
+} if |this| this.squares >= T::zero());
+
+impl<T: Real> Residuals<T> {
+    /// No residuals.
+    pub fn none() -> Self {
+        Self {
+            blocks: 0,
+            rows: 0,
+            squares: T::zero(),
+            products: T::zero(),
+            cost: T::zero(),
+            low: 0,
+            after_low: 0,
+            last: [RecursiveResidual::nothing(); 3],
+            histogram: [0; OCTAVES],
+        }
+    }
+
+    /// Degrees of freedom of the sum of squares for U unknowns.
+    pub fn degrees(&self, unknowns: u32) -> u32 {
+        self.rows.saturating_sub(unknowns)
+    }
+
+    /// Residual of a sample as the median of the blocks has it, one axis, rad/s, for the unit in which
+    /// the histogram was filled.
+    pub fn typical(&self, unit_rad_s: T) -> T {
+        let half = self.blocks / 2;
+        let (mut below, mut octave) = (0, 0);
+        while octave + 1 < OCTAVES && below + u32::from(self.histogram[octave]) <= half {
+            below += u32::from(self.histogram[octave]);
+            octave += 1;
+        }
+        let inside = T::count(half.saturating_sub(below)) + T::lit(0.5);
+        let share = inside / T::count(u32::from(self.histogram[octave]).max(1));
+        let mut bottom = T::lit(0.0625);
+        for _ in 0..octave {
+            bottom += bottom;
+        }
+        let u_square = bottom * (T::one() + share.min(T::one()));
+        (u_square / T::lit(MEDIAN_CHI_SQUARE)).sqrt() * unit_rad_s
+    }
+
+    /// Correlation of residuals from block to block, −1 to 1.
+    pub fn correlation(&self) -> T {
+        if self.squares > T::zero() { self.products / self.squares } else { T::zero() }
+    }
+
+    /// True where more blocks are at reduced weight than outliers explain.
+    pub fn has_many_low(&self) -> bool {
+        let most = T::count(self.blocks) * T::lit(LOW_SHARE) + T::lit(LOW_BY_CHANCE);
+        T::count(self.low) > most
+    }
+
+    /// Takes in `n |r|²` of a block in units of the histogram; returns the block's weight.
+    fn weigh(&mut self, square: T, unit_rad_s: T, scale_rad_s: T) -> T {
+        let of_unit = square / (unit_rad_s * unit_rad_s);
+        let exponent = ((of_unit.to_f32().to_bits() >> 23) & 0xff) as i32 - 127;
+        let octave = (exponent - FIRST_OCTAVE).clamp(0, OCTAVES as i32 - 1) as usize;
+        self.histogram[octave] = self.histogram[octave].saturating_add(1);
+        self.blocks = self.blocks.saturating_add(1);
+        let most = scale_rad_s * scale_rad_s * T::lit(ROBUST * ROBUST);
+        self.cost += square.min(most);
+        if square > most {
+            self.low = self.low.saturating_add(1);
+            self.after_low = self.blocks;
+            most / square
+        } else {
+            T::one()
+        }
+    }
+
+    fn add(&mut self, axis: usize, left: RecursiveResidual<T>) {
+        self.squares += left.square();
+        self.products += left.product(&self.last[axis]);
+        self.last[axis] = left;
+        self.rows = self.rows.saturating_add(1);
+    }
+}
+
+/// Pass over a stretch of blocks about one point.
+#[derive(Clone, Copy, Debug)]
 pub struct Pass<T: Real, const U: usize> {
-    point: Point<T>,
-    trajectory: Trajectory<T, U>,
-    next: usize,
-    stage: Stage,
-    approach: Approach<T>,
-    crossing: Crossing<T, U>,
-    /// Residual of the block whose rows are taken in, rad/s.
-    residual: Vec3<T>,
-    information: SquareRootInformation<T, U>,
-    residuals: Residuals<T>,
+    /// Point of linearisation.
+    pub point: Point<T>,
+    pub trajectory: Trajectory<T, U>,
+    /// Information of the blocks on a step from the point.
+    pub factor: SquareRootInformation<T, U>,
+    pub residuals: Residuals<T>,
+    /// Block that comes next.
+    pub next: usize,
+    /// κᵤ, unit of the inverse trace, 1/(kg m²).
+    pub unit_per_kg_m2: T,
+    /// Unit of the histogram and scale of the robust weights, one axis of a sample, rad/s.
+    pub unit_rad_s: T,
+    pub scale_rad_s: T,
 }
 
 crate::persist!([T: Real, const U: usize] Pass<T, U> {
-    point, trajectory, next, stage, approach, crossing, residual, information, residuals
-});
-
-/// The slice of work that comes next in a pass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// To look at the blocks around the next one.
-    Look,
-    /// To go on to the next one.
-    GoOn,
-    /// To carry the momentum across it, a step.
-    MoveOn,
-    /// To carry the sensitivities after it.
-    Differentiate,
-    /// To take in its row of this axis.
-    Row(usize),
-}
-
-crate::persist!([] enum Stage {
-    0 => Look, 1 => GoOn, 2 => MoveOn, 3 => Differentiate, 4 => Row(axis: usize)
-}
-    if |this| !matches!(this, Self::Row(3..)));
-
-/// Sums over the recursive residuals.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Residuals<T: Real> {
-    /// Of their squares, rad²/s².
-    pub squares: T,
-    /// Of their products with the same axis's one block before, rad²/s².
-    pub products: T,
-    /// How many there are, and how many of the rows went into what was unknown.
-    pub rows: u32,
-    pub fitted: u32,
-    last: [Left<T>; 3],
-}
-
-crate::persist!(
-    [T: Real] Residuals<T> { squares, products, rows, fitted, last }
-    if |this| this.squares >= T::zero()
-);
-
-/// What became of a slice.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Taken<T> {
-    /// A row went in, and left a recursive residual of this square, rad²/s².
-    In(T),
-    /// The row would have left more than was allowed: it stayed out.
-    Refused,
-    /// It told nothing of the data.
-    Silent,
-}
-
-impl<T: Real> Residuals<T> {
-    fn new(fitted: u32) -> Self {
-        let o = T::zero();
-        Self { squares: o, products: o, rows: 0, fitted, last: [Left::nothing(); 3] }
-    }
-
-    fn add(&mut self, axis: usize, left: &Left<T>) {
-        self.squares += left.square();
-        if let Some(last) = self.last.get_mut(axis) {
-            self.products += left.product(last);
-            *last = *left;
-        }
-        self.rows = self.rows.saturating_add(1);
-    }
-
-    /// Degrees of freedom.
-    pub fn degrees(&self) -> u32 {
-        self.rows.saturating_sub(self.fitted)
-    }
-
-    /// Mean square, rad²/s²; zero without degrees of freedom.
-    pub fn mean_square(&self) -> T {
-        match self.degrees() {
-            0 => T::zero(),
-            degrees => self.squares / T::count(degrees),
-        }
-    }
-}
+    point, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s
+} if |this| this.unit_rad_s > T::zero() && this.scale_rad_s > T::zero());
 
 impl<T: Real, const U: usize> Pass<T, U> {
-    /// None begun.
-    pub fn none() -> Self {
+    /// Pass that has not begun.
+    pub fn blank() -> Self {
         Self {
-            point: Point::new(Vec3::zeros(), [T::zero(); 6]),
-            trajectory: Trajectory::nowhere(),
+            point: Point::sphere(Vec3::zeros()),
+            trajectory: Trajectory::blank(),
+            factor: SquareRootInformation::default(),
+            residuals: Residuals::none(),
             next: 0,
-            stage: Stage::Look,
-            approach: Approach::nothing(),
-            crossing: Crossing::none(),
-            residual: Vec3::zeros(),
-            information: SquareRootInformation::default(),
-            residuals: Residuals::new(0),
+            unit_per_kg_m2: T::one(),
+            unit_rad_s: T::one(),
+            scale_rad_s: T::one(),
         }
     }
 
-    /// Begins a pass about `point` with the first block, and with what was known before it. False
-    /// where that inertia has no inverse.
-    pub fn begin(&mut self, point: &Point<T>, known: Option<&Known<T, U>>) -> bool {
-        if !self.trajectory.start(point) {
+    /// Begins at a point and at block `from`. `rest` measures the rate there, for wheel momentum `wheels`
+    /// times the unit. False where the point's tensor has no inverse.
+    #[inline(never)]
+    pub fn begin(
+        &mut self,
+        point: &Point<T>,
+        groups: &Groups<T>,
+        from: usize,
+        rest: &Rest<T>,
+        wheels: &Vec3<T>,
+    ) -> bool {
+        self.point = *point;
+        self.factor = SquareRootInformation::default();
+        self.residuals = Residuals::none();
+        self.next = from;
+        if !self.trajectory.start(point, groups) {
             return false;
         }
-        self.point = *point;
-        self.next = 0;
-        self.stage = Stage::Look;
-        match known {
-            Some(known) => {
-                self.information = known.information;
-                self.information.shift(&point.minus(&known.point));
+        if rest.weight > T::zero() {
+            let rate = self.trajectory.model.rate_rad_s(&point.momentum, wheels);
+            let apart = rest.rate_rad_s - rate - self.trajectory.model.bias_rad_s();
+            for axis in 0..3 {
+                let row = self.trajectory.sensitivity_at_start(&rate, wheels, axis);
+                self.factor.add_weighted(&row, apart[axis], rest.weight);
             }
-            None => self.information = SquareRootInformation::default(),
         }
-        self.residuals = Residuals::new(U as u32 - self.information.rank());
         true
     }
 
-    /// θ.
-    pub fn point(&self) -> &Point<T> {
-        &self.point
-    }
-
-    /// What all rows so far say of a step from θ.
-    pub fn information(&self) -> &SquareRootInformation<T, U> {
-        &self.information
-    }
-
-    /// The same, of a pass that isn't under way: room for a solution.
-    pub fn room(&mut self) -> &mut SquareRootInformation<T, U> {
-        &mut self.information
-    }
-
-    /// See [`Residuals`].
-    pub fn residuals(&self) -> &Residuals<T> {
-        &self.residuals
-    }
-
-    /// The block that comes next.
-    pub fn next(&self) -> usize {
-        self.next
-    }
-
-    /// Whether the newest of the stored blocks has been looked at.
-    pub fn has_looked_at_all<const N: usize>(&self, blocks: &Storage<T, N>) -> bool {
-        let ahead = match self.stage {
-            Stage::Look => 0,
-            Stage::GoOn | Stage::Row(_) => 2,
-            Stage::MoveOn | Stage::Differentiate => 3,
-        };
-        self.next + ahead == blocks.len()
-    }
-
-    /// See [`Trajectory::growth_square`].
-    pub fn growth_square(&self) -> T {
-        self.trajectory.growth_square()
-    }
-
-    /// What comes next: `None` while the next block waits for the two after it, which tell of its
-    /// inside.
-    pub fn stage<const N: usize>(&self, blocks: &Storage<T, N>) -> Option<Stage> {
-        let waits = self.next + 2 >= blocks.len();
-        (self.is_busy() || !waits).then_some(self.stage)
-    }
-
-    /// Whether the pass is inside a block.
-    pub fn is_busy(&self) -> bool {
-        matches!(self.stage, Stage::MoveOn | Stage::Differentiate | Stage::Row(_))
-    }
-
-    /// Whatever comes next.
-    pub fn current(&self) -> Stage {
-        self.stage
-    }
-
-    /// Blocks were merged two by two.
-    pub fn halve(&mut self) {
-        self.next /= 2;
-        self.stage = Stage::Look;
-    }
-
-    /// One slice of work on stored blocks, in units of an inertia whose inverse is `per`. A block's row
-    /// that would leave more than `most` (rad/s) stays out, and so do those of its other axes.
-    pub fn work<const N: usize>(&mut self, blocks: &Storage<T, N>, per: T, most: T) -> Taken<T> {
-        match self.stage {
-            Stage::Look => self.look(blocks),
-            Stage::GoOn => self.go_on_to_stored(blocks, per),
-            Stage::MoveOn | Stage::Differentiate | Stage::Row(_) => self.inside(most),
-        }
-    }
-
-    // What unpacks blocks has a frame of its own, so that it isn't under that of a step across one.
+    /// Takes in the next block. Returns its squared residual at its weight as the rows before it predict
+    /// it, over that of one sample: three degrees of freedom, rad²/s².
     #[inline(never)]
-    fn look<const N: usize>(&mut self, blocks: &Storage<T, N>) -> Taken<T> {
-        self.approach.begin(blocks.around(self.next));
-        self.stage = Stage::GoOn;
-        Taken::Silent
-    }
-
-    #[inline(never)]
-    fn go_on_to_stored<const N: usize>(&mut self, blocks: &Storage<T, N>, per: T) -> Taken<T> {
-        self.approach.set_samples(blocks.samples(self.next));
-        self.go_on(blocks.block(self.next + 2), per);
-        Taken::Silent
-    }
-
-    /// The same on what lies ahead when no more comes, followed by a block that isn't stored.
-    /// `None` at the end.
-    pub fn work_to_the_end(
-        &mut self,
-        last: &mut Option<Block<T>>,
-        per: T,
-        most: T,
-    ) -> Option<Taken<T>> {
-        match self.stage {
-            Stage::Look => None,
-            Stage::GoOn if self.approach.is_at_the_end() => None,
-            Stage::GoOn => {
-                self.go_on(last.take(), per);
-                Some(Taken::Silent)
-            }
-            Stage::MoveOn | Stage::Differentiate | Stage::Row(_) => Some(self.inside(most)),
-        }
-    }
-
-    fn go_on(&mut self, second_after: Option<Block<T>>, per: T) {
-        if let Some(span) = self.approach.go_on(second_after, per) {
-            self.trajectory.enter(&mut self.crossing, &span, &self.point);
-            self.residual = span.block.rate_rad_s;
-            self.stage = Stage::MoveOn;
-        }
-    }
-
-    fn inside(&mut self, most: T) -> Taken<T> {
-        match self.stage {
-            Stage::Row(axis) => return self.take_row(axis, most),
-            Stage::Differentiate => self.differentiate(),
-            _ => {
-                self.trajectory.move_on(&mut self.crossing, &self.point);
-                self.stage = Stage::Differentiate;
-            }
-        }
-        Taken::Silent
-    }
-
-    fn differentiate(&mut self) {
-        self.trajectory.differentiate(&mut self.crossing, &self.point);
-        if !self.crossing.is_done() {
-            self.stage = Stage::MoveOn;
-            return;
+    pub fn take(&mut self, span: &Span<T>) -> T {
+        let crossing = self.trajectory.cross(span);
+        let apart = span.block.rate_rad_s - self.trajectory.mean_rate_rad_s(&crossing);
+        let n = span.block.weight;
+        let square = apart.dot(&apart) * n;
+        let weight = n * self.residuals.weigh(square, self.unit_rad_s, self.scale_rad_s);
+        let before = self.residuals.squares;
+        for axis in 0..3 {
+            let row = self.trajectory.mean_sensitivity(&crossing, axis);
+            let left = self.factor.add_weighted(&row, apart[axis], weight);
+            self.residuals.add(axis, left);
         }
         self.next += 1;
-        self.stage = if self.crossing.samples() > 0 {
-            self.residual -= self.trajectory.mean_rate_rad_s(&self.crossing, &self.point);
-            Stage::Row(0)
-        } else {
-            Stage::GoOn
-        };
+        self.residuals.squares - before
     }
 
-    fn take_row(&mut self, axis: usize, most: T) -> Taken<T> {
-        let axis = axis.min(2); // it always is, which the compiler can't see
-        let row = self.trajectory.mean_sensitivity(&self.crossing, axis);
-        let weight = T::count(self.crossing.samples());
-        let y = self.residual[axis];
-        if most < T::MAX && self.information.would_leave(&row, y, weight).square() > most * most {
-            self.stage = Stage::GoOn;
-            return Taken::Refused;
-        }
-        let left = self.information.add_weighted(&row, y, weight);
-        self.residuals.add(axis, &left);
-        self.stage = if axis < 2 { Stage::Row(axis + 1) } else { Stage::GoOn };
-        Taken::In(left.square())
-    }
-
-    /// What the point a step from θ comes to at the start of the next block, and of the step what
-    /// rounding that point leaves, which may be many of its sigmas.
-    pub fn carried(&self, step: &[T; U]) -> (Point<T>, [T; U]) {
-        let (momentum, lost) = self.trajectory.moved(step);
-        let point = Point { momentum, ..self.point.plus(step) };
-        let rounded: [T; U] = point.minus(&self.point);
-        let rest = core::array::from_fn(|i| if i < 3 { lost[i] } else { step[i] - rounded[i] });
-        (point, rest)
-    }
-
-    /// Equation `index` of the factor, on the step and then on what [`carried`](Self::carried)
-    /// leaves of it, with its weight.
-    pub fn carried_equation(
-        &self,
-        index: usize,
-        step: &[T; U],
-        rest: &[T; U],
-    ) -> Option<([T; U], T, T)> {
-        let (row, mut left, weight) = self.information.equation(index);
-        for c in 0..U {
-            left -= row[c] * step[c];
-        }
-        let row = if index < 3 { self.trajectory.row_at_end(&row)? } else { row };
-        for c in 0..U {
-            left += row[c] * rest[c];
-        }
-        Some((row, left, weight))
+    /// False where a number of the pass is not finite.
+    pub fn is_finite(&self) -> bool {
+        self.residuals.squares.is_finite() && self.residuals.cost.is_finite()
     }
 }

@@ -1,208 +1,169 @@
-//! What the window estimator says of itself: the estimate at any time.
+//! Estimate at any time: tensor, covariance, observed directions, status.
+//!
+//! The front's factor with all beliefs gives shape and scale with their covariance, the tensor `J = n / κ`
+//! and its covariance follow to first order. What is observed is judged against the data alone: the same
+//! solution without the prior, with nothing but the ranges of any rigid body.
 
 use super::Window;
+use super::belief::Beliefs;
+use super::front::Front;
 use super::pass::{Pass, Residuals};
-use super::solution::{Solution, Solving, finish, solve_past};
-use super::unknowns::{has_bias, has_torque};
-use super::work::Work;
+use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of};
 use crate::estimate::{Estimate, Status};
-use crate::math::{Vec3, scalar::Real};
+use crate::math::square_root_information::SquareRootInformation;
+use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
+use crate::monitor::observability::observed;
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
-/// Where noise alone exceeds a sum of squares once in eˣ windows, the model is rejected. Of chi-square
-/// with k degrees of freedom that is at most `k + 2 √(k x) + 2 x` (Laurent and Massart, Ann. Stat. 28,
-/// 2000, Lemma 1): 20 makes it once in 5·10⁸.
-const REJECTED: f64 = 20.0;
-/// Torque that noise alone imitates once in 150 windows: chi-square of three degrees of freedom.
-const TORQUE_SHOWN: f64 = 12.2;
-/// Residuals whose correlation from block to block is so many sigmas aren't white: once in 10⁴
-/// windows. With the torque's that makes at most one false alarm in a hundred windows.
+/// Excess of the residuals over the noise that is still called white, and the number of sigmas of its
+/// sampling error `1 / √(2 · 3 · blocks)`.
+const WHITE_EXCESS: f64 = 0.05;
+const WHITE_EXCESS_SIGMA: f64 = 5.4;
+/// The same of the correlation from block to block, with the sampling error `1 / √(3 · blocks)`. A
+/// correlation of 0.1 makes the sigma 10 % too small.
+const CORRELATED: f64 = 0.1;
 const CORRELATED_SIGMA: f64 = 4.0;
-/// Residuals that hang together more than this are taken as if by this much.
-const MOST_CORRELATED: f64 = 0.95;
-/// A solution so many sigmas squared from where its pass was linearised isn't to be relied on as it says:
-/// its variance is as much larger as the step is. Data that came during a pass make for a tenth of it.
-const UNSETTLED: f64 = 100.0;
-/// At most so many times where sigma is measured from residuals that aren't noise alone: their model is
-/// never settled.
-const MOST_UNSETTLED: f64 = 16.0;
-/// With fewer residuals nothing is said of them.
-const ENOUGH_RESIDUALS: u32 = 30;
-/// A torque or bias counts as seen once its sigma is below this share of the range that it is held in.
+/// Largest correlation that enters the inflation.
+const MOST_CORRELATED: f64 = 0.97;
+/// Contradiction of an assumed absence of torque: chi-square of three degrees of freedom exceeds it once
+/// in 150 windows.
+const TORQUE_SHOWN: f64 = 12.2;
+/// Degrees of freedom that the stated noise weighs, and the measured one, against the residuals.
+const STATED_DEGREES: f64 = 30.0;
+const MEASURED_DEGREES: f64 = 10.0;
+/// Fewest residuals that are tested.
+const ENOUGH_ROWS: u32 = 30;
+/// Sigma of a torque or bias over its range, below which it is reported.
 const SEEN: f64 = 0.5;
 
-/// A front that waits for the rework lies behind the newest block. A report carries it on over so many at
-/// most, each of some 6,000 instructions.
-const MOST_CARRIED: usize = 64;
-/// Slices of a block at most, a look at the first one among them: looked at and gone on to, crossed in three
-/// steps of two slices, three rows.
-const SLICES_OF_A_BLOCK: usize = 11;
-
-/// What windows that ended left.
+/// Statistics of windows that ended.
 #[derive(Clone, Copy, Debug)]
 pub struct Ended<T> {
-    /// Sum of squared residuals that no solution explained, rad²/s², and their degrees of freedom.
-    squares: T,
-    degrees: u32,
+    residual_rms_rad_s: T,
     residuals_white: Option<bool>,
+    is_explained: bool,
 }
 
-crate::persist!(
-    [T: Real] Ended<T> { squares, degrees, residuals_white } if |this| this.squares >= T::zero()
-);
+crate::persist!([T: Real] Ended<T> { residual_rms_rad_s, residuals_white, is_explained });
 
 impl<T: Real> Ended<T> {
-    /// None has.
+    /// No window has ended.
     pub fn nothing() -> Self {
-        Self { squares: T::zero(), degrees: 0, residuals_white: None }
+        Self { residual_rms_rad_s: T::zero(), residuals_white: None, is_explained: true }
     }
+}
 
-    /// Degrees of freedom.
-    pub fn degrees(&self) -> u32 {
-        self.degrees
-    }
-
-    /// One more has, and its successor goes on from where it stopped.
-    pub fn add(&mut self, residuals: &Residuals<T>) {
-        self.squares += residuals.squares;
-        self.degrees = self.degrees.saturating_add(residuals.degrees());
-    }
+/// Shape and scale with their information.
+struct Solution<T: Real> {
+    point: Point<T>,
+    unit_per_kg_m2: T,
+    covariance: Mat<T, 6, 6>,
 }
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// The estimate.
-    ///
-    /// Found stage by stage: each has a frame of its own, which is gone when the next one begins, so that
-    /// between them the stack holds the estimate alone.
+    #[inline(never)]
     pub(super) fn report(&self) -> Estimate<T> {
         let mut estimate = Estimate::of_nothing();
-        self.report_into(&mut estimate);
+        let is_found = match &self.front {
+            Some(front) => self.report_front(front, &mut estimate),
+            None => self.past.is_some() && self.report_past(&mut estimate),
+        };
+        if !is_found {
+            self.report_nothing(&mut estimate);
+        }
         estimate
     }
 
+    /// Estimate of the front; false where it has no finite solution.
     #[inline(never)]
-    fn report_into(&self, estimate: &mut Estimate<T>) {
-        if !self.report_front(estimate) && !self.report_past(estimate) {
-            self.report_nothing(estimate);
-        }
-    }
-
-    /// What the front says; false where there is none.
-    fn report_front(&self, estimate: &mut Estimate<T>) -> bool {
-        let Some(is_explained) = self.solve_front(estimate) else { return false };
-        if !self.judge_worth(estimate) {
+    fn report_front(&self, front: &Front<T, U>, estimate: &mut Estimate<T>) -> bool {
+        let pass = &front.pass;
+        let (window, sigma) = self.window_alone(pass);
+        let unit = pass.unit_per_kg_m2;
+        if !self.report_inertia(&window, &pass.point, unit, sigma, estimate) {
             return false;
         }
-        // An inertia that isn't seen is free to imitate a torque.
-        if estimate.observed.directions < 6 {
-            estimate.disturbance_torque_n_m = None;
-        }
-        if !is_explained {
+        estimate.residual_rms_rad_s = rms(&pass.residuals, U);
+        estimate.residuals_white = self.is_white(front);
+        self.report_groups(pass, sigma, estimate);
+        let is_wrong = !front.is_settled || !self.is_explained(pass) || front.is_contradicted;
+        if is_wrong {
             estimate.status = Status::Diverged;
         }
         true
     }
 
-    /// Between windows; false where nothing was found before.
+    /// Estimate of earlier windows; false where it is not finite.
     fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
-        self.solve_past(estimate).is_some() && self.judge_worth(estimate)
+        let Some(mut past) = self.past else { return false };
+        past.walk(self.walk_kg_m2());
+        let mut point = Point::sphere(Vec3::zeros());
+        point.shape = past.shape;
+        // The past enters as a belief: there are no blocks.
+        let nothing = SquareRootInformation::default();
+        let unit = past.per_kg_m2;
+        if !self.report_inertia(&nothing, &point, unit, T::one(), estimate) {
+            return false;
+        }
+        estimate.residual_rms_rad_s = self.ended.residual_rms_rad_s;
+        estimate.residuals_white = self.ended.residuals_white;
+        if !self.ended.is_explained {
+            estimate.status = Status::Diverged;
+        }
+        true
     }
 
-    /// What is held while nothing has been found.
+    /// Prior where nothing has been found.
     fn report_nothing(&self, estimate: &mut Estimate<T>) {
-        let prior = self.config.prior.unwrap_or(Prior::unknown());
+        let prior = self.config.prior.filter(|_| self.has_prior).unwrap_or(Prior::unknown());
         *estimate = Estimate::of_nothing();
         estimate.inertia = Inertia::new(prior.inertia_kg_m2);
         for i in 0..6 {
             estimate.covariance_kg2_m4[(i, i)] = prior.sigma_kg_m2[i] * prior.sigma_kg_m2[i];
         }
-        estimate.judge(&prior.sigma_kg_m2);
     }
 
-    /// Solves the front: inertia, covariance and residuals as the data by itself have them, torque and
-    /// bias where they are known. Says whether the model explains the data.
-    #[inline(never)]
-    fn solve_front(&self, estimate: &mut Estimate<T>) -> Option<bool> {
-        let mut front = *self.passes.front()?;
-        self.carry_on(&mut front);
-        self.solve_carried(&mut front, estimate)
-    }
-
-    /// The same of a copy that has come to the newest sample; its factor is the room in which it is solved.
-    #[inline(never)]
-    fn solve_carried(&self, front: &mut Pass<T, U>, estimate: &mut Estimate<T>) -> Option<bool> {
-        let (point, residuals) = (*front.point(), *front.residuals());
-        let room = front.room();
-        let noise = self.scale_rad_s(&residuals);
-        let held = self.held(noise);
-        let mut solving = Solving::new();
-        solving.take_all_but_the_sphere(room, &point, &held);
-        let solution = finish(room, &point, &held, &mut estimate.covariance_kg2_m4)?;
-        let unit = noise * self.typical_kg_m2;
-        let unsettled = self.unsettled(solution.inertia_step_square / (noise * noise));
-        let inflation = self.inflation(&residuals);
-        for element in estimate.covariance_kg2_m4.iter_mut() {
-            *element = *element * (unit * unit) * inflation * unsettled;
+    /// Inertia, covariance, observed directions and status of information on shape and scale.
+    fn report_inertia(
+        &self,
+        window: &SquareRootInformation<T, 6>,
+        point: &Point<T>,
+        unit_per_kg_m2: T,
+        sigma: T,
+        estimate: &mut Estimate<T>,
+    ) -> bool {
+        let mut walked = self.past;
+        if let Some(past) = &mut walked {
+            past.walk(self.walk_kg_m2());
         }
-        estimate.inertia = Inertia::new(solution.point.inertia.map(|x| x * self.typical_kg_m2));
-        let (squares, degrees) = self.squares(&residuals);
-        estimate.residual_rms_rad_s = (squares / T::count(degrees.max(1))).sqrt();
-        estimate.residuals_white = self.is_white(&residuals, &solving);
-        estimate.disturbance_torque_n_m = self.torque_of(&solution, noise);
-        estimate.gyro_bias_rad_s = self.bias_of(&solution, noise);
-        // A torque that is held at zero against the data counts as unexplained.
-        let unexplained = (squares + solving.torque_square(), degrees.saturating_add(3));
-        Some(self.config.gyro_noise_rad_s.is_none_or(|n| explains(unexplained, n)))
-    }
-
-    /// Carries a copy of the front on over what it hasn't come to yet: those that it waits with, the
-    /// newest blocks, and the one that is still being filled.
-    #[inline(never)]
-    fn carry_on(&self, front: &mut Pass<T, U>) {
-        let (per, most) = (T::one() / self.typical_kg_m2, self.most_rad_s());
-        let enough = front.next().saturating_add(MOST_CARRIED);
-        // One block more than that: the front may stand inside one.
-        for _ in 0..(MOST_CARRIED + 1) * SLICES_OF_A_BLOCK {
-            let is_due = front.is_busy() || front.next() < enough;
-            if self.blocks.is_rebuilt() || !is_due || front.stage(&self.blocks).is_none() {
-                break;
-            }
-            front.work(&self.blocks, per, most);
+        let past = walked.as_ref();
+        let all = Beliefs { past, noise_rad_s: sigma, ..self.beliefs(unit_per_kg_m2) };
+        let data = Beliefs { prior: None, ..all };
+        let Some(solution) = solve(window, point, &all) else { return false };
+        let trace = T::one() / (solution.point.scale * unit_per_kg_m2);
+        let n = solution.point.over_trace();
+        estimate.inertia = Inertia::new(n.map(|n| n * trace));
+        estimate.covariance_kg2_m4 = solution.of_elements();
+        if !self.is_finite_and_physical(estimate) {
+            return false;
         }
-        let has_looked_at_all = front.has_looked_at_all(&self.blocks);
-        let (mut last, is_next_to_it) = match (&self.work, &self.closing) {
-            (Work::Ending(ending), _) => (ending.last, true),
-            (_, Some(closing)) => (closing.last.filter(|_| has_looked_at_all), has_looked_at_all),
-            _ => (self.filling_after(front), has_looked_at_all),
-        };
-        while (is_next_to_it || front.is_busy())
-            && front.work_to_the_end(&mut last, per, most).is_some()
-        {}
+        let Some(alone) = solve(window, point, &data) else { return false };
+        // At the estimate, with the information of the data.
+        let alone = Solution { point: solution.point, ..alone };
+        let range = Prior::of_size(trace * T::lit(1.0 / 3.0)).sigma_kg_m2;
+        estimate.observed = observed(&alone.of_elements(), &range);
+        estimate.status = Status::of(&estimate.observed);
+        true
     }
 
-    /// Solves the past by itself.
+    /// Brings the tensor to the nearest physical one; false where a number is not finite.
     #[inline(never)]
-    fn solve_past(&self, estimate: &mut Estimate<T>) -> Option<()> {
-        let mut past = self.past?;
-        past.walk(self.walk_kg_m2());
-        // Before any window it has no other size than its own.
-        let typical = Inertia::new(past.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0);
-        *estimate = Estimate::of_nothing();
-        let inertia = solve_past(&past, typical, &mut estimate.covariance_kg2_m4)?;
-        estimate.covariance_kg2_m4 *= typical * typical;
-        estimate.inertia = Inertia::new(inertia.map(|x| x * typical));
-        estimate.residual_rms_rad_s =
-            (self.ended.squares / T::count(self.ended.degrees.max(1))).sqrt();
-        estimate.residuals_white = self.ended.residuals_white;
-        Some(())
-    }
-
-    /// What an inertia is worth, brought to the nearest physical one; false where it isn't finite.
-    fn judge_worth(&self, estimate: &mut Estimate<T>) -> bool {
+    fn is_finite_and_physical(&self, estimate: &mut Estimate<T>) -> bool {
         let (inertia, covariance) = (estimate.inertia, &mut estimate.covariance_kg2_m4);
-        // Neither an element nor a variance can be told more finely than it is rounded.
+        // Rounding of an element is a floor of its variance.
         for i in 0..6 {
             let rounded = inertia.elements_kg_m2()[i] * T::EPSILON;
             covariance[(i, i)] *= T::one() + T::EPSILON * T::lit(16.0);
@@ -217,103 +178,143 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             estimate.inertia = nearest;
             estimate.projected = true;
         }
-        let mean_moment = estimate.inertia.trace_kg_m2().abs() * T::lit(1.0 / 3.0);
-        let range = self.config.prior.unwrap_or(Prior::of_size(mean_moment)).sigma_kg_m2;
-        estimate.judge(&range);
         true
     }
 
-    fn torque_of(&self, solution: &Solution<T>, noise_rad_s: T) -> Option<Vec3<T>> {
-        let range = self.config.disturbance_torque_n_m.filter(|_| has_torque(U))?;
-        let most = range / self.typical_kg_m2 / noise_rad_s * T::lit(SEEN);
-        is_seen(&solution.torque_variances, most)
-            .then(|| solution.point.torque * self.typical_kg_m2)
-    }
-
-    fn bias_of(&self, solution: &Solution<T>, noise_rad_s: T) -> Option<Vec3<T>> {
-        let range = self.config.gyro_bias_rad_s.filter(|_| has_bias(U))?;
-        let most = range / noise_rad_s * T::lit(SEEN);
-        is_seen(&solution.bias_variances, most).then_some(solution.point.bias)
-    }
-
-    /// Residuals of a front with those of the windows that it goes on from.
-    fn squares(&self, front: &Residuals<T>) -> (T, u32) {
-        let mut all = self.ended;
-        all.add(front);
-        (all.squares, all.degrees)
-    }
-
-    /// One sigma of a gyro sample by which a front's covariance is scaled, rad/s: as given, or as the
-    /// residuals have it.
-    pub(super) fn scale_rad_s(&self, front: &Residuals<T>) -> T {
-        match (self.config.gyro_noise_rad_s, self.squares(front)) {
-            (Some(noise), _) => noise,
-            (None, (_, 0)) => self.noise_rad_s(),
-            (None, (squares, degrees)) => (squares / T::count(degrees)).sqrt(),
+    /// Torque and bias where the data determine them.
+    #[inline(never)]
+    fn report_groups(&self, pass: &Pass<T, U>, sigma: T, estimate: &mut Estimate<T>) {
+        if self.groups.place.iter().all(|at| !matches!(at, Some((_, Belief::Within(_))))) {
+            return;
+        }
+        let unit = pass.unit_per_kg_m2;
+        let mut factor = pass.factor;
+        let beliefs = Beliefs { noise_rad_s: sigma, ..self.beliefs(unit) };
+        beliefs.add(&mut factor, &pass.point);
+        let (Some(step), Some(variances)) = (factor.solve(), factor.variances()) else { return };
+        let solved = pass.point.stepped(&step);
+        let trace = T::one() / (solved.scale * unit);
+        for place in 0..groups_of(U) {
+            let Some((group, Belief::Within(range))) = self.groups.place[place] else { continue };
+            let to_physical = if group == Group::Torque { trace } else { T::one() };
+            let most = range * T::lit(SEEN) / (to_physical * sigma);
+            let first = FIRST_GROUP + 3 * place;
+            if !variances.iter().skip(first).take(3).all(|v| *v < most * most) {
+                continue;
+            }
+            let value = solved.group[place] * to_physical;
+            match group {
+                // An inertia that is not observed is free to imitate a torque.
+                Group::Torque if estimate.observed.directions == 6 => {
+                    estimate.disturbance_torque_n_m = Some(value);
+                }
+                Group::Bias if self.config.gyro_bias_rad_s.is_some() => {
+                    estimate.gyro_bias_rad_s = Some(value);
+                }
+                _ => {}
+            }
         }
     }
 
-    /// What correlation from block to block makes of a variance that is taken from residuals:
-    /// `(1 + ρ) / (1 − ρ)`, for one that fades by ρ a block. Of a gyro whose noise is given nothing is
-    /// taken from the residuals: 1.
-    pub(super) fn inflation(&self, residuals: &Residuals<T>) -> T {
-        if self.config.gyro_noise_rad_s.is_some() || residuals.squares <= T::zero() {
-            return T::one();
-        }
-        let correlation =
-            (residuals.products / residuals.squares).max(T::zero()).min(T::lit(MOST_CORRELATED));
-        (T::one() + correlation) / (T::one() - correlation)
+    /// Random walk of each element since the past was current, one sigma, kg m².
+    pub(super) fn walk_kg_m2(&self) -> T {
+        self.config.inertia_walk_kg_m2_sqrt_s * self.past_age_s.max(T::zero()).sqrt()
     }
 
-    /// How much larger than it says the variance of a solution is that is so many sigmas squared from
-    /// where it was linearised.
-    fn unsettled(&self, step_square: T) -> T {
-        let times = (step_square / T::lit(UNSETTLED)).max(T::one());
-        match self.config.gyro_noise_rad_s {
-            Some(_) => times,
-            None => times.min(T::lit(MOST_UNSETTLED)),
-        }
+    /// One sigma of a sample for the covariance, rad/s: stated or measured noise and residuals, weighted by
+    /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
+    /// block to block, so that fewer of them are independent.
+    pub(super) fn sigma_of_sample(&self, residuals: &Residuals<T>) -> T {
+        let noise = self.noise_rad_s();
+        let weight = match self.config.gyro_noise_rad_s {
+            Some(_) => T::lit(STATED_DEGREES),
+            None => T::lit(MEASURED_DEGREES),
+        };
+        let degrees = T::count(residuals.degrees(U as u32));
+        let variance = (noise * noise * weight + residuals.squares) / (weight + degrees);
+        let rho = residuals.correlation().min(T::lit(MOST_CORRELATED));
+        let inflation = if rho > correlation_limit(residuals) {
+            (T::one() + rho) / (T::one() - rho)
+        } else {
+            T::one()
+        };
+        (variance * inflation).sqrt().max(self.largest_rad_s * (T::EPSILON + T::EPSILON))
     }
 
-    /// Whether gyro noise explains what a front leaves.
-    pub(super) fn explains(&self, front: &Residuals<T>) -> bool {
-        let squares = self.squares(front);
-        match self.config.gyro_noise_rad_s {
-            Some(noise) => explains(squares, noise),
-            None => squares.0.is_finite(),
-        }
-    }
-
-    /// Whether a front's residuals are white, as far as a constant torque and their correlation from
-    /// block to block tell.
-    fn is_white(&self, residuals: &Residuals<T>, solving: &Solving<T>) -> Option<bool> {
-        if residuals.degrees() < ENOUGH_RESIDUALS {
+    /// Result of the tests for white residuals: of their size against the noise, of their correlation,
+    /// and of a torque that is not among the unknowns.
+    fn is_white(&self, front: &Front<T, U>) -> Option<bool> {
+        let residuals = &front.pass.residuals;
+        if residuals.rows < ENOUGH_ROWS {
             return None;
         }
-        let noise = self.scale_rad_s(residuals);
-        let shows_torque = solving.torque_square() > noise * noise * T::lit(TORQUE_SHOWN);
-        // Of n products of white residuals the sum has √n times their mean square.
-        let sigma = residuals.mean_square() * T::count(residuals.rows).sqrt();
-        let is_correlated = residuals.products.abs() > sigma * T::lit(CORRELATED_SIGMA);
-        Some(!shows_torque && !is_correlated)
+        let share = T::lit(WHITE_EXCESS_SIGMA) / T::count(6 * residuals.blocks).sqrt();
+        let most = self.reference_rad_s() * (T::lit(1.0 + WHITE_EXCESS) + share);
+        let is_small = rms(residuals, U) <= most;
+        let is_correlated = residuals.correlation().abs() > correlation_limit(residuals);
+        let mut factor = front.pass.factor;
+        let beliefs = self.beliefs(front.pass.unit_per_kg_m2);
+        let contradiction = beliefs.add(&mut factor, &front.pass.point);
+        let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
+        Some(is_small && !is_correlated && !shows_torque && front.is_settled)
     }
 
-    /// What is left of a window that ends with this front.
-    pub(super) fn ended_with(&self, front: &Residuals<T>, solving: &Solving<T>) -> Ended<T> {
-        let (squares, degrees) = self.squares(front);
-        Ended { squares, degrees, residuals_white: self.is_white(front, solving) }
+    /// Statistics of a window that ends with this front.
+    pub(super) fn ended_with(&self, front: &Front<T, U>) -> Ended<T> {
+        Ended {
+            residual_rms_rad_s: rms(&front.pass.residuals, U),
+            residuals_white: self.is_white(front),
+            is_explained: front.is_settled && front.is_explained && !front.is_contradicted,
+        }
     }
 }
 
-/// Whether each of three variances, for unit noise, is below the square of `most`.
-fn is_seen<T: Real>(variances: &[T; 3], most: T) -> bool {
-    variances.iter().all(|v| *v < most * most)
+/// Root mean square of the residuals of a sample, one axis, rad/s.
+fn rms<T: Real>(residuals: &Residuals<T>, unknowns: usize) -> T {
+    (residuals.squares / T::count(residuals.degrees(unknowns as u32).max(1))).sqrt()
 }
 
-/// Whether gyro noise explains a sum of squares, rad²/s², of so many degrees of freedom.
-fn explains<T: Real>((sum, degrees): (T, u32), noise_rad_s: T) -> bool {
-    let variance = noise_rad_s * noise_rad_s;
-    let (k, x) = (T::count(degrees), T::lit(REJECTED));
-    let two = T::lit(2.0);
-    sum <= variance * (k + two * (k * x).sqrt() + two * x)
+/// Correlation from block to block that chance and a harmless one explain.
+fn correlation_limit<T: Real>(residuals: &Residuals<T>) -> T {
+    T::lit(CORRELATED) + T::lit(CORRELATED_SIGMA) / T::count(residuals.rows.max(1)).sqrt()
 }
+
+/// Solution of a window's information with beliefs, at the beliefs' noise.
+#[inline(never)]
+fn solve<T: Real>(
+    window: &SquareRootInformation<T, 6>,
+    point: &Point<T>,
+    beliefs: &Beliefs<'_, T>,
+) -> Option<Solution<T>> {
+    let mut factor = *window;
+    beliefs.add_inertia(&mut factor, point);
+    let step = factor.solve()?;
+    let mut covariance = Mat::<T, 6, 6>::zeros();
+    if !factor.covariance_of_last(&mut covariance) {
+        return None;
+    }
+    covariance *= beliefs.noise_rad_s;
+    covariance *= beliefs.noise_rad_s;
+    let point = point.stepped(&step);
+    Some(Solution { point, unit_per_kg_m2: beliefs.unit_per_kg_m2, covariance })
+}
+
+impl<T: Real> Solution<T> {
+    /// Covariance of the six elements, kg² m⁴, by `∂j/∂q = B / κ` and `∂j/∂x = −j / x`.
+    fn of_elements(&self) -> Mat<T, 6, 6> {
+        let trace = T::one() / (self.point.scale * self.unit_per_kg_m2);
+        let n = self.point.over_trace();
+        let mut jacobian = Mat::<T, 6, 6>::zeros();
+        for element in 0..6 {
+            let mut of_element = [T::zero(); 6];
+            of_element[element] = trace;
+            let by = by_shape::<T, T>(&of_element);
+            for k in 0..5 {
+                jacobian[(element, k)] = by[k];
+            }
+            jacobian[(element, 5)] = -n[element] * trace / self.point.scale;
+        }
+        jacobian * self.covariance * jacobian.transpose()
+    }
+}
+

@@ -1,368 +1,316 @@
-//! Where passes start: what a solution says of its front, and the first point.
+//! Linear start: shape and scale of the inertia from the blocks, without any guess.
+//!
+//! Angular momentum is constant in inertial axes but for the impulse of external torque. With C the
+//! rotation from the window's start, which the measured rates give block by block,
+//!
+//! `C G(ω) n + κ (C h_w − ∫ C τ dt) − m₀ − ∫ C dt d = 0`
+//!
+//! is linear in the shape n, the inverse trace κ, the momentum m₀ and a disturbance torque d, all over the
+//! trace. Givens rotations fold the rows into a triangle; its last six rows are the information on n with
+//! the others eliminated.
+//!
+//! 1. *Shape.* `R n = 0` for tensors of unit trace. Noise of the rates inflates R: its expected share is
+//!    removed from the singular values, so that it biases no direction.
+//! 2. *Scale.* With n known, noisy momentum is regressed on the exact drive: noise does not bias κ either,
+//!    and its sigma follows.
 
-use super::linear_start::{self, Kind};
-use super::pass::Residuals;
-use super::solution::Solving;
-use super::unknowns::Point;
-use super::work::{Starting, Work};
-use super::{BLOCKS_TO_SEE, Window, contradicts};
-use crate::Reset;
-use crate::math::{Vec3, scalar::Real};
-use crate::prior::Prior;
-use crate::tensor::Inertia;
+use super::block::Block;
+use super::belief::SHAPE_SIGMA;
+use super::storage::{Rest, Stretch};
+use super::unknowns::{Point, by_shape};
+use crate::math::square_root_information::SquareRootInformation;
+use crate::math::{Mat, Vec3, eigen::singular_values, norm, scalar::Real, skew};
+use crate::tensor::{Inertia, regressor, regressor_noise_share};
 
-/// No pass before so many blocks: fewer equations than a few per unknown say little.
-const BLOCKS_TO_START: usize = 16;
-/// Fast motion that nothing drives shows no size, and need not be waited for longer than this: a throw
-/// lasts no longer than a few blocks.
-const BLOCKS_TO_TUMBLE: usize = 10;
-/// Blocks that turn so far are fast motion, rad.
-const FAST_TURN: f64 = 0.3;
-/// With a past to start from, so many will do: a pass crosses the first of them.
-const BLOCKS_TO_RESUME: usize = 3;
-/// A front whose squared residuals exceed what the noise makes of them by this factor hasn't
-/// found the solution yet: it is tried again, from its own point, and ever more
-/// rarely from the linear start.
-const UNEXPLAINED: f64 = 1.5;
-/// A solution within so many sigmas of its pass's own point isn't worth another.
-const SETTLED_SIGMA: f64 = 0.01;
-/// Within so many, what linearising left out doesn't show in a chi-square test.
-const CLOSE_SIGMA: f64 = 1.0;
-/// Within so many for each unknown, it doesn't show in residuals. A pass whose
-/// data have grown by half since its point was found moves by as much, and not because of that.
-const NEAR_SIGMA: f64 = 2.5;
-/// Drag that noise alone imitates once in 10⁵ windows: chi-square of three degrees of freedom.
-const DRAG_SHOWN: f64 = 26.0;
-/// A pass that has yet to step so many sigmas squared may err by as many times that in a sum of squares.
-const UNSURE: f64 = 4.0;
-/// An element of more typical inertias than this is a pass that went astray.
-const ASTRAY: f64 = 10.0;
-/// And so is a body this much thinner than its size: four times its determinant over the cube of its
-/// trace is about the share of the smallest moment in the trace, and a rod of one to a hundred has
-/// 2e-4.
-const THIN: f64 = 1.0e-4;
-/// A point may break the triangle inequality by this share of the trace.
-const UNPHYSICAL: f64 = 0.05;
-/// A linear start larger or smaller than the typical inertia by this factor is another body.
-const OTHER_SIZE: f64 = 3.0;
-/// A step that leads astray is halved so often before it is given up.
-const HALVINGS: u32 = 5;
-/// Rows beyond the unknowns that a front, and those it went on from, have seen before it tells spikes: three
-/// times as many as the most unknowns.
-const ARMED_DEGREES: u32 = 45;
-/// And before it needs no linear start any more: three times as many again.
-const SURE_DEGREES: u32 = 135;
-/// Rows that a settled front takes in until it is looked at again: eight blocks.
-const REST_ROWS: u32 = 24;
+/// Columns: momentum 3, torque 3, inverse trace 1, elements 6.
+const COLUMNS: usize = 13;
+const TORQUE: usize = 3;
+const SCALE: usize = 6;
+const ELEMENTS: usize = 7;
+/// Sigmas by which the inverse trace must exceed zero.
+const SCALE_OBSERVED: f64 = 5.0;
+/// Principal moments over the trace of a physical tensor, with a margin: 0.002 to 0.498.
+const MARGIN: f64 = 0.002;
+/// Steps towards the sphere, of a tenth each: 0.9²⁰ = 0.12.
+const SHRINKS: usize = 20;
 
-/// What a solution says of its front.
-enum Finding {
-    /// The data contradict what was known before.
-    PastContradicted,
-    /// The torque changes with the motion.
-    Drag,
-    /// Another pass would change nothing.
-    Settled,
-    /// Another pass is needed. How near the point is to its solution.
-    Unsettled(Distance),
+/// Linear least squares over the blocks of a stretch.
+#[derive(Clone, Copy, Debug)]
+pub struct LinearStart<T: Real> {
+    /// Next block.
+    pub next: usize,
+    factor: SquareRootInformation<T, COLUMNS>,
+    /// Inertial axes of the start from body axes at the end of the last block.
+    rotation: Mat<T, 3, 3>,
+    /// `∫ C τ dt`, N m s, and `∫ C dt`, s.
+    impulse: Vec3<T>,
+    by_torque: Mat<T, 3, 3>,
+    sizes: Sizes<T>,
+    /// Sum over the rows of their weight over the number of samples.
+    noise: T,
 }
 
-/// How far a point is from its solution.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Distance {
-    /// So far that its linearisation may be wrong.
-    Far,
-    /// Near enough to take in more.
-    Near,
-    /// So near that few rows are needed to tell spikes.
-    Close,
+crate::persist!([T: Real] LinearStart<T> {
+    next, factor, rotation, impulse, by_torque, sizes, noise
+});
+
+/// Units in which all columns are near one.
+#[derive(Clone, Copy, Debug)]
+struct Sizes<T: Real> {
+    rate_rad_s: T,
+    drive_n_m_s: T,
+    duration_s: T,
+    /// Samples of a block of full weight: a long rest has no more influence than motion.
+    samples: T,
+    has_torque: bool,
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
-    /// The front is solved: what follows from that.
-    pub(super) fn judge(&mut self, solving: &Solving<T>) {
-        self.work = Work::Idle;
-        self.forget_the_linear_start();
-        let finding = self.finding(solving);
-        self.note_how_near(&finding);
-        match finding {
-            Some(Finding::PastContradicted) => {
-                self.past = None;
-                self.watch.event = Some(Reset::Changed);
-            }
-            Some(Finding::Drag) => self.has_drag = true,
-            Some(Finding::Settled) => {
-                let rows = self.passes.front().map_or(0, |front| front.residuals().rows);
-                self.rests_until = rows.saturating_add(REST_ROWS);
-            }
-            Some(Finding::Unsettled(_)) => self.work = Work::Choosing,
-            None => {}
+crate::persist!([T: Real] Sizes<T> { rate_rad_s, drive_n_m_s, duration_s, samples, has_torque });
+
+/// Result.
+#[derive(Clone, Copy, Debug)]
+pub struct FirstPoint<T: Real> {
+    /// Shape, disturbance torque over the trace (rad/s²), and unit scale.
+    pub shape: [T; 5],
+    pub torque: Vec3<T>,
+    /// κ, 1/(kg m²), where it is observed.
+    pub per_kg_m2: Option<T>,
+}
+
+impl<T: Real> LinearStart<T> {
+    /// Start over these blocks; `has_torque` for a disturbance torque among the unknowns.
+    #[inline(never)]
+    pub fn new<'a>(
+        blocks: impl Iterator<Item = &'a Block<T>>,
+        start: &Stretch<T>,
+        from: usize,
+        usual_samples: T,
+        has_torque: bool,
+    ) -> Self {
+        let (mut rate, mut drive) = (norm(&start.rest.rate_rad_s), T::zero());
+        let (mut impulse, mut duration_s) = (T::zero(), T::zero());
+        for block in blocks {
+            rate = rate.max(norm(&block.rate_rad_s));
+            drive = drive.max(norm(&block.wheels_n_m_s));
+            impulse += norm(&block.impulse_n_m_s);
+            duration_s += block.duration_s;
         }
-    }
-
-    /// A front near its solution tells spikes, once it has seen enough.
-    fn note_how_near(&mut self, finding: &Option<Finding>) {
-        let distance = match finding {
-            Some(Finding::Settled) => Distance::Close,
-            Some(Finding::Unsettled(distance)) => *distance,
-            _ => return,
+        let sizes = Sizes {
+            rate_rad_s: rate.max(T::lit(1e-12)),
+            drive_n_m_s: drive + impulse,
+            duration_s,
+            samples: usual_samples + usual_samples,
+            has_torque,
         };
-        let Some(front) = self.passes.front() else { return };
-        let degrees = self.ended.degrees().saturating_add(front.residuals().degrees());
-        let is_near = distance != Distance::Far;
-        let enough = if distance == Distance::Close { ARMED_DEGREES } else { SURE_DEGREES };
-        self.watch.is_armed |= is_near && degrees >= enough;
-        let if_so = |is_so: bool| if is_so { front.next() } else { 0 };
-        self.watch.near_at = if_so(is_near);
-        self.watch.close_at = if_so(distance == Distance::Close);
-        self.has_started_over &= distance != Distance::Close;
-        self.has_explained |= is_near;
+        let mut this = Self {
+            next: from,
+            factor: SquareRootInformation::default(),
+            rotation: Mat::identity(),
+            impulse: Vec3::zeros(),
+            by_torque: Mat::zeros(),
+            sizes,
+            noise: T::zero(),
+        };
+        this.add_rest(&start.rest);
+        this
     }
 
-    /// Linear least squares isn't needed any more once a front that tells spikes has explained many rows.
-    fn forget_the_linear_start(&mut self) {
-        let Some(front) = self.passes.front() else { return };
-        let residuals = front.residuals();
-        let is_sure = self.watch.is_armed && self.is_at_noise(residuals);
-        if is_sure && residuals.degrees() >= SURE_DEGREES && self.linear().is_some() {
-            self.beginning = super::Beginning::Found;
+    /// Rows of the rest before the first block.
+    fn add_rest(&mut self, rest: &Rest<T>) {
+        if rest.weight > T::zero() {
+            let one = Mat::identity();
+            self.add_rows(&one, &rest.rate_rad_s, &rest.wheels_n_m_s, &Mat::zeros(), rest.weight);
         }
     }
 
-    /// What a solution says of its front. A sum of squares is known as surely as the step is small.
-    fn finding(&self, solving: &Solving<T>) -> Option<Finding> {
-        let front = self.passes.front()?;
-        let noise = self.scale_rad_s(front.residuals());
-        let within = |square: T, sigma: f64| square < noise * noise * T::lit(sigma * sigma);
-        let solved_square = self.passes.other().information().size_square();
-        let step = solved_square.min(front.information().size_square());
-        let surely = |square: T| square - step * T::lit(UNSURE);
-        if !self.has_found(front.residuals()) {
-            return Some(Finding::Unsettled(Distance::Far));
-        }
-        if self.past.is_some() && contradicts(surely(solving.past_square()), noise) {
-            return Some(Finding::PastContradicted);
-        }
-        let drag_square = solving.drag_square();
-        if self.shows_drag(front.residuals(), drag_square, surely(drag_square)) {
-            return Some(Finding::Drag);
-        }
-        Some(if within(solved_square, SETTLED_SIGMA) {
-            Finding::Settled
+    /// Takes in the next block.
+    #[inline(never)]
+    pub fn take(&mut self, block: &Block<T>) {
+        let half = T::lit(0.5);
+        let turn = block.rate_rad_s * (block.duration_s * half);
+        let half_way = rotation(&turn);
+        let middle = self.rotation * half_way;
+        let quarter = self.rotation * rotation(&(turn * half));
+        let impulse = self.impulse + quarter * block.impulse_n_m_s * half;
+        let by_torque = self.by_torque + middle * (block.duration_s * half);
+        let drive = block.drive_n_m_s() - middle.transpose() * impulse;
+        self.add_rows(&middle, &block.rate_rad_s, &drive, &by_torque, block.weight);
+        self.impulse += middle * block.impulse_n_m_s;
+        self.by_torque += middle * block.duration_s;
+        self.rotation = middle * half_way;
+        self.next += 1;
+    }
+
+    fn add_rows(
+        &mut self,
+        middle: &Mat<T, 3, 3>,
+        rate: &Vec3<T>,
+        drive: &Vec3<T>,
+        by_torque: &Mat<T, 3, 3>,
+        samples: T,
+    ) {
+        let Sizes { rate_rad_s, drive_n_m_s, duration_s, samples: most, has_torque } = self.sizes;
+        let weight = samples.min(most) / most;
+        self.noise += weight / samples;
+        let momentum = middle * regressor(&(rate * (T::one() / rate_rad_s)));
+        let drive = if drive_n_m_s > T::zero() {
+            middle * drive * (T::one() / drive_n_m_s)
         } else {
-            let near_square = noise * noise * T::lit(NEAR_SIGMA * NEAR_SIGMA * U as f64);
-            Finding::Unsettled(match step {
-                _ if within(step, CLOSE_SIGMA) => Distance::Close,
-                _ if step < near_square => Distance::Near,
-                _ => Distance::Far,
-            })
-        })
-    }
-
-    /// Whether a torque that is looked for changes with the motion, by the sum of squares that drag of
-    /// zero leaves, and what of that is sure. Where the noise is measured from residuals there is more
-    /// than noise in them: a pass never settles, and their correlation counts instead.
-    fn shows_drag(&self, residuals: &Residuals<T>, square: T, surely: T) -> bool {
-        let noise = self.scale_rad_s(residuals);
-        let shown = noise * noise * self.inflation(residuals) * T::lit(DRAG_SHOWN);
-        let is_given = self.config.gyro_noise_rad_s.is_some();
-        let is_asked_for = self.config.disturbance_torque_n_m.is_some();
-        is_asked_for && !self.has_drag && (if is_given { surely } else { square }) > shown
-    }
-
-    /// Whether a pass leaves no more than the noise does, as given or as measured.
-    fn is_at_noise(&self, residuals: &Residuals<T>) -> bool {
-        let noise = self.noise_rad_s();
-        residuals.mean_square() < noise * noise * T::lit(UNEXPLAINED)
-    }
-
-    /// Whether a pass is at the noise; or where that isn't given, and so may be more than third
-    /// differences show, leaves no more than the front.
-    pub(super) fn has_found(&self, residuals: &Residuals<T>) -> bool {
-        let ours = residuals.mean_square();
-        let front = self.passes.front().map_or(T::zero(), |f| f.residuals().mean_square());
-        let is_given = self.config.gyro_noise_rad_s.is_some();
-        self.is_at_noise(residuals) || (!is_given && ours.is_finite() && ours <= front)
-    }
-
-    /// Where the next pass starts: from the front's solution, or where it hasn't explained the data for
-    /// long from the linear start.
-    pub(super) fn choose(&mut self) {
-        self.work = Work::Idle;
-        let Some(front) = self.passes.front() else { return };
-        let step = self.passes.other().information().solve();
-        let found = step.and_then(|step| plausible_point(front.point(), step));
-        let is_found = self.is_at_noise(front.residuals());
-        // What goes astray once it was at the noise is tried afresh soon.
-        self.attempts = if is_found { 0 } else { self.attempts.saturating_add(1) };
-        // No inertia will, if one did before. Once: what isn't explained then either has another cause, such as
-        // a torque that nobody models.
-        let has_changed = !is_found && self.has_explained && !self.explains(front.residuals());
-        if has_changed && !self.has_started_over {
-            self.watch.event = Some(Reset::Lockout);
-            return;
-        }
-        let is_guided = is_found || self.linear().is_none() || !self.attempts.is_power_of_two();
-        match found {
-            Some(point) if is_guided => self.work = Work::Beginning(point),
-            otherwise => self.begin_linear_start(Kind::Driven, otherwise),
-        }
-    }
-
-    /// Begins to solve the linear start; without one, the other point is where to start.
-    fn begin_linear_start(&mut self, kind: Kind, otherwise: Option<Point<T>>) {
-        let noise = self.noise_rad_s();
-        self.work = match &self.beginning {
-            super::Beginning::Linear(linear) => {
-                let room = self.passes.both().1.room();
-                let solving = linear_start::Solving::begin(kind, linear, noise, room);
-                Work::Starting(Starting { kind, solving, otherwise })
-            }
-            _ => otherwise.map_or(Work::Idle, Work::Beginning),
+            Vec3::zeros()
         };
-    }
-
-    /// Where a first pass starts: from the past, from linear least squares once there is enough
-    /// motion, and where that doesn't come, from a sphere.
-    pub(super) fn look_for_a_start(&mut self) {
-        if self.blocks.len() < BLOCKS_TO_RESUME {
-            return;
-        }
-        if let Some(inertia) = self.past.as_ref().and_then(sharp_inertia) {
-            self.typical_kg_m2 = (inertia[0] + inertia[1] + inertia[2]) * T::lit(1.0 / 3.0);
-            self.work = self.at_rest_from(inertia.map(|x| x / self.typical_kg_m2));
-        } else if self.blocks.len() >= BLOCKS_TO_START {
-            self.begin_linear_start(Kind::Driven, None);
-        } else if self.blocks.len() >= BLOCKS_TO_TUMBLE && self.tumbles() {
-            self.begin_linear_start(Kind::Homogeneous, None);
-        }
-    }
-
-    /// Whether the body turns fast, and nothing drives it.
-    fn tumbles(&self) -> bool {
-        let noise = self.noise_rad_s();
-        let is_free = |linear: &super::LinearStart<T, U>| {
-            linear.size_kg_m2(noise).is_none() && linear.is_clear(noise)
-        };
-        self.blocks.turn_by(T::lit(FAST_TURN)) && self.linear().is_some_and(is_free)
-    }
-
-    /// The linear start has a solution.
-    pub(super) fn start_from(&mut self, starting: &Starting<T>, start: &linear_start::Solution<T>) {
-        if !start.inertia.is_positive_definite() {
-            return self.start_otherwise(starting);
-        }
-        match starting.kind {
-            // In units of its own mean moment any inertia is a homogeneous one.
-            Kind::Homogeneous => {
-                self.typical_kg_m2 = self.prior_unit_kg_m2().unwrap_or(T::one());
-                let inertia = start.inertia.elements_kg_m2();
-                self.work = Work::Beginning(Point::new(start.momentum_n_m_s, inertia));
+        for i in 0..3 {
+            let mut row = [T::zero(); COLUMNS];
+            row[i] = -T::one();
+            if has_torque {
+                for k in 0..3 {
+                    row[TORQUE + k] = -by_torque[(i, k)] / duration_s;
+                }
             }
-            Kind::Driven => self.work = Work::Beginning(self.driven_point(start)),
+            row[SCALE] = drive[i];
+            for k in 0..6 {
+                row[ELEMENTS + k] = momentum[(i, k)];
+            }
+            self.factor.add_weighted(&row, T::zero(), weight);
         }
     }
 
-    /// The point of linear least squares; its size is the unit where nothing has one yet.
-    fn driven_point(&mut self, start: &linear_start::Solution<T>) -> Point<T> {
-        let size = start.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
-        let is_near = size < self.typical_kg_m2 * T::lit(OTHER_SIZE)
-            && size * T::lit(OTHER_SIZE) > self.typical_kg_m2;
-        if self.passes.front().is_none() || !is_near {
-            // A front in other units can't be compared; and it explains nothing.
-            self.passes.drop_front();
-            self.typical_kg_m2 = size;
-        }
-        let per = T::one() / self.typical_kg_m2;
-        Point {
-            momentum: start.momentum_n_m_s * per,
-            torque: start.torque_n_m * per,
-            bias: start.bias_rad_s,
-            drag: Vec3::zeros(),
-            inertia: start.inertia.elements_kg_m2().map(|x| x * per),
-        }
-    }
-
-    /// The linear start has none.
-    pub(super) fn start_otherwise(&mut self, starting: &Starting<T>) {
-        self.work = Work::Idle;
-        if let Some(point) = starting.otherwise {
-            self.work = Work::Beginning(point);
-        }
-        if self.passes.front().is_some() || self.blocks.len() < BLOCKS_TO_TUMBLE {
-            return;
-        }
-        let noise = self.noise_rad_s();
-        let Some(linear) = self.linear() else { return };
-        let size = linear.size_kg_m2(noise);
-        if starting.kind == Kind::Driven && size.is_none() && linear.is_clear(noise) {
-            return self.begin_linear_start(Kind::Homogeneous, None);
-        }
-        if self.blocks.len() < BLOCKS_TO_SEE {
-            return;
-        }
-        if let Some(prior) = self.prior().or(size.map(Prior::of_size)) {
-            self.typical_kg_m2 = mean_moment(&prior);
-            self.work = self.at_rest_from(prior.inertia_kg_m2.map(|x| x / self.typical_kg_m2));
+    /// Shape, torque and scale, for gyro noise of one sigma per sample, rad/s.
+    #[inline(never)]
+    pub fn conclude(&self, noise_rad_s: T) -> FirstPoint<T> {
+        let noise = noise_rad_s / self.sizes.rate_rad_s;
+        let shape = self.shape(noise);
+        let n = Point { shape, ..Point::sphere(Vec3::zeros()) }.over_trace();
+        let (x, sigma) = self.scale(&n, noise);
+        let is_observed = x > sigma * T::lit(SCALE_OBSERVED);
+        let x = if is_observed { x } else { T::zero() };
+        let torque = self.torque(x, &n) * (self.sizes.rate_rad_s / self.sizes.duration_s);
+        let per_kg_m2 = x * self.sizes.rate_rad_s / self.sizes.drive_n_m_s;
+        let is_finite = torque.iter().all(|x| x.is_finite());
+        FirstPoint {
+            shape,
+            torque: if is_finite { torque } else { Vec3::zeros() },
+            per_kg_m2: (is_observed && per_kg_m2.is_finite()).then_some(per_kg_m2),
         }
     }
 
-    /// The prior, unless the data contradict it.
-    fn prior(&self) -> Option<Prior<T>> {
-        self.config.prior.filter(|_| self.past.is_some())
+    /// Shape that minimises `|R n|²` without the share of the noise, believed to lie near a sphere.
+    fn shape(&self, noise: T) -> [T; 5] {
+        // Noise of unit variance in each column.
+        let root = |element: usize| regressor_noise_share::<T>(element).sqrt();
+        let lower = Mat::<T, 6, 6>::from_fn(|i, k| {
+            let row = &self.factor.factor[ELEMENTS + i];
+            let u = if i == k { T::one() } else { row[ELEMENTS + k] };
+            row[ELEMENTS + i].sqrt() * u / root(k)
+        });
+        let (values, v) = singular_values(&lower);
+        let least = values.iter().fold(T::MAX, |least, x| least.min(*x));
+        let share = (noise * noise * self.noise).min(least * least);
+        let mut system = SquareRootInformation::<T, 5>::default();
+        for i in 0..6 {
+            let value = (values[i] * values[i] - share).max(T::zero()).sqrt();
+            let of_elements: [T; 6] = core::array::from_fn(|k| v[(k, i)] * root(k) * value);
+            let trace = of_elements[0] + of_elements[1] + of_elements[2];
+            system.add(by_shape(&of_elements), -trace * T::lit(1.0 / 3.0));
+        }
+        // A row's noise is σ |n|, about σ / 3.
+        let row_noise = (noise / self.sizes.samples.sqrt()).max(T::lit(1e-6)) * T::lit(1.0 / 3.0);
+        let belief = row_noise * T::lit(1.0 / SHAPE_SIGMA);
+        for k in 0..5 {
+            let mut row = [T::zero(); 5];
+            row[k] = belief;
+            system.add(row, T::zero());
+        }
+        nearer_the_sphere(system.solve().unwrap_or([T::zero(); 5]))
     }
 
-    fn prior_unit_kg_m2(&self) -> Option<T> {
-        self.prior().as_ref().map(mean_moment)
+    /// Inverse trace in units of the columns for a known shape, and one sigma of it.
+    fn scale(&self, n: &[T; 6], noise: T) -> (T, T) {
+        let row = &self.factor.factor[SCALE];
+        let root = row[SCALE].sqrt();
+        if root < T::lit(1e-6) {
+            return (T::zero(), T::one());
+        }
+        let mut x = T::zero();
+        for k in 0..6 {
+            x -= row[ELEMENTS + k] * n[k];
+        }
+        let n = Inertia::new(*n).matrix_kg_m2();
+        let size = n.iter().fold(T::zero(), |sum, x| sum + *x * *x).sqrt();
+        (x, noise / self.sizes.samples.sqrt() * size / root)
     }
 
-    /// A point of this inertia, in typical ones, with the momentum that the first block shows.
-    fn at_rest_from(&self, inertia: [T; 6]) -> Work<T, U> {
-        let Some(first) = self.blocks.block(0) else { return Work::Idle };
-        let drive = first.drive_n_m_s * (T::one() / self.typical_kg_m2);
-        let momentum = Inertia::new(inertia).matrix_kg_m2() * first.rate_rad_s + drive;
-        Work::Beginning(Point::new(momentum, inertia))
+    /// Disturbance torque in units of its columns for known scale and shape.
+    fn torque(&self, x: T, n: &[T; 6]) -> Vec3<T> {
+        let mut torque = Vec3::zeros();
+        if !self.sizes.has_torque {
+            return torque;
+        }
+        for i in (0..3).rev() {
+            let row = &self.factor.factor[TORQUE + i];
+            let mut value = -row[SCALE] * x;
+            for k in 0..6 {
+                value -= row[ELEMENTS + k] * n[k];
+            }
+            for k in i + 1..3 {
+                value -= row[TORQUE + k] * torque[k];
+            }
+            torque[i] = if row[TORQUE + i] > T::lit(1e-12) { value } else { T::zero() };
+        }
+        torque
     }
 }
 
-fn mean_moment<T: Real>(prior: &Prior<T>) -> T {
-    Inertia::new(prior.inertia_kg_m2).trace_kg_m2() * T::lit(1.0 / 3.0)
-}
-
-/// What the past says of the inertia, kg m², if it is sharp enough to start from.
-fn sharp_inertia<T: Real>(past: &super::past::Past<T>) -> Option<[T; 6]> {
-    let inertia = past.inertia()?;
-    let variances = past.information.variances()?;
-    let mean_moment = (inertia[0] + inertia[1] + inertia[2]) * T::lit(1.0 / 3.0);
-    let sharp = mean_moment * T::lit(super::solution::VAGUE);
-    let is_sharp = variances.iter().all(|v| *v < sharp * sharp);
-    (is_sharp && Inertia::new(inertia).is_positive_definite()).then_some(inertia)
-}
-
-/// A point a step further, or as far on the way to it as a body could be.
-fn plausible_point<T: Real, const U: usize>(from: &Point<T>, mut step: [T; U]) -> Option<Point<T>> {
-    for _ in 0..HALVINGS {
-        let point = from.plus(&step);
-        if is_plausible(&point) {
-            return Some(point);
+/// Shrinks a shape towards the sphere until its tensor is physical with a margin.
+fn nearer_the_sphere<T: Real>(mut shape: [T; 5]) -> [T; 5] {
+    for _ in 0..SHRINKS {
+        let point = Point { shape, ..Point::sphere(Vec3::zeros()) };
+        if is_inside(&point.over_trace()) {
+            return shape;
         }
-        step = step.map(|x| x * T::lit(0.5));
+        shape = shape.map(|q| q * T::lit(0.9));
     }
-    None
+    [T::zero(); 5]
 }
 
-/// Whether a pass from there has a chance: of a body or nearly so, not far too thin, and no larger than
-/// the unit allows.
-fn is_plausible<T: Real>(point: &Point<T>) -> bool {
-    let inertia = Inertia::new(point.inertia);
-    let trace = inertia.trace_kg_m2();
-    let [_, _, determinant] = inertia.leading_minors();
-    // ½ tr(J) 1 − J is that of a body; a little more than half leaves room for noise.
-    let [xx, yy, zz, xy, xz, yz] = point.inertia;
-    let most = trace * T::lit(0.5 + UNPHYSICAL);
-    let shape = Inertia::new([most - xx, most - yy, most - zz, -xy, -xz, -yz]);
-    inertia.is_positive_definite()
-        && shape.is_positive_definite()
-        && determinant > T::lit(THIN) * trace * trace * trace
-        && point.inertia.iter().all(|x| x.abs() < T::lit(ASTRAY))
+/// True where all principal moments over the trace lie between the margins.
+fn is_inside<T: Real>(n: &[T; 6]) -> bool {
+    let margin = T::lit(MARGIN);
+    let most = T::lit(0.5) - margin;
+    let [xx, yy, zz, xy, xz, yz] = *n;
+    Inertia::new([xx - margin, yy - margin, zz - margin, xy, xz, yz]).is_positive_definite()
+        && Inertia::new([most - xx, most - yy, most - zz, -xy, -xz, -yz]).is_positive_definite()
+}
+
+/// Rotation by a vector of up to one radian: `1 + a v^× + b v^× v^×`, with the series of `sin φ / φ` and
+/// `(1 − cos φ) / φ²` to φ¹⁰, an error of 3e-9 at one radian.
+fn rotation<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 3> {
+    let s = v.dot(v);
+    let series = |c: [f64; 5]| {
+        c.iter().rev().fold(T::zero(), |sum, c| T::lit(*c) - s * sum)
+    };
+    let a = series([1.0, 1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0, 1.0 / 362_880.0]);
+    let b = series([0.5, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40320.0, 1.0 / 3_628_800.0]);
+    let cross = skew(v);
+    Mat::identity() + cross * a + cross * cross * b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rotation about z against sine and cosine.
+    #[test]
+    fn a_rotation_agrees_with_its_angle() {
+        for angle in [1e-3f64, 0.3, 1.0] {
+            let r = rotation(&Vec3::new(0.0, 0.0, angle));
+            assert!((r[(0, 0)] - angle.cos()).abs() < 4e-9 && (r[(1, 0)] - angle.sin()).abs() < 4e-8);
+        }
+    }
+
+    #[test]
+    fn a_shape_outside_is_drawn_to_the_sphere() {
+        let shape = nearer_the_sphere([0.5f64, 0.0, 0.0, 0.0, 0.0]);
+        let n = Point { shape, ..Point::sphere(Vec3::zeros()) }.over_trace();
+        assert!(is_inside(&n) && shape[0] > 0.1);
+    }
 }

@@ -1,268 +1,391 @@
-//! The window's blocks in fixed storage. When it is full they are merged two by two, or those that a
-//! pass has left behind are dropped: either way storage is rebuilt, a block a slice.
+//! Blocks of a window in fixed storage, and their compaction.
+//!
+//! When storage is nearly full, two sweeps make room:
+//!
+//! 1. *Rest*: groups of sixteen blocks whose rates agree with their mean by a chi-square test become one
+//!    block. Groups are judged rather than neighbours: a cut placed where noise peaks would bias
+//!    the residuals. Rest before any motion is not even a block: its mean rate and weight become the
+//!    measurement of the rate at the start ([`Rest`]).
+//! 2. *Pairs*: where that did not suffice, the number of samples of a usual block doubles, and blocks are
+//!    merged two by two as long as they turn little.
+//!
+//! A sweep goes on by one group a slice, while further blocks are appended.
 
 use super::block::Block;
-use super::packed::{Packed, Packer, Scale};
-use crate::math::{Vec3, scalar::Real};
+use super::trajectory::Span;
+use crate::math::{Vec3, largest_component, scalar::Real};
 use crate::persist::{Archive, Persist, mix, name};
 use heapless::Vec;
 
-/// Storage is rebuilt while this share of it, and at least so many blocks, is still free: meanwhile
-/// more come, at most as many as steps pass, and a step rebuilds three. A last pass before that takes a
-/// quarter of the time that its blocks took.
-const RESERVE_SHARE: usize = 4;
-const LEAST_RESERVE: usize = 16;
-/// What is handed on is rebuilt while at least so many are free.
-const LAST_BLOCKS: usize = 8;
-
-/// Turn times bend that merged blocks may have, in sigmas of a block's noise: a tenth of it is an
-/// error of the rate.
-const BEND_SIGMA: f64 = 3.0;
-/// Noise bends the rate, too: each axis by √6 of a block's sigma. The square of that, of three axes.
-const BEND_BY_NOISE: f64 = 18.0;
+/// Blocks judged together.
+const GROUP: usize = 16;
+/// Share of storage that stays free while a sweep is due: it takes N / 16 slices.
+const RESERVE_SHARE: usize = 8;
+/// Blocks above which the sweep for rest is followed by that for pairs: three quarters of storage.
+const FULL_NUM: usize = 3;
+const FULL_DEN: usize = 4;
+/// Change of wheel momentum below which a leading group still belongs to the rest, as a share of its
+/// largest change in the window: averages of tachometer noise stay below.
+const STILL_WHEELS: f64 = 0.05;
+/// Largest angle of a block of rest within the motion, rad: the mean of a longer one would hide motion.
+const REST_TURN: f64 = 0.1;
 
 /// No storage is larger.
 const MOST_BLOCKS: usize = 1 << 16;
 
+/// Measurement of the rate at the start of a window: the mean over the rest before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rest<T: Real> {
+    /// Number of samples; zero for none.
+    pub weight: T,
+    /// Mean rate, rad/s.
+    pub rate_rad_s: Vec3<T>,
+    /// Mean wheel momentum, N m s.
+    pub wheels_n_m_s: Vec3<T>,
+}
+
+crate::persist!([T: Real] Rest<T> { weight, rate_rad_s, wheels_n_m_s });
+
+impl<T: Real> Rest<T> {
+    /// No rest.
+    pub fn none() -> Self {
+        Self { weight: T::zero(), rate_rad_s: Vec3::zeros(), wheels_n_m_s: Vec3::zeros() }
+    }
+
+    /// Rest with the block's samples added; the block alone where it does not agree.
+    fn with(&self, block: &Block<T>, noise_rad_s: T) -> Self {
+        let alone = Self {
+            weight: block.weight,
+            rate_rad_s: block.rate_rad_s,
+            wheels_n_m_s: block.wheels_n_m_s,
+        };
+        let weight = self.weight + block.weight;
+        let apart = block.rate_rad_s - self.rate_rad_s;
+        let variance = noise_rad_s * noise_rad_s * weight / (self.weight * block.weight);
+        // Exceeded once in 10⁴ by chance: chi-square of three degrees of freedom.
+        if weight <= T::zero() || apart.dot(&apart) > variance * T::lit(21.1) {
+            return alone;
+        }
+        let share = block.weight / weight;
+        Self {
+            weight,
+            rate_rad_s: self.rate_rad_s + apart * share,
+            wheels_n_m_s: self.wheels_n_m_s + (block.wheels_n_m_s - self.wheels_n_m_s) * share,
+        }
+    }
+}
+
+/// Start of a stretch of blocks, and the size of what drives the body within it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch<T: Real> {
+    /// Rest before the first block.
+    pub rest: Rest<T>,
+    /// Wheel momentum at the start of the first block, N m s.
+    pub wheels_n_m_s: Vec3<T>,
+    /// Largest change of wheel momentum since then, N m s.
+    pub wheels_span_n_m_s: T,
+    /// True if external torque was known to act.
+    pub has_torque: bool,
+}
+
+crate::persist!([T: Real] Stretch<T> { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque });
+
+impl<T: Real> Stretch<T> {
+    /// Stretch that begins with this wheel momentum, N m s.
+    pub fn new(wheels_n_m_s: Vec3<T>) -> Self {
+        let (rest, wheels_span_n_m_s) = (Rest::none(), T::zero());
+        Self { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque: false }
+    }
+
+    /// Adds a block before the first one to the rest.
+    pub fn absorb(&mut self, block: &Block<T>, noise_rad_s: T) {
+        self.rest = self.rest.with(block, noise_rad_s);
+        self.wheels_n_m_s = block.wheels_end_n_m_s;
+    }
+
+    /// Notes the drive of a block.
+    pub fn note(&mut self, block: &Block<T>) {
+        let change = largest_component(&(block.wheels_n_m_s - self.wheels_n_m_s));
+        self.wheels_span_n_m_s = self.wheels_span_n_m_s.max(change);
+        self.has_torque |= block.impulse_n_m_s != Vec3::zeros();
+    }
+}
+
+/// Indices that a sweep keeps as boundaries between blocks, and moves along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Marks {
+    /// Next block of the front.
+    pub front: usize,
+    /// End of the stretch that is being closed; zero for none.
+    pub split: usize,
+}
+
+/// Sweep in progress.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sweep {
+    /// Removal of the blocks before `from`.
+    Drop,
+    Rest,
+    Pairs,
+}
+
+crate::persist!([] enum Sweep { 0 => Drop, 1 => Rest, 2 => Pairs });
+
+/// Sweep, and the block that it reads and writes next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Compaction {
+    sweep: Sweep,
+    from: usize,
+    to: usize,
+}
+
+crate::persist!([] Compaction { sweep, from, to }
+    if |this| this.to <= this.from && this.from <= MOST_BLOCKS);
+
 /// Up to N blocks.
 #[derive(Clone, Debug)]
 pub struct Storage<T: Real, const N: usize> {
-    /// Their places hold nothing until they are needed, so that a window can be built where it stays,
-    /// without a second one on the stack.
-    blocks: Vec<Packed, N>,
-    scale: Scale<T>,
-    /// Carry on what rounding takes: along the end, and along what is rebuilt.
-    appending: Packer<T>,
-    rebuilding: Packer<T>,
-    /// Largest `|ω| Δ` of any block, squared, rad².
-    turn_square: T,
-    /// Sum over the blocks of the square of its product with the bend of the rate from block to
-    /// block, `ω₋ − 2 ω + ω₊`, over a block's noise, rad²; less what noise is expected to add.
-    bend_squares: T,
-    rebuild: Option<Rebuild<T>>,
+    blocks: Vec<Block<T>, N>,
+    compaction: Option<Compaction>,
+    /// Number of samples of a usual block.
+    usual: T,
+    /// Blocks left by the last sweep; zero before the first.
+    len_after_sweep: usize,
 }
 
 impl<T: Real, const N: usize> Persist for Storage<T, N> {
     fn layout() -> u32 {
-        let blocks = mix(const { mix(name("Storage"), name("packed")) }, <[Packed; N]>::layout());
-        let packers = mix(Scale::<T>::layout(), <[Packer<T>; 2]>::layout());
-        mix(mix(blocks, packers), mix(T::layout(), Option::<Rebuild<T>>::layout()))
+        let blocks = mix(const { name("Storage") }, <[Block<T>; N]>::layout());
+        mix(mix(blocks, Option::<Compaction>::layout()), <(T, usize)>::layout())
     }
 
     fn persist(&mut self, archive: &mut Archive<'_>) {
-        let Self { blocks, scale, appending, rebuilding, turn_square, bend_squares, rebuild } =
-            self;
+        let Self { blocks, compaction, usual, len_after_sweep } = self;
         let mut len = blocks.len();
         len.persist(archive);
-        if blocks.resize_default(len).is_err() {
+        if blocks.resize(len, Block::empty()).is_err() {
             return archive.refuse("Storage");
         }
         for block in blocks {
             block.persist(archive);
         }
-        scale.persist(archive);
-        appending.persist(archive);
-        rebuilding.persist(archive);
-        turn_square.persist(archive);
-        bend_squares.persist(archive);
-        rebuild.persist(archive);
-    }
-}
-
-/// What is left to be rebuilt: blocks from `from` on become blocks from `to` on, in another scale, and
-/// those before `in_pairs` two by two.
-#[derive(Clone, Copy, Debug)]
-struct Rebuild<T: Real> {
-    from: usize,
-    to: usize,
-    in_pairs: usize,
-    scale: Scale<T>,
-}
-
-crate::persist!(
-    [T: Real] Rebuild<T> { from, to, in_pairs, scale }
-    if |this| this.to <= this.from && this.from <= MOST_BLOCKS && this.in_pairs <= MOST_BLOCKS
-);
-
-/// What rebuilding has come to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rebuilt {
-    /// There is more to do.
-    NotYet,
-    /// All blocks are merged two by two.
-    Merged,
-    /// Blocks that weren't needed any more are gone.
-    Dropped,
-}
-
-impl<T: Real, const N: usize> Default for Storage<T, N> {
-    #[inline(always)]
-    fn default() -> Self {
-        Self {
-            blocks: Vec::new(),
-            scale: Scale { drive_n_m_s: Vec3::zeros(), duration_s: T::one() },
-            appending: Packer::default(),
-            rebuilding: Packer::default(),
-            turn_square: T::zero(),
-            bend_squares: T::zero(),
-            rebuild: None,
-        }
+        compaction.persist(archive);
+        usual.persist(archive);
+        len_after_sweep.persist(archive);
     }
 }
 
 impl<T: Real, const N: usize> Storage<T, N> {
-    /// Forgets all blocks.
-    pub fn clear(&mut self) {
+    /// Empty storage.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Self { blocks: Vec::new(), compaction: None, usual: T::one(), len_after_sweep: 0 }
+    }
+
+    /// Removes all blocks; a usual one has this number of samples from now on.
+    pub fn clear(&mut self, usual: T) {
         self.blocks.clear();
-        self.appending = Packer::default();
-        self.turn_square = T::zero();
-        self.bend_squares = T::zero();
-        self.rebuild = None;
+        self.compaction = None;
+        self.usual = usual;
+        self.len_after_sweep = 0;
     }
 
-    /// Block `index`.
-    pub fn block(&self, index: usize) -> Option<Block<T>> {
-        Some(self.packed(index)?.block(&self.scale))
-    }
-
-    /// Block `index` with the two before it and the one after it, as far as there are.
-    pub fn around(&self, index: usize) -> [Option<Block<T>>; 4] {
-        [0, 1, 2, 3].map(|i| (index + i).checked_sub(2).and_then(|i| self.block(i)))
-    }
-
-    /// Samples of block `index`; zero if its rate isn't to be believed.
-    pub fn samples(&self, index: usize) -> u32 {
-        self.packed(index).map_or(0, Packed::samples)
-    }
-
-    fn packed(&self, index: usize) -> Option<&Packed> {
-        self.blocks.get(index)
-    }
-
-    /// Block `index` is to be crossed, but its rate isn't to be believed.
-    pub fn distrust(&mut self, index: usize) {
-        if let Some(block) = self.blocks.get_mut(index) {
-            *block = block.without_samples();
-        }
-    }
-
-    /// Blocks stored.
+    /// Number of blocks.
     pub fn len(&self) -> usize {
         self.blocks.len()
     }
 
-    /// Whether a block turns by so much.
-    pub fn turn_by(&self, turn_rad: T) -> bool {
-        self.turn_square > turn_rad * turn_rad
+    /// Number of samples of a usual block.
+    pub fn usual(&self) -> T {
+        self.usual
     }
 
-    /// Whether it is being rebuilt. Until that is done none of its blocks can be read.
-    pub fn is_rebuilt(&self) -> bool {
-        self.rebuild.is_some()
+    /// Block `index`.
+    pub fn block(&self, index: usize) -> Option<&Block<T>> {
+        self.blocks.get(index)
     }
 
-    /// Whether all but the last few places are taken.
-    pub fn is_full(&self) -> bool {
-        self.len() + LAST_BLOCKS >= N
+    /// Block `index` of a stretch with its wheels and torque times `unit`; samples come every `period_s`.
+    pub fn span(&self, index: usize, start: &Stretch<T>, unit: T, period_s: T) -> Option<Span<T>> {
+        let block = self.blocks.get(index)?;
+        let before = index.checked_sub(1).and_then(|i| self.blocks.get(i));
+        let wheels_at_start = before.map_or(start.wheels_n_m_s, |b| b.wheels_end_n_m_s);
+        let scaled = Block {
+            wheels_n_m_s: block.wheels_n_m_s * unit,
+            wheels_end_n_m_s: block.wheels_end_n_m_s * unit,
+            impulse_n_m_s: block.impulse_n_m_s * unit,
+            beyond_ramp_n_m_s: block.beyond_ramp_n_m_s * unit,
+            ..*block
+        };
+        let samples = (block.duration_s / period_s).max(T::one());
+        Some(Span { block: scaled, wheels_at_start: wheels_at_start * unit, samples })
     }
 
-    /// Whether it is time to make room.
+    /// Appends a block. Without a free place it joins the last one, so that no time is missing.
+    pub fn push(&mut self, block: &Block<T>) {
+        if self.blocks.push(*block).is_err()
+            && let Some(last) = self.blocks.last_mut()
+        {
+            *last = last.merge(block);
+        }
+    }
+
+    /// Removes the blocks from `len` on.
+    pub fn truncate(&mut self, len: usize) {
+        self.blocks.truncate(len);
+    }
+
+    /// True while a sweep is in progress: no block may be read.
+    pub fn is_compacting(&self) -> bool {
+        self.compaction.is_some()
+    }
+
+    /// True where it is time to make room.
     pub fn is_nearly_full(&self) -> bool {
-        self.len() + (N / RESERVE_SHARE).max(LEAST_RESERVE) >= N
+        self.len() + N / RESERVE_SHARE >= N
     }
 
-    /// Appends a block, of which a usual one has so many samples; false if there is no
-    /// room, or if it is far longer than that.
-    pub fn push(&mut self, block: &Block<T>, usual_samples: u32, noise_rad_s: T) -> bool {
-        if self.blocks.is_empty() {
-            let share = T::count(usual_samples) / T::count(block.samples.max(1));
-            let (drive_n_m_s, duration_s) = (block.drive_n_m_s, block.duration_s * share);
-            self.scale = Scale { drive_n_m_s, duration_s };
-        }
-        if self.blocks.is_full() || !Packed::fits(block, &self.scale) {
-            return false;
-        }
-        let packed = self.appending.pack(block, &self.scale);
-        // There is room.
-        let _ = self.blocks.push(packed);
-        // One that is still to be rebuilt is noted then.
-        if self.rebuild.is_none() {
-            self.note_motion(self.len() - 1, block, noise_rad_s);
-        }
-        true
+    /// True where the last sweeps could not make room: the blocks turn too far.
+    pub fn is_incompressible(&self) -> bool {
+        self.len_after_sweep > 0 && self.len_after_sweep + N / RESERVE_SHARE / 2 >= N * FULL_NUM / FULL_DEN
     }
 
-    /// Notes how far the block at `index` turns and bends, whose two predecessors are in place.
-    fn note_motion(&mut self, index: usize, c: &Block<T>, noise_rad_s: T) {
-        let turn = c.rate_rad_s * c.duration_s;
-        let turn_square = turn.dot(&turn);
-        self.turn_square = self.turn_square.max(turn_square);
-        let at = |back: usize| index.checked_sub(back).and_then(|i| self.blocks.get(i));
-        let (Some(a), Some(b)) = (at(2), at(1)) else { return };
-        if a.samples() == 0 || b.samples() == 0 || c.samples == 0 {
+    /// Begins to make room.
+    pub fn compact(&mut self) {
+        self.compaction = Some(Compaction { sweep: Sweep::Rest, from: 0, to: 0 });
+    }
+
+    /// Begins to remove the blocks before `index`.
+    pub fn drop_before(&mut self, index: usize) {
+        let from = index.min(self.len());
+        self.compaction = Some(Compaction { sweep: Sweep::Drop, from, to: 0 });
+    }
+
+    /// One slice of a sweep: a group of blocks. `turn_rad` limits pairs, and rest before the first block
+    /// goes to `start`.
+    #[inline(never)]
+    pub fn sweep(&mut self, marks: &mut Marks, start: &mut Stretch<T>, noise_rad_s: T, turn_rad: T) {
+        let Some(Compaction { sweep, from, to }) = self.compaction else { return };
+        if from >= self.len() {
+            self.end_sweep(sweep, from, to, marks);
             return;
         }
-        let bend = a.rate_rad_s() - b.rate_rad_s::<T>() * T::lit(2.0) + c.rate_rad_s;
-        let noise_square = noise_rad_s * noise_rad_s / T::count(c.samples);
-        let over_noise = bend.dot(&bend) / noise_square - T::lit(BEND_BY_NOISE);
-        self.bend_squares += turn_square * over_noise;
-    }
-
-    /// Whether blocks of twice the length would still turn by less than `turn_rad`, and what drives
-    /// them wouldn't bend inside them by more than the gyro's noise tells.
-    ///
-    /// Inside a block the drive is a parabola; what it misses turns with the body into an error of
-    /// the rate of about a tenth of turn times bend. Twice the length turns twice as far and bends
-    /// four times as much, over noise that is √2 times smaller.
-    pub fn can_merge(&self, turn_rad: T) -> bool {
-        self.turn_square * T::lit(4.0) < turn_rad * turn_rad
-            && self.bend_squares * T::lit(128.0)
-                < T::lit(BEND_SIGMA * BEND_SIGMA) * T::count(self.len() as u32)
-    }
-
-    /// Begins to merge blocks two by two. Those that come meanwhile, or have no partner, follow.
-    pub fn begin_merging(&mut self) {
-        // Twice as long: so is their unit.
-        let duration_s = self.scale.duration_s * T::lit(2.0);
-        self.begin(0, self.len() & !1, Scale { duration_s, ..self.scale });
-    }
-
-    /// Begins to drop the blocks before `first`.
-    pub fn begin_dropping(&mut self, first: usize) {
-        let drive_n_m_s = self.block(first).map_or(self.scale.drive_n_m_s, |b| b.drive_n_m_s);
-        self.begin(first, 0, Scale { drive_n_m_s, ..self.scale });
-    }
-
-    fn begin(&mut self, from: usize, in_pairs: usize, scale: Scale<T>) {
-        self.rebuild = Some(Rebuild { from, to: 0, in_pairs, scale });
-        self.rebuilding = Packer::default();
-        self.turn_square = T::zero();
-        self.bend_squares = T::zero();
-    }
-
-    /// Rebuilds one block: one slice of work.
-    pub fn rebuild_one(&mut self, noise_rad_s: T) -> Rebuilt {
-        let Some(Rebuild { from, to, in_pairs, scale }) = self.rebuild else {
-            return Rebuilt::NotYet;
+        marks.move_to(from, to);
+        let end = marks.next_after(from).min(from + GROUP).min(self.len());
+        let to = match sweep {
+            Sweep::Drop => self.copy(from, end, to),
+            Sweep::Rest => self.sweep_rest(from, end, to, marks, start, noise_rad_s),
+            Sweep::Pairs => self.sweep_pairs(from, end, to, turn_rad),
         };
-        let Some(mut block) = self.block(from) else {
-            self.blocks.truncate(to);
-            self.scale = scale;
-            self.rebuild = None;
-            return if in_pairs > 0 { Rebuilt::Merged } else { Rebuilt::Dropped };
-        };
-        let mut taken = 1;
-        if from < in_pairs
-            && let Some(second) = self.block(from + 1)
-        {
-            block = block.merge(&second);
-            taken = 2;
+        self.compaction = Some(Compaction { sweep, from: end, to });
+    }
+
+    /// Ends a sweep, and begins that for pairs where the one for rest did not suffice.
+    fn end_sweep(&mut self, sweep: Sweep, from: usize, to: usize, marks: &mut Marks) {
+        marks.move_to(from, to);
+        self.blocks.truncate(to);
+        self.compaction = None;
+        self.len_after_sweep = if sweep == Sweep::Drop { 0 } else { to };
+        if sweep == Sweep::Rest && self.len() > N * FULL_NUM / FULL_DEN {
+            self.usual += self.usual;
+            self.compaction = Some(Compaction { sweep: Sweep::Pairs, from: 0, to: 0 });
         }
-        if let Some(place) = self.blocks.get_mut(to) {
-            *place = self.rebuilding.pack(&block, &scale);
+    }
+
+    /// Copies blocks to their new places; returns the next one.
+    fn copy(&mut self, from: usize, end: usize, mut to: usize) -> usize {
+        for index in from..end {
+            let block = self.blocks.get(index).copied();
+            self.put(to, block);
+            to += 1;
         }
-        self.note_motion(to, &block, noise_rad_s);
-        self.rebuild = Some(Rebuild { from: from + taken, to: to + 1, in_pairs, scale });
-        Rebuilt::NotYet
+        to
+    }
+
+    fn put(&mut self, index: usize, block: Option<Block<T>>) {
+        if let (Some(place), Some(block)) = (self.blocks.get_mut(index), block) {
+            *place = block;
+        }
+    }
+
+    fn sweep_rest(
+        &mut self,
+        from: usize,
+        end: usize,
+        to: usize,
+        marks: &Marks,
+        start: &mut Stretch<T>,
+        noise_rad_s: T,
+    ) -> usize {
+        let Some(all) = self.rest_of(from, end, noise_rad_s) else { return self.copy(from, end, to) };
+        let moved = largest_component(&(all.wheels_n_m_s - start.wheels_n_m_s));
+        let is_leading = to == 0 && marks.split == 0 && !start.has_torque;
+        if is_leading && moved <= start.wheels_span_n_m_s * T::lit(STILL_WHEELS) {
+            start.absorb(&all, noise_rad_s);
+            return to;
+        }
+        if all.turn_square() > T::lit(REST_TURN * REST_TURN) {
+            return self.copy(from, end, to);
+        }
+        self.put(to, Some(all));
+        to + 1
+    }
+
+    /// The blocks as one, if their rates agree with its mean: chi-square below its expectation and two
+    /// sigma.
+    fn rest_of(&self, from: usize, end: usize, noise_rad_s: T) -> Option<Block<T>> {
+        let blocks = self.blocks.get(from..end)?;
+        let (first, others) = blocks.split_first()?;
+        if others.is_empty() {
+            return None;
+        }
+        let all = others.iter().fold(*first, |all, block| all.merge(block));
+        let mut chi_square = T::zero();
+        for block in blocks {
+            let apart = block.rate_rad_s - all.rate_rad_s;
+            chi_square += apart.dot(&apart) * block.weight;
+        }
+        let degrees = T::count(3 * others.len() as u32);
+        let most = degrees + (degrees + degrees).sqrt() * T::lit(2.0);
+        (chi_square <= most * noise_rad_s * noise_rad_s).then_some(all)
+    }
+
+    fn sweep_pairs(&mut self, from: usize, end: usize, mut to: usize, turn_rad: T) -> usize {
+        let most = self.usual * T::lit(1.01);
+        let mut index = from;
+        while index < end {
+            let Some(mut block) = self.blocks.get(index).copied() else { break };
+            index += 1;
+            while index < end
+                && let Some(next) = self.blocks.get(index)
+            {
+                let both = block.merge(next);
+                if both.weight > most || both.turn_square() > turn_rad * turn_rad {
+                    break;
+                }
+                block = both;
+                index += 1;
+            }
+            self.put(to, Some(block));
+            to += 1;
+        }
+        to
+    }
+}
+
+impl Marks {
+    /// The marks at block `from` belong to block `to` now.
+    fn move_to(&mut self, from: usize, to: usize) {
+        for mark in [&mut self.front, &mut self.split] {
+            if *mark == from {
+                *mark = to;
+            }
+        }
+    }
+
+    /// The first mark beyond a block.
+    fn next_after(&self, index: usize) -> usize {
+        let beyond = |mark: usize| if mark > index { mark } else { usize::MAX };
+        beyond(self.front).min(beyond(self.split))
     }
 }

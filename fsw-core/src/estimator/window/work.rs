@@ -1,728 +1,632 @@
-//! The window's work, slice by slice: the front keeps up with the data, the rework overtakes it, storage
-//! is rebuilt or handed on when it is full, and a window that ends is concluded.
+//! The work beside taking in samples, in slices of bounded cost.
 //!
-//! A step does slices as long as their cost is left of its budget. What a slice costs is known before
-//! it begins, so that no step costs more than another by more than what is left over.
+//! | slice | bound of its cost |
+//! |---|---|
+//! | sweep of storage | a group of sixteen blocks |
+//! | front, pass | a block: up to three steps and three rows |
+//! | linear start | a block, or the singular values of its triangle |
+//! | decision after a pass | two solutions of the factor |
+//! | conclusion of a window | a solution of six unknowns |
 
-use super::block::Block;
-use super::cost::{self, Cost};
-use super::linear_start::{self, Found, Kind, LinearStart};
-use super::pass::{Pass, Taken};
-use super::solution::{Solving, inertia_variances, known};
-use super::storage::Rebuilt;
-use super::unknowns::{Known, Point};
-use super::{Beginning, Window};
-use crate::Reset;
-use crate::math::scalar::Real;
+use super::belief::last_six;
+use super::fit::{Attempt, Descent, Next, momentum_of};
+use super::front::Front;
+use super::pass::Pass;
+use super::start::LinearStart;
+use super::storage::{Marks, Stretch};
+use super::unknowns::{Belief, Group, Point};
+use super::{Closing, FIRST_FIT_BLOCKS, Schedule, Window};
+use crate::math::square_root_information::SquareRootInformation;
+use crate::math::{Vec3, scalar::Real};
+use crate::outcome::Reset;
 
-/// A row that would leave so many sigmas isn't the gyro's noise, once in 5·10⁸ rows.
-const SPIKE_SIGMA: f64 = 6.0;
-/// Where sigma is measured from residuals, which vibration and other things that come and go make
-/// uneven, it takes more.
-const SPIKE_SIGMA_UNSURE: f64 = 20.0;
-/// So many blocks in a row aren't spikes: the body has changed.
-const MOST_SPIKES: u32 = 8;
-/// A change too small for that: squares beyond twice the usual sigma add up to this. Noise alone gets
-/// there about once in 10⁹ blocks (Wald's bound, e to the power of minus 0.46 times the limit).
-const USUAL_SQUARE: f64 = 4.0;
-const CHANGED_SUM: f64 = 50.0;
-/// A window ends where a change of the momentum at its start has grown by this factor: motion about
-/// an unstable axis. Ours: single precision then still resolves 1e-5 of a rate.
-const MOST_GROWTH: f64 = 30.0;
-/// One sigma of every element, in units of the mean moment, below which linearising anew changes
-/// nothing any more.
-const KNOWN: f64 = 0.01;
-
-/// The two passes: the front, which is valid at any time once there is one, and another, which is under
-/// way or lends its factor as room for a solution.
-#[derive(Clone, Debug)]
-pub struct Passes<T: Real, const U: usize> {
-    slots: [Pass<T, U>; 2],
-    has_front: bool,
-    front_is_second: bool,
+/// Work that is left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Remaining {
+    /// None: the estimate contains everything that it can.
+    Nothing,
+    /// At least one slice.
+    Some,
 }
 
-crate::persist!([T: Real, const U: usize] Passes<T, U> { slots, has_front, front_is_second });
-
-impl<T: Real, const U: usize> Passes<T, U> {
-    /// No front, and no pass under way.
-    pub fn none() -> Self {
-        Self { slots: [Pass::none(); 2], has_front: false, front_is_second: false }
-    }
-
-    /// The front.
-    pub fn front(&self) -> Option<&Pass<T, U>> {
-        let [first, second] = &self.slots;
-        self.has_front.then_some(if self.front_is_second { second } else { first })
-    }
-
-    /// The other one.
-    pub fn other(&self) -> &Pass<T, U> {
-        let [first, second] = &self.slots;
-        if self.front_is_second { first } else { second }
-    }
-
-    /// Both.
-    pub fn both(&mut self) -> (Option<&mut Pass<T, U>>, &mut Pass<T, U>) {
-        let [first, second] = &mut self.slots;
-        let (front, other) = if self.front_is_second { (second, first) } else { (first, second) };
-        (self.has_front.then_some(front), other)
-    }
-
-    /// The other one takes the front's place.
-    pub fn swap(&mut self) {
-        self.front_is_second = !self.front_is_second;
-        self.has_front = true;
-    }
-
-    /// Whether neither is beyond so many blocks.
-    pub fn are_within(&self, blocks: usize) -> bool {
-        self.slots.iter().all(|pass| pass.next() <= blocks)
-    }
-
-    /// There is no front any more.
-    pub fn drop_front(&mut self) {
-        self.has_front = false;
-    }
-}
-
-/// What is being done beside the front.
+/// Present task of the fit.
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::large_enum_variant, reason = "without allocation, the largest task is reserved")]
 pub enum Work<T: Real, const U: usize> {
-    /// Nothing.
     Idle,
-    /// The front is being solved, to linearise anew or to move on.
-    Solving(Solving<T>, Purpose),
-    /// It is solved: what follows from that is to be found.
-    Solved(Solving<T>),
-    /// Another pass is to start from the solution.
-    Choosing,
-    /// The linear start is being solved.
-    Starting(Starting<T>),
-    /// A pass is to begin here.
-    Beginning(Point<T>),
-    /// It is under way.
-    Passing,
-    /// The next window is to begin where the front has come to, a step from its point: so many of the
-    /// equations that change are done.
-    Carrying([T; U], usize),
-    /// The window has ended.
-    Ending(Ending<T>),
+    /// Linear start over blocks from the first to before the last one, and the solution of an earlier
+    /// attempt.
+    Start { linear: LinearStart<T>, from: usize, end: usize, chosen: Option<Chosen<T>> },
+    Descent(Descent<T, U>),
 }
+
+/// Solution of an attempt, its cost in rad²/s², and the unit of its scale, 1/(kg m²).
+pub type Chosen<T> = (Point<T>, (T, T));
 
 crate::persist!([T: Real, const U: usize] enum Work<T, U> {
     0 => Idle,
-    1 => Solving(solving: Solving<T>, purpose: Purpose),
-    2 => Solved(solving: Solving<T>),
-    3 => Choosing,
-    4 => Starting(starting: Starting<T>),
-    5 => Beginning(point: Point<T>),
-    6 => Passing,
-    7 => Carrying(step: [T; U], done: usize),
-    8 => Ending(ending: Ending<T>),
-} if |this| !matches!(this, Self::Carrying(_, done) if *done > U));
+    1 => Start { linear: LinearStart<T>, from: usize, end: usize, chosen: Option<Chosen<T>> },
+    2 => Descent(descent: Descent<T, U>)
+});
 
-/// What a front is solved for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// To linearise anew.
-    Rework,
-    /// To begin the next window where it has come to.
-    MoveOn,
-}
-
-crate::persist!([] enum Purpose { 0 => Rework, 1 => MoveOn });
-
-/// A linear start that is being solved, and the point to start from if it finds none.
-#[derive(Clone, Copy, Debug)]
-pub struct Starting<T: Real> {
-    pub kind: Kind,
-    pub solving: linear_start::Solving<T>,
-    pub otherwise: Option<Point<T>>,
-}
-
-crate::persist!([T: Real] Starting<T> { kind, solving, otherwise });
-
-/// A window that has ended.
-#[derive(Clone, Copy, Debug)]
-pub struct Ending<T: Real> {
-    /// The block that was being filled.
-    pub last: Option<Block<T>>,
-    /// Once the front has come to its end.
-    solving: Option<Solving<T>>,
-    /// Whether the past takes part.
-    with_past: bool,
-    /// How old the past is that it leaves, s.
-    age_s: T,
-    /// Whether another window has begun.
-    pub is_succeeded: bool,
-}
-
-crate::persist!([T: Real] Ending<T> { last, solving, with_past, age_s, is_succeeded });
-
-/// A kind of slice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Slice {
-    Rebuild,
-    End,
-    Front,
-    CheckStability,
-    Close,
-    Lose,
-    MoveOn,
-    Merge,
-    Work,
-}
-
-/// Whether blocks can be merged two by two without parting what a pass has crossed from what it hasn't.
-fn stands_between_pairs<T: Real, const U: usize>(pass: &Pass<T, U>) -> bool {
-    !pass.is_busy() && pass.next().is_multiple_of(2)
-}
-
-/// Whether a change of the momentum at the window's start has grown too far.
-fn is_growing<T: Real, const U: usize>(front: &Pass<T, U>) -> bool {
-    front.growth_square() > T::lit(MOST_GROWTH * MOST_GROWTH)
-}
+/// Slices after which [`finish`](Window::finish) gives up: no work is that long. Four attempts of 25
+/// passes over 512 blocks, twice for a trial of the blocks since a change, and again for drag.
+const MOST_SLICES: u32 = 400_000;
+/// Residual over noise above which a model does not explain the blocks.
+const EXPLAINED: f64 = 1.3;
+/// Share of the range of the shape below which it is observed.
+const SHAPE_OBSERVED: f64 = 0.5;
+/// Blocks since a contradiction that are worth a trial of their own.
+const TRIAL_BLOCKS: usize = 12;
+/// Trials after a contradiction before the model is taken to be wrong.
+const MOST_TRIALS: u8 = 6;
+/// Contradiction of an assumed absence of drag: chi-square of three degrees of freedom exceeds it once
+/// in 10⁵.
+const DRAG_SHOWN: f64 = 26.0;
+/// One sigma of a gyro bias that is allowed for beside drag, rad/s: a steady rate against the air and a
+/// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
+const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
+/// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
+/// other.
+const CONTRADICTED: f64 = 33.0;
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
-    /// The work of one step, which has cost so much already.
-    pub(super) fn work(&mut self, spent: Cost) {
-        let budget = self.config.instructions_per_step.unwrap_or(cost::usual::<U>());
-        let mut left = budget.saturating_sub(spent);
-        // However little is allowed, it must go on: what fits into no step is done in any.
-        let most = budget.saturating_sub(cost::step::<U>() + cost::BLOCK);
-        let mut is_first = true;
-        let mut next = self.next_slice();
-        while let Some((slice, cost)) = next {
-            if cost > left && !(is_first && cost > most) {
-                return;
+    /// Does up to this number of slices, each of bounded cost, and returns what is left.
+    pub fn work(&mut self, slices: u32) -> Remaining {
+        for _ in 0..slices {
+            if !self.slice() {
+                return Remaining::Nothing;
             }
-            is_first = false;
-            left = left.saturating_sub(cost);
-            self.do_slice(slice);
-            if self.watch.event.is_some() {
-                return;
-            }
-            next = self.rest_of_the_block(slice).or_else(|| self.next_slice());
         }
+        if slices > 0 && self.is_idle() { Remaining::Nothing } else { Remaining::Some }
     }
 
-    /// Inside a block a pass goes on with it: nothing else can have become due within the same step.
-    fn rest_of_the_block(&self, slice: Slice) -> Option<(Slice, Cost)> {
-        let (pass, is_armed) = match (slice, &self.work) {
-            (Slice::Front, _) => (self.passes.front()?, self.watch.is_armed),
-            (Slice::Work, Work::Passing) => (self.passes.other(), false),
-            _ => return None,
-        };
-        let cost = cost::of_pass::<U>(pass.current(), is_armed) + cost::NEXT;
-        pass.is_busy().then_some((slice, cost))
-    }
-
-    /// The slice that comes next, and what it costs at most, with finding it.
-    fn next_slice(&self) -> Option<(Slice, Cost)> {
-        let (slice, cost) = self.due_slice()?;
-        Some((slice, cost + cost::next::<U>()))
-    }
-
-    /// The slice that is due, and what it costs at most. A front that is to be carried on, or
-    /// whose window has ended, takes in no more blocks; else it comes first.
-    #[inline(never)]
-    fn due_slice(&self) -> Option<(Slice, Cost)> {
-        if self.blocks.is_rebuilt() {
-            return Some((Slice::Rebuild, cost::REBUILD));
-        }
-        match &self.work {
-            Work::Ending(ending) => return Some((Slice::End, self.cost_of_end(ending))),
-            _ if self.averager.is_none() || (self.is_quiet && self.closing.is_none()) => {
-                return None;
-            }
-            Work::Solving(_, Purpose::MoveOn) | Work::Carrying(..) => {
-                return Some((Slice::Work, self.cost_of_work()?));
-            }
-            _ => {}
-        }
-        let has_room = !self.blocks.is_nearly_full();
-        let can_merge = !has_room && self.blocks.can_merge(self.config.block_turn_rad);
-        let has_no_room = !can_merge && self.blocks.is_full();
-        // Linearised far from the solution, what is carried on would be wrong for good.
-        let may_move_on = self.is_close() || has_no_room;
-        if let Some(front) = self.passes.front().filter(|front| may_move_on && !front.is_busy())
-            && self.closing.is_none()
+    /// Completes all work on the samples so far, those in the present block included.
+    pub(super) fn complete(&mut self) {
+        if self.closing.is_none()
+            && let Some(block) = self.averager.as_mut().and_then(super::Averager::finish)
+            && !self.is_quiet
         {
-            if !has_room && !can_merge {
-                return Some((Slice::MoveOn, cost::copy::<U>()));
-            }
-            if is_growing(front) && self.checked_at != front.next() {
-                return Some((Slice::CheckStability, cost::stability::<U>()));
-            }
+            self.open.note(&block);
+            self.blocks.push(&block);
+            self.schedule.blocks = self.schedule.blocks.saturating_add(1);
         }
-        if let Some(front) = self.passes.front().filter(|_| !self.front_waits()) {
-            if let Some(stage) = front.stage(&self.blocks) {
-                return Some((Slice::Front, cost::of_pass::<U>(stage, self.watch.is_armed)));
-            }
-            if let Some(closing) = &self.closing {
-                let is_idle = matches!(self.work, Work::Idle);
-                let is_settled = front.residuals().rows < self.rests_until;
-                if is_idle && (is_settled || closing.passes == 0) {
-                    return Some((Slice::Close, cost::LITTLE));
-                }
-                return Some((Slice::Work, self.cost_of_work()?));
-            }
-        }
-        if can_merge && self.can_halve() {
-            return Some((Slice::Merge, cost::LITTLE));
-        }
-        if has_no_room && self.passes.front().is_none() {
-            return Some((Slice::Lose, cost::LITTLE));
-        }
-        Some((Slice::Work, self.cost_of_work()?))
+        self.schedule.is_final = self.schedule.fitted != self.schedule.blocks;
+        self.work(MOST_SLICES);
     }
 
-    /// Whether the front takes in no more for now: until its solution is near its point, what it would say
-    /// of more blocks is wrong, and the sooner the rework has overtaken it the better. It waits between two
-    /// pairs of blocks, so that they can be merged.
-    fn front_waits(&self) -> bool {
-        let is_idle = matches!(self.work, Work::Idle);
-        let may_wait = !is_idle && self.closing.is_none() && !self.blocks.is_full();
-        may_wait
-            && self.passes.front().is_some_and(stands_between_pairs)
-            && !self.is_close()
-            && (!self.is_near() || self.is_to_move_on())
+    /// True where no slice is left.
+    fn is_idle(&self) -> bool {
+        let has_block = |front: &Front<T, U>| front.pass.next < self.end();
+        matches!(self.work, Work::Idle)
+            && !self.blocks.is_compacting()
+            && !self.is_due()
+            && self.closing.is_none()
+            && !self.front.as_ref().is_some_and(has_block)
     }
 
-    /// Whether the front's point is near its solution: with less than half as many blocks again as when
-    /// that was found.
-    fn is_near(&self) -> bool {
-        let near_at = self.watch.near_at;
-        self.passes
-            .front()
-            .is_some_and(|front| front.next() < near_at.saturating_add(near_at.div_ceil(2)))
+    /// End of the blocks that are being fitted.
+    fn end(&self) -> usize {
+        self.closing.as_ref().map_or(self.blocks.len(), |closing| closing.end)
     }
 
-    /// Whether it is so close that what is carried on from it is right for good: with hardly more blocks.
-    fn is_close(&self) -> bool {
-        let close_at = self.watch.close_at;
-        self.passes
-            .front()
-            .is_some_and(|front| front.next() < close_at.saturating_add(close_at.div_ceil(16)))
+    fn stretch(&self) -> Stretch<T> {
+        self.closing.as_ref().map_or(self.open, |closing| closing.stretch)
     }
 
-    /// Whether the window is to be carried on as soon as its front is close enough.
-    fn is_to_move_on(&self) -> bool {
-        let is_full =
-            self.blocks.is_nearly_full() && !self.blocks.can_merge(self.config.block_turn_rad);
-        is_full || self.passes.front().is_some_and(is_growing)
-    }
-
-    /// Whether the rework stands beyond a front that waits for it.
-    fn has_overtaken(&self) -> bool {
-        let (rework, front) = (self.passes.other(), self.passes.front());
-        !rework.is_busy()
-            && front.is_some_and(|front| rework.next() > front.next())
-            && self.front_waits()
-    }
-
-    /// Whether each pass stands between two pairs of blocks.
-    fn can_halve(&self) -> bool {
-        self.passes.front().is_none_or(stands_between_pairs)
-            && (!matches!(self.work, Work::Passing) || stands_between_pairs(self.passes.other()))
-    }
-
-    /// What the next slice beside the front costs at most; `None` if there is nothing to do.
-    fn cost_of_work(&self) -> Option<Cost> {
-        Some(match &self.work {
-            Work::Idle => match self.passes.front() {
-                Some(front) if front.residuals().rows < self.rests_until => return None,
-                Some(_) => cost::copy::<U>(),
-                None if self.blocks.len() <= self.tried_with => return None,
-                None => cost::first_point::<U>(),
-            },
-            Work::Solving(..) => cost::hold::<U>(),
-            Work::Solved(_) => cost::JUDGE,
-            Work::Choosing => cost::choose::<U>(),
-            Work::Starting(_) => cost::start::<U>(),
-            Work::Beginning(_) => cost::begin::<U>(),
-            Work::Passing if self.has_overtaken() => cost::compare_and_begin::<U>(),
-            Work::Passing => match self.passes.other().stage(&self.blocks) {
-                Some(stage) => cost::of_pass::<U>(stage, false),
-                None => cost::compare::<U>(),
-            },
-            Work::Carrying(_, done) => cost::carry::<U>(*done),
-            Work::Ending(ending) => self.cost_of_end(ending),
-        })
-    }
-
-    fn cost_of_end(&self, ending: &Ending<T>) -> Cost {
-        match (&ending.solving, self.passes.front()) {
-            (None, Some(front)) => cost::of_the_end::<U>(front.current(), self.watch.is_armed),
-            (Some(_), _) => cost::hold_at_the_end::<U>(),
-            (None, None) => cost::LITTLE,
-        }
-    }
-
-    fn do_slice(&mut self, slice: Slice) {
-        match slice {
-            Slice::Rebuild => self.rebuild(),
-            Slice::End => self.work_on_the_end(),
-            Slice::Front => self.work_on_the_front(),
-            Slice::CheckStability => {
-                if self.knows_enough() {
-                    self.begin_moving_on();
-                }
-            }
-            Slice::Close => self.end_window(),
-            Slice::Lose => self.lose(),
-            Slice::MoveOn => self.begin_moving_on(),
-            Slice::Merge => {
-                self.blocks.begin_merging();
-                self.block_samples = self.block_samples.saturating_mul(2);
-            }
-            Slice::Work => self.work_beside_the_front(),
-        }
-    }
-
-    fn rebuild(&mut self) {
-        let noise = self.noise_rad_s();
-        if self.blocks.rebuild_one(noise) != Rebuilt::Merged {
-            return;
-        }
-        let (front, other) = self.passes.both();
-        if let Some(front) = front {
-            front.halve();
-        }
-        other.halve();
-        self.watch.near_at /= 2;
-        self.watch.close_at /= 2;
-    }
-
-    fn per_kg_m2(&self) -> T {
-        T::one() / self.typical_kg_m2
-    }
-
-    fn work_on_the_front(&mut self) {
-        let (per, most) = (self.per_kg_m2(), self.most_rad_s());
-        let (Some(front), _) = self.passes.both() else { return };
-        let taken = front.work(&self.blocks, per, most);
-        let (is_whole, block) = (!front.is_busy(), front.next().saturating_sub(1));
-        let is_near = self.is_near();
-        match taken {
-            Taken::Silent => {}
-            Taken::Refused => {
-                self.blocks.distrust(block);
-                self.watch.has_refused = true;
-                self.watch.refused += 1;
-                if self.watch.refused >= MOST_SPIKES {
-                    // What a front expects that is linearised far off isn't what the body would do.
-                    self.watch.is_armed = is_near;
-                    if is_near {
-                        self.watch.event = Some(Reset::Lockout);
-                    }
-                }
-            }
-            Taken::In(square) => {
-                if is_whole {
-                    self.watch.refused = 0;
-                }
-                if self.watch.is_armed && is_near && self.config.gyro_noise_rad_s.is_some() {
-                    self.watch_for_change(square);
-                }
-            }
-        }
-    }
-
-    fn watch_for_change(&mut self, square: T) {
-        let usual = self.usual_rad_s();
-        let beyond = square / (usual * usual) - T::lit(USUAL_SQUARE);
-        self.watch.sum = (self.watch.sum + beyond).max(T::zero());
-        if self.watch.sum > T::lit(CHANGED_SUM) {
-            self.watch.event = Some(Reset::Lockout);
-        }
-    }
-
-    /// One sigma of a gyro sample by which the front is scaled, rad/s.
-    pub(super) fn front_scale_rad_s(&self) -> T {
-        self.passes.front().map_or(self.noise_rad_s(), |f| self.scale_rad_s(f.residuals()))
-    }
-
-    /// One sigma of what a row of the front usually leaves, rad/s.
-    fn usual_rad_s(&self) -> T {
-        self.front_scale_rad_s().max(self.noise_rad_s())
-    }
-
-    /// What a row of the front may leave at most, rad/s: more is a spike.
-    pub(super) fn most_rad_s(&self) -> T {
-        if !self.watch.is_armed {
-            return T::MAX;
-        }
-        let is_sure = self.config.gyro_noise_rad_s.is_some();
-        let sigmas = if is_sure { SPIKE_SIGMA } else { SPIKE_SIGMA_UNSURE };
-        self.usual_rad_s() * T::lit(sigmas)
-    }
-
-    fn work_beside_the_front(&mut self) {
-        match self.work {
-            Work::Idle => self.begin(),
-            Work::Solving(mut solving, purpose) => {
-                if !self.take_held_row(&mut solving, true) {
-                    self.work = Work::Solving(solving, purpose);
-                    return;
-                }
-                self.work = match purpose {
-                    Purpose::Rework => Work::Solved(solving),
-                    Purpose::MoveOn => match self.passes.both().1.room().solve() {
-                        Some(step) => Work::Carrying(step, 0),
-                        None => return self.lose(),
-                    },
-                };
-            }
-            Work::Solved(solving) => self.judge(&solving),
-            Work::Choosing => self.choose(),
-            Work::Starting(starting) => self.work_on_the_start(starting),
-            Work::Beginning(point) => self.begin_pass(&point),
-            Work::Passing if self.has_overtaken() => self.compare(),
-            Work::Passing => {
-                let per = self.per_kg_m2();
-                let (_, rework) = self.passes.both();
-                if rework.stage(&self.blocks).is_some() {
-                    rework.work(&self.blocks, per, T::MAX);
-                } else {
-                    self.compare();
-                }
-            }
-            Work::Carrying(step, done) => self.carry(step, done),
-            Work::Ending(_) => {}
-        }
-    }
-
-    /// Adds a row of what is held to the front's factor, in the room of the other pass.
-    fn take_held_row(&mut self, solving: &mut Solving<T>, with_past: bool) -> bool {
-        let held = super::held(
-            &self.config,
-            if with_past { self.past.as_ref() } else { None },
-            self.typical_kg_m2,
-            self.has_drag,
-            self.front_scale_rad_s(),
-        );
-        let (Some(front), other) = self.passes.both() else { return true };
-        let point = *front.point();
-        solving.take_row(other.room(), &point, &held)
-    }
-
-    /// Begins to solve the front, or looks for a first point.
-    fn begin(&mut self) {
-        if self.passes.front().is_some() {
-            self.copy_front_to_room();
-            self.work = Work::Solving(Solving::new(), Purpose::Rework);
+    /// One slice; false if nothing was left to do.
+    #[inline(never)]
+    fn slice(&mut self) -> bool {
+        if self.blocks.is_compacting() {
+            self.sweep();
+        } else if self.blocks.is_nearly_full() {
+            self.make_room();
+        } else if self.advance_front() {
+        } else if !matches!(self.work, Work::Idle) {
+            self.fit();
+        } else if self.is_due() {
+            self.begin_fit();
+        } else if self.closing.is_some() {
+            self.conclude();
         } else {
-            self.tried_with = self.blocks.len();
-            self.look_for_a_start();
+            return false;
         }
+        true
     }
 
-    fn copy_front_to_room(&mut self) {
-        if let (Some(front), other) = self.passes.both() {
-            *other.room() = *front.information();
-        }
+    /// True where a fit is to begin.
+    fn is_due(&self) -> bool {
+        let schedule = &self.schedule;
+        let enough = self.end() * 3 >= 9;
+        enough && (schedule.is_final || schedule.blocks >= schedule.due_at)
     }
 
-    fn begin_pass(&mut self, point: &Point<T>) {
-        let known = match &self.beginning {
-            Beginning::Known(known) => Some(known),
-            Beginning::Linear(_) | Beginning::Found => None,
+    fn sweep(&mut self) {
+        let mut marks = Marks {
+            front: self.front.as_ref().map_or(0, |front| front.pass.next),
+            split: self.closing.as_ref().map_or(0, |closing| closing.end),
         };
-        let has_begun = self.passes.both().1.begin(point, known);
-        self.work = if has_begun { Work::Passing } else { Work::Idle };
-    }
-
-    /// The rework has caught up: it takes the front's place where it fits better.
-    ///
-    /// Where the window is to be carried on, one that has overtaken a front which waited is solved at once,
-    /// before more blocks come: its step is then what linearising left out, and no more.
-    fn compare(&mut self) {
-        let had_to_wait = self.has_overtaken();
-        self.work = Work::Idle;
+        let noise = self.reference_rad_s();
+        let turn = self.config.block_turn_rad;
+        self.blocks.sweep(&mut marks, &mut self.open, noise, turn);
+        if let Some(front) = &mut self.front {
+            front.pass.next = marks.front;
+            front.rise = front.rise.min(marks.front);
+        }
         if let Some(closing) = &mut self.closing {
-            closing.passes = closing.passes.saturating_sub(1);
+            closing.end = marks.split;
         }
-        let rework = self.passes.other();
-        let ours = rework.residuals().mean_square();
-        let is_better = self.has_found(rework.residuals())
-            || self.passes.front().is_none_or(|front| {
-                let theirs = front.residuals().mean_square();
-                ours <= theirs || (ours.is_finite() && !theirs.is_finite())
+    }
+
+    /// Makes room in storage: by a sweep, or by a new window where the blocks have no room to merge.
+    fn make_room(&mut self) {
+        // Indices of the task become invalid.
+        self.work = Work::Idle;
+        self.schedule.due_at = self.schedule.due_at.min(self.schedule.blocks);
+        if !self.blocks.is_incompressible() {
+            self.blocks.compact();
+            return;
+        }
+        let can_carry = self.closing.is_none()
+            && self.front.as_ref().is_some_and(|front| {
+                front.is_settled && front.is_explained && front.pass.next == self.blocks.len()
             });
-        if is_better {
-            self.passes.swap();
-            self.rests_until = 0;
-            if had_to_wait && self.is_to_move_on() {
-                self.begin();
+        if !can_carry || self.carry_over().is_none() {
+            self.discard_window();
+            self.event = Some(Reset::Diverged);
+        }
+    }
+
+    /// The front takes in its next block; false where there is none.
+    fn advance_front(&mut self) -> bool {
+        let (end, stretch, period_s) = (self.end(), self.stretch(), self.period_s);
+        let Some(front) = &mut self.front else { return false };
+        let next = front.pass.next;
+        if next >= end {
+            return false;
+        }
+        let unit = front.pass.unit_per_kg_m2;
+        let Some(span) = self.blocks.span(next, &stretch, unit, period_s) else { return false };
+        let square = front.pass.take(&span);
+        let was_contradicted = front.is_contradicted;
+        front.watch(square);
+        if !front.pass.is_finite() {
+            self.front = None;
+            self.schedule.due_at = self.schedule.blocks;
+        } else if front.is_contradicted && !was_contradicted {
+            self.schedule.due_at = self.schedule.blocks;
+            self.schedule.trials = 0;
+        }
+        true
+    }
+
+    /// Begins a fit over all blocks.
+    fn begin_fit(&mut self) {
+        self.schedule.fitted = self.schedule.blocks;
+        self.schedule.is_final = false;
+        // Set again when it ends.
+        self.schedule.due_at = u32::MAX;
+        let (from, end) = (0, self.end());
+        match self.carried_point() {
+            Some((point, unit)) => {
+                let mut descent = Descent::new(from, end, Attempt::Carried);
+                self.begin_pass(&mut descent, &point, unit);
+                self.work = Work::Descent(descent);
             }
+            None => self.begin_start(from, end, None),
         }
     }
 
-    /// Whether the front knows the inertia so well that its blocks needn't be gone over again: then a window
-    /// of unstable motion is carried on before rounding is magnified to the size of the noise.
-    fn knows_enough(&mut self) -> bool {
-        let noise = self.noise_rad_s();
-        let Some(front) = self.passes.front() else { return false };
-        self.checked_at = front.next();
-        let are_small = |v: [T; 6]| v.iter().all(|v| *v * noise * noise < T::lit(KNOWN * KNOWN));
-        inertia_variances(front.information()).is_some_and(are_small)
-    }
-
-    /// The next window is to begin where the front has come to, with all that it knows.
-    fn begin_moving_on(&mut self) {
-        if !self.passes.front().is_some_and(|front| self.explains(front.residuals())) {
-            return self.lose();
+    /// Solution of the front as the start of a fit, if its data determine the shape.
+    fn carried_point(&self) -> Option<(Point<T>, T)> {
+        let front = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)?;
+        let unit = front.pass.unit_per_kg_m2;
+        let stretch = self.stretch();
+        let wheels = stretch.wheels_n_m_s * unit;
+        let step = front.pass.solution(&self.beliefs(unit))?;
+        let mut point = front.pass.point_after(&step, &wheels);
+        if stretch.rest.weight > T::zero() {
+            // The window may begin later now: at the end of its rest.
+            point.momentum = momentum_of(&point, &stretch.rest.rate_rad_s, &wheels);
         }
-        self.copy_front_to_room();
-        self.work = Work::Solving(Solving::new(), Purpose::MoveOn);
+        Some((point, unit))
     }
 
-    /// Carries on one of the three equations that depend on the momentum; after them the next window begins.
-    fn carry(&mut self, step: [T; U], done: usize) {
-        let (Some(front), other) = self.passes.both() else { return };
-        let (point, rest) = front.carried(&step);
-        let room = other.room();
-        if done == 0 {
-            room.take_over(front.information(), 3);
-            room.shift(&core::array::from_fn(|i| step[i] - rest[i]));
+    fn begin_start(&mut self, from: usize, end: usize, chosen: Option<Chosen<T>>) {
+        let mut stretch = self.stretch();
+        if from > 0 {
+            stretch = self.stretch_from(from);
         }
-        if done < 3 {
-            let Some((row, y, weight)) = front.carried_equation(done, &step, &rest) else {
-                return self.lose();
-            };
-            room.add_weighted(&row, y, weight);
-            self.work = Work::Carrying(step, done + 1);
-            return;
-        }
-        let known = Known { point, information: *room };
-        self.ended.add(front.residuals());
-        let first = front.next();
-        let has_begun = front.begin(&point, Some(&known));
-        self.beginning = Beginning::Known(known);
-        if !has_begun {
-            return self.lose();
-        }
-        self.blocks.begin_dropping(first);
-        (self.watch.near_at, self.watch.close_at) = (0, 0);
-        self.work = Work::Idle;
-        self.rests_until = 0;
+        let blocks = (from..end).filter_map(|i| self.blocks.block(i));
+        let has_torque = self.groups.place.iter().flatten();
+        let has_torque = has_torque.clone().any(|g| matches!(g, (Group::Torque, Belief::Within(_))));
+        let linear = LinearStart::new(blocks, &stretch, from, self.blocks.usual(), has_torque);
+        self.work = Work::Start { linear, from, end, chosen };
     }
 
-    /// Nothing was found in as much motion as there is storage for: all begins at the next sample.
-    pub(super) fn lose(&mut self) {
-        self.work = Work::Idle;
-        self.closing = None;
-        self.passes.drop_front();
-        self.blocks.clear();
-        self.averager = None;
+    /// Stretch that begins with block `from`, which is not the first one.
+    fn stretch_from(&self, from: usize) -> Stretch<T> {
+        let before = from.checked_sub(1).and_then(|i| self.blocks.block(i));
+        let wheels = before.map_or(Vec3::zeros(), |block| block.wheels_end_n_m_s);
+        Stretch { wheels_n_m_s: wheels, rest: super::storage::Rest::none(), ..self.stretch() }
     }
 
-    /// Ends the window. What it says of the inertia is fused with the past in the steps that follow.
-    pub(super) fn end_window(&mut self) {
-        self.has_started_over = false;
-        if matches!(self.work, Work::Ending(_)) {
-            // The one that is open since has no front yet.
-            return self.blocks.clear();
-        }
-        let closing = self.closing.take();
-        self.work = match self.passes.front() {
-            Some(front) => Work::Ending(Ending {
-                last: closing.map_or_else(|| self.filling_after(front), |closing| closing.last),
-                solving: None,
-                with_past: true,
-                // As old as the middle of the window that it is from.
-                age_s: self.window_s * T::lit(0.5),
-                is_succeeded: false,
-            }),
-            None => Work::Idle,
-        };
-        self.blocks.clear();
-    }
-
-    /// The block that is being filled, if nothing lies between it and what a pass has looked at.
-    pub(super) fn filling_after(&self, pass: &Pass<T, U>) -> Option<Block<T>> {
-        let has_all = !self.blocks.is_rebuilt() && pass.has_looked_at_all(&self.blocks);
-        self.averager.as_ref().filter(|_| has_all)?.block()
-    }
-
-    /// The front first comes to its end; then it is solved, without the past if that contradicts it.
-    fn work_on_the_end(&mut self) {
-        let Work::Ending(mut ending) = self.work else { return };
-        let (per, most) = (self.per_kg_m2(), self.most_rad_s());
-        match &mut ending.solving {
-            None => {
-                let (Some(front), _) = self.passes.both() else { return self.has_ended(&ending) };
-                if front.work_to_the_end(&mut ending.last, per, most).is_none() {
-                    let residuals = *front.residuals();
-                    if !self.explains(&residuals) {
-                        return self.has_ended(&ending);
+    /// A slice of the fit.
+    fn fit(&mut self) {
+        match core::mem::replace(&mut self.work, Work::Idle) {
+            Work::Idle => {}
+            Work::Start { mut linear, from, end, chosen } => {
+                match self.blocks.block(linear.next).filter(|_| linear.next < end) {
+                    Some(block) => {
+                        linear.take(block);
+                        self.work = Work::Start { linear, from, end, chosen };
                     }
-                    self.copy_front_to_room();
-                    ending.solving = Some(Solving::new());
+                    None => self.begin_descent(&linear, from, end, chosen),
                 }
             }
-            Some(solving) => {
-                let noise = self.front_scale_rad_s();
-                let has_past = ending.with_past && self.past.is_some();
-                if !solving.has_all_but_the_sphere::<U>(has_past) {
-                    self.take_held_row(solving, ending.with_past);
-                } else if has_past && super::contradicts(solving.past_square(), noise) {
-                    self.watch.event = Some(Reset::Changed);
-                    ending.with_past = false;
-                    ending.solving = Some(Solving::new());
-                    self.copy_front_to_room();
-                } else {
-                    let solving = *solving;
-                    return self.keep(&ending, &solving);
+            Work::Descent(mut descent) => {
+                let stretch = self.start_of(descent.from);
+                let unit = descent.pass.unit_per_kg_m2;
+                let next = descent.pass.next;
+                let span = self.blocks.span(next, &stretch, unit, self.period_s);
+                match span.filter(|_| next < descent.end) {
+                    Some(span) => {
+                        descent.pass.take(&span);
+                        self.work = Work::Descent(descent);
+                    }
+                    None => self.after_pass(descent),
                 }
             }
         }
-        self.work = Work::Ending(ending);
     }
 
-    /// What the window says of the inertia takes the past's place.
-    fn keep(&mut self, ending: &Ending<T>, solving: &Solving<T>) {
-        if let Some(front) = self.passes.front() {
-            let held = self.held(self.front_scale_rad_s());
-            let past = known(self.passes.other().information(), front.point(), &held);
-            let ended = self.ended_with(front.residuals(), solving);
-            self.past = Some(past);
-            self.ended = ended;
-            self.past_age_s = ending.age_s;
+    fn start_of(&self, from: usize) -> Stretch<T> {
+        if from == 0 { self.stretch() } else { self.stretch_from(from) }
+    }
+
+    /// Descent from the linear start.
+    fn begin_descent(
+        &mut self,
+        linear: &LinearStart<T>,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T>>,
+    ) {
+        let first = linear.conclude(self.noise_rad_s());
+        let unit = first.per_kg_m2.unwrap_or_else(|| self.known_scale());
+        let mut point = Point { shape: first.shape, ..Point::sphere(Vec3::zeros()) };
+        for (place, group) in point.group.iter_mut().enumerate() {
+            if self.groups.is_at(place, Group::Torque) {
+                *group = first.torque;
+            }
         }
-        self.has_ended(ending);
+        self.set_initial_rate(&mut point, from, unit);
+        let mut descent = Descent::new(from, end, Attempt::Linear);
+        descent.linear = Some(point);
+        descent.chosen = chosen;
+        self.begin_pass(&mut descent, &point, unit);
+        self.work = Work::Descent(descent);
     }
 
-    fn has_ended(&mut self, ending: &Ending<T>) {
-        self.work = Work::Idle;
-        self.passes.drop_front();
-        if ending.is_succeeded {
-            self.begin_afresh();
+    /// Inverse trace without help of the data: of earlier windows, of the prior, or of before, 1/(kg m²).
+    fn known_scale(&self) -> T {
+        let trace = |j: &[T; 6]| j[0] + j[1] + j[2];
+        match (&self.past, &self.config.prior) {
+            (Some(past), _) => past.per_kg_m2,
+            (None, Some(prior)) => T::one() / trace(&prior.inertia_kg_m2),
+            (None, None) => T::one(),
         }
     }
 
-    /// See [`LinearStart`].
-    pub(super) fn linear(&self) -> Option<&LinearStart<T, U>> {
-        match &self.beginning {
-            Beginning::Linear(linear) => Some(linear),
-            Beginning::Known(_) | Beginning::Found => None,
-        }
-    }
-
-    /// One slice of the linear start.
-    fn work_on_the_start(&mut self, mut starting: Starting<T>) {
-        let (noise, holds) = (self.noise_rad_s(), self.holds());
-        let Beginning::Linear(linear) = &self.beginning else {
-            self.work = Work::Idle;
-            return;
+    /// Momentum of a point from the measured rate at the first block.
+    fn set_initial_rate(&self, point: &mut Point<T>, from: usize, unit: T) {
+        let stretch = self.start_of(from);
+        let rate = if stretch.rest.weight > T::zero() {
+            stretch.rest.rate_rad_s
+        } else {
+            self.blocks.block(from).map_or(Vec3::zeros(), |block| block.rate_rad_s)
         };
-        let room = self.passes.both().1.room();
-        match starting.solving.work(linear, noise, &holds, room) {
-            Found::NotYet => self.work = Work::Starting(starting),
-            Found::Start(start) => self.start_from(&starting, &start),
-            Found::Nothing => self.start_otherwise(&starting),
+        point.momentum = momentum_of(point, &rate, &(stretch.wheels_n_m_s * unit));
+    }
+
+    /// Begins a pass about a point.
+    fn begin_pass(&self, descent: &mut Descent<T, U>, point: &Point<T>, unit: T) {
+        let stretch = self.start_of(descent.from);
+        let noise = self.noise_rad_s();
+        let pass = &mut descent.pass;
+        let is_first = pass.residuals.blocks == 0;
+        let typical = pass.residuals.typical(pass.unit_rad_s);
+        pass.scale_rad_s = if is_first { noise * T::lit(1e6) } else { typical.max(noise) };
+        pass.unit_rad_s = noise;
+        pass.unit_per_kg_m2 = unit;
+        let wheels = stretch.wheels_n_m_s * unit;
+        if !pass.begin(point, &self.groups, descent.from, &stretch.rest, &wheels) {
+            pass.next = descent.end;
+            pass.residuals.cost = T::MAX;
         }
+    }
+
+    /// After a pass over all blocks of a descent.
+    #[inline(never)]
+    fn after_pass(&mut self, mut descent: Descent<T, U>) {
+        let unit = descent.pass.unit_per_kg_m2;
+        let wheels = self.start_of(descent.from).wheels_n_m_s * unit;
+        let next = descent.after_pass(&self.beliefs(unit), &wheels);
+        match next {
+            Next::Pass(point) => {
+                self.begin_pass(&mut descent, &point, unit);
+                self.work = Work::Descent(descent);
+            }
+            Next::End { is_settled } => self.after_attempt(descent, is_settled, true),
+            Next::Failed => self.after_attempt(descent, false, false),
+        }
+    }
+
+    /// After an attempt: another one, or the result.
+    fn after_attempt(&mut self, mut descent: Descent<T, U>, is_settled: bool, is_at_end: bool) {
+        let unit = descent.pass.unit_per_kg_m2;
+        let is_good = is_settled && self.is_explained(&descent.pass);
+        if is_good || descent.attempt == Attempt::Best {
+            return self.end_fit(descent, is_settled);
+        }
+        if is_at_end {
+            let cost = descent.pass.residuals.cost
+                + self.beliefs(unit).cost::<U>(&descent.pass.point);
+            if descent.chosen.is_none_or(|(_, (least, _))| cost < least) {
+                descent.chosen = Some((descent.pass.point, (cost, unit)));
+            }
+        }
+        self.next_attempt(descent, is_settled)
+    }
+
+    fn next_attempt(&mut self, mut descent: Descent<T, U>, is_settled: bool) {
+        let (from, end) = (descent.from, descent.end);
+        let attempt = match (descent.attempt, descent.linear) {
+            (Attempt::Carried, _) => return self.begin_start(from, end, descent.chosen),
+            (Attempt::Linear, Some(_)) => Attempt::Sphere,
+            (Attempt::Sphere, Some(_)) if self.has_other_start() => Attempt::Prior,
+            _ => Attempt::Best,
+        };
+        let unit = descent.pass.unit_per_kg_m2;
+        descent.restart(attempt);
+        let (mut point, mut unit) = (descent.linear.unwrap_or(descent.pass.point), unit);
+        match attempt {
+            Attempt::Sphere => {
+                point = Point { scale: point.scale, ..Point::sphere(Vec3::zeros()) };
+                self.set_initial_rate(&mut point, from, unit);
+            }
+            Attempt::Prior => {
+                unit = self.known_scale();
+                point = self.other_start(unit);
+                self.set_initial_rate(&mut point, from, unit);
+            }
+            _ => match descent.chosen {
+                Some((chosen, (_, of_chosen))) => (point, unit) = (chosen, of_chosen),
+                None => return self.end_fit(descent, is_settled),
+            },
+        }
+        self.begin_pass(&mut descent, &point, unit);
+        self.work = Work::Descent(descent);
+    }
+
+    fn has_other_start(&self) -> bool {
+        self.past.is_some() || self.config.prior.is_some()
+    }
+
+    /// Point of earlier windows, or of the prior.
+    fn other_start(&self, unit: T) -> Point<T> {
+        let of_past = self.past.as_ref().and_then(|past| past.point(unit));
+        let of_prior = || {
+            let shape = self.config.prior.as_ref().map(super::belief::shape_of_prior);
+            Point { shape: shape.unwrap_or([T::zero(); 5]), ..Point::sphere(Vec3::zeros()) }
+        };
+        of_past.unwrap_or_else(of_prior)
+    }
+
+    /// True where the residuals of a pass agree with the noise, but for outliers.
+    pub(super) fn is_explained(&self, pass: &Pass<T, U>) -> bool {
+        let typical = pass.residuals.typical(pass.unit_rad_s);
+        typical <= self.reference_rad_s() * T::lit(EXPLAINED)
+            && !pass.residuals.has_many_low()
+            && pass.is_finite()
+    }
+
+    /// Result of all attempts: the new front, or a verdict on a trial.
+    fn end_fit(&mut self, descent: Descent<T, U>, is_settled: bool) {
+        let is_explained = self.is_explained(&descent.pass);
+        let is_good = is_settled && is_explained;
+        if descent.from > 0 {
+            return self.end_trial(descent, is_good);
+        }
+        let is_revised = is_good
+            && (self.lets_drag_loose(&descent.pass) || self.drop_contradicted(&descent.pass));
+        if is_revised {
+            self.schedule.due_at = self.schedule.blocks;
+        } else {
+            let grown = (self.schedule.fitted / 2).max(FIRST_FIT_BLOCKS / 2);
+            self.schedule.due_at = self.schedule.fitted.saturating_add(grown);
+        }
+        let was_contradicted = self.front.as_ref().filter(|front| front.is_contradicted);
+        let rise = was_contradicted.map(|front| front.rise);
+        let mut front = Front::new(descent.pass, is_settled, self.watch_rad_s(&descent.pass));
+        front.is_explained = is_explained;
+        front.is_shape_observed = self.is_shape_observed(&front.pass);
+        if let Some(rise) = rise.filter(|_| !is_good) {
+            front.is_contradicted = true;
+            front.rise = rise;
+            self.front = Some(front);
+            self.begin_trial(rise);
+            return;
+        }
+        self.front = Some(front);
+    }
+
+    /// One sigma of a sample for the watch of a new front, rad/s.
+    fn watch_rad_s(&self, pass: &Pass<T, U>) -> T {
+        self.reference_rad_s().max(pass.residuals.typical(pass.unit_rad_s))
+    }
+
+    /// True where the sigma of every coordinate of the shape is well below its range.
+    fn is_shape_observed(&self, pass: &Pass<T, U>) -> bool {
+        let mut factor = pass.factor;
+        let beliefs = self.beliefs(pass.unit_per_kg_m2);
+        beliefs.add(&mut factor, &pass.point);
+        let Some(variances) = factor.variances() else { return false };
+        let most = T::lit(SHAPE_OBSERVED * super::belief::SHAPE_SIGMA) / beliefs.noise_rad_s;
+        let shape = super::unknowns::shape_of(U);
+        variances.iter().skip(shape).take(5).all(|v| *v < most * most)
+    }
+
+    /// Drag becomes an unknown where the blocks contradict its absence.
+    fn lets_drag_loose(&mut self, pass: &Pass<T, U>) -> bool {
+        let Some(drag) = self.config.drag_per_s else { return false };
+        let mut factor = pass.factor;
+        let contradiction = self.beliefs(pass.unit_per_kg_m2).add(&mut factor, &pass.point);
+        let mut is_loose = false;
+        for (place, of_place) in self.groups.place.iter_mut().enumerate() {
+            let is_shown = contradiction[place] > T::lit(DRAG_SHOWN);
+            if is_shown && matches!(of_place, Some((Group::Drag, Belief::Zero))) {
+                *of_place = Some((Group::Drag, Belief::Within(drag)));
+                is_loose = true;
+            }
+        }
+        if is_loose {
+            for of_place in &mut self.groups.place {
+                if of_place.is_none() {
+                    let bias = Belief::Within(T::lit(BIAS_WITH_DRAG_RAD_S));
+                    *of_place = Some((Group::Bias, bias));
+                    break;
+                }
+            }
+        }
+        is_loose
+    }
+
+    /// Fits the blocks since the contradiction alone, once there are enough of them.
+    fn begin_trial(&mut self, rise: usize) {
+        let end = self.end();
+        if self.schedule.trials >= MOST_TRIALS || rise == 0 {
+            return;
+        }
+        if rise + TRIAL_BLOCKS > end {
+            let missing = (rise + TRIAL_BLOCKS - end) as u32;
+            self.schedule.due_at = self.schedule.blocks.saturating_add(missing);
+            return;
+        }
+        self.schedule.trials += 1;
+        self.begin_start(rise, end, None);
+    }
+
+    /// Verdict on a trial: a change of the inertia, or none that the blocks show.
+    fn end_trial(&mut self, descent: Descent<T, U>, is_good: bool) {
+        let from = descent.from;
+        if !is_good || !self.is_shape_observed(&descent.pass) {
+            let since = (descent.end - from.min(descent.end)) as u32;
+            self.schedule.due_at = self.schedule.blocks.saturating_add((since / 2).max(4));
+            if !is_good && let Some(front) = &mut self.front {
+                // Outliers last: the blocks after them may be sound.
+                front.rise = from + descent.pass.residuals.after_low as usize;
+            }
+            return;
+        }
+        let start = self.stretch_from(from);
+        match &mut self.closing {
+            Some(Closing { stretch, .. }) => *stretch = start,
+            None => self.open = start,
+        }
+        let mut front = Front::new(descent.pass, true, self.watch_rad_s(&descent.pass));
+        front.is_explained = true;
+        front.is_shape_observed = true;
+        self.front = Some(front);
+        self.blocks.drop_before(from);
+        self.past = None;
+        self.has_prior = false;
+        self.schedule = Schedule {
+            blocks: (self.end() - from.min(self.end())) as u32,
+            ..Schedule::new()
+        };
+        self.schedule.fitted = self.schedule.blocks;
+        self.schedule.due_at = self.schedule.blocks + self.schedule.blocks / 2;
+        self.event = Some(Reset::Changed);
+    }
+
+    /// Concludes the window that is being closed.
+    fn conclude(&mut self) {
+        let end = self.end();
+        if let Some(front) = self.front.take() {
+            self.join_past(&front);
+        }
+        self.closing = None;
+        self.work = Work::Idle;
+        self.blocks.drop_before(end);
+        let further = self.blocks.len().saturating_sub(end) as u32;
+        self.schedule = Schedule { blocks: further, ..Schedule::new() };
+        self.groups = self.config.groups::<U>();
+    }
+
+    /// Adds the information of a window to that of the windows before it, unless these contradict it.
+    #[inline(never)]
+    fn join_past(&mut self, front: &Front<T, U>) {
+        self.ended = self.ended_with(front);
+        if !front.is_settled || !front.is_explained || front.is_contradicted {
+            return;
+        }
+        let pass = &front.pass;
+        let unit = pass.unit_per_kg_m2;
+        let walk = self.walk_kg_m2();
+        if let Some(past) = &mut self.past {
+            past.walk(walk);
+        }
+        self.drop_contradicted(pass);
+        let (window, sigma) = self.window_alone(pass);
+        let mut window = window;
+        window.rescale(T::one(), T::one() / (sigma * sigma));
+        let past = super::Past::joined(window, &pass.point, unit, self.past.as_ref());
+        if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
+            self.past = Some(past);
+            self.past_age_s = T::zero();
+            self.unit_per_kg_m2 = past.per_kg_m2;
+        }
+    }
+
+    /// Discards earlier windows and the prior where the blocks of a window contradict them. True if it
+    /// did.
+    fn drop_contradicted(&mut self, pass: &Pass<T, U>) -> bool {
+        let (window, sigma) = self.window_alone(pass);
+        let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
+        beliefs.noise_rad_s = sigma;
+        if beliefs.contradiction(&window, &pass.point) <= T::lit(CONTRADICTED) {
+            return false;
+        }
+        self.past = None;
+        self.has_prior = false;
+        self.event = Some(Reset::Changed);
+        true
+    }
+
+    /// Information of the blocks alone on shape and scale, in units of a sample's variance, and the sigma
+    /// of a sample.
+    #[inline(never)]
+    pub(super) fn window_alone(&self, pass: &Pass<T, U>) -> (SquareRootInformation<T, 6>, T) {
+        let mut factor = pass.factor;
+        let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
+        let sigma = self.sigma_of_sample(&pass.residuals);
+        beliefs.noise_rad_s = sigma;
+        beliefs.add_groups(&mut factor, &pass.point);
+        (last_six(&factor), sigma)
+    }
+
+    /// Continues with a new window where the present one ends, with all of its information.
+    ///
+    /// Storage is full of blocks that turn far. The front has taken in all of them: its momentum at the end
+    /// is that at the start of the next window.
+    fn carry_over(&mut self) -> Option<()> {
+        let front = self.front.take()?;
+        self.join_past(&front);
+        let wheels = self.blocks.block(self.blocks.len().checked_sub(1)?)?.wheels_end_n_m_s;
+        self.blocks.clear(T::count(self.config.block_samples));
+        self.open = Stretch { has_torque: self.open.has_torque, ..Stretch::new(wheels) };
+        self.schedule = Schedule::new();
+        Some(())
     }
 }

@@ -24,6 +24,12 @@ const TORQUE_SIGMA_N_M: f64 = 0.1;
 /// Prior sigma of a gyro bias, rad/s: above the bias of a consumer gyro, 3 deg/s.
 const BIAS_SIGMA_RAD_S: f64 = 0.05;
 
+/// Prior sigma of drag rates, 1/s: of objects of a tenth of a metre and a hundred grams in air, 0.1 to
+/// 0.2. In orbit there is none, and it is estimated only where the residuals show it.
+const DRAG_SIGMA_PER_S: f64 = 0.2;
+/// Slices of work after each sample. A pass over 512 blocks then takes 32 samples.
+const SLICES_PER_STEP: u32 = 16;
+
 /// The estimator with the unknowns that the craft asks for.
 pub fn set_up<T: Real, const W: usize>(
     setup: &Setup<'_>,
@@ -50,6 +56,8 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
     }
     config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(TORQUE_SIGMA_N_M));
     config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(BIAS_SIGMA_RAD_S));
+    config.drag_per_s = solve_for.torque.then_some(T::lit(DRAG_SIGMA_PER_S));
+    config.slices_per_step = SLICES_PER_STEP;
     config.is_torque_smooth = setup.craft.filter.is_torque_smooth;
     let block_samples = (SHORTEST_BLOCK_S / setup.sample_period_s).round();
     config.block_samples = config.block_samples.max(block_samples as u32);

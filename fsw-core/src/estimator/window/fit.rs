@@ -1,0 +1,284 @@
+//! Descent of Gauss-Newton: from a first point to the solution, one pass after another.
+//!
+//! After each pass the undamped step decides: its Newton decrement, the decrease of cost that it
+//! promises, ends the descent where it is far below one sigma², and the covariance is that of the
+//! undamped system. A pass whose robust cost exceeds that of the last one is rejected, and the step from
+//! there repeated with damping (Levenberg and Marquardt).
+//!
+//! Several starts are tried in turn until the residuals are explained:
+//!
+//! | attempt | start |
+//! |---|---|
+//! | [`Attempt::Carried`] | solution of the last fit |
+//! | [`Attempt::Linear`] | linear start |
+//! | [`Attempt::Sphere`] | equal moments, with the scale of the linear start |
+//! | [`Attempt::Prior`] | the prior, or earlier windows |
+
+use super::belief::{Beliefs, information_on};
+use super::pass::Pass;
+use super::unknowns::{FIRST_GROUP, Group, Point, shape_of};
+use crate::math::square_root_information::SquareRootInformation;
+use crate::math::{Vec3, largest_component, scalar::Real};
+
+/// Newton decrement that ends a descent, σ²: a thirtieth of a sigma from the minimum.
+const SETTLED: f64 = 1e-3;
+/// Decrement below which steps that no longer shrink end it: rounding, not the model, moves them.
+const NEAR: f64 = 0.3;
+/// Passes of a descent at most. From linear starts of random spacecraft it takes 4 to 8.
+const MOST_PASSES: u8 = 25;
+/// First damping, as a share of each column's norm, and the largest one.
+const FIRST_DAMPING: f64 = 0.01;
+const LARGEST_DAMPING: f64 = 1e4;
+/// Smallest principal moment over the trace of a point that is tried.
+const LEAST_MOMENT: f64 = 1e-5;
+
+/// Start of a descent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Attempt {
+    Carried,
+    Linear,
+    Sphere,
+    Prior,
+    /// The best of the others again, in order to have its factor.
+    Best,
+}
+
+crate::persist!([] enum Attempt { 0 => Carried, 1 => Linear, 2 => Sphere, 3 => Prior, 4 => Best });
+
+/// Descent in progress.
+#[derive(Clone, Copy, Debug)]
+pub struct Descent<T: Real, const U: usize> {
+    pub pass: Pass<T, U>,
+    /// Blocks from the first to before the last one.
+    pub from: usize,
+    pub end: usize,
+    pub attempt: Attempt,
+    /// Point of the linear start, once there is one.
+    pub linear: Option<Point<T>>,
+    /// Accepted point of this attempt and its cost, rad²/s².
+    best: Option<(Point<T>, T)>,
+    /// Solution of an earlier attempt, its cost, and the unit of its scale.
+    pub chosen: Option<(Point<T>, (T, T))>,
+    damping: T,
+    last_decrement: T,
+    is_near: bool,
+    /// True in a pass that repeats the accepted point for a damped step.
+    is_repeated: bool,
+    passes: u8,
+}
+
+crate::persist!([T: Real, const U: usize] Descent<T, U> {
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, passes
+});
+
+/// Consequence of a completed pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Next<T: Real> {
+    /// Another pass about this point.
+    Pass(Point<T>),
+    /// The descent has ended at the point of the pass, settled or not.
+    End {
+        is_settled: bool,
+    },
+    /// The descent has ended, unsettled, and the point of the pass is not the best one.
+    Failed,
+}
+
+impl<T: Real, const U: usize> Descent<T, U> {
+    /// Descent over these blocks, without a first point yet.
+    pub fn new(from: usize, end: usize, attempt: Attempt) -> Self {
+        Self {
+            pass: Pass::blank(),
+            from,
+            end,
+            attempt,
+            linear: None,
+            best: None,
+            chosen: None,
+            damping: T::zero(),
+            last_decrement: T::MAX,
+            is_near: false,
+            is_repeated: false,
+            passes: 0,
+        }
+    }
+
+    /// Begins an attempt anew.
+    pub fn restart(&mut self, attempt: Attempt) {
+        self.attempt = attempt;
+        self.best = None;
+        self.damping = T::zero();
+        self.last_decrement = T::MAX;
+        self.is_near = false;
+        self.is_repeated = false;
+        self.passes = 0;
+    }
+
+    /// Decides after a pass over all blocks.
+    #[inline(never)]
+    pub fn after_pass(&mut self, beliefs: &Beliefs<'_, T>, wheels: &Vec3<T>) -> Next<T> {
+        self.passes = self.passes.saturating_add(1);
+        let cost = self.cost(beliefs);
+        let is_worse = !(cost.is_finite() && self.best.is_none_or(|(_, best)| cost <= best));
+        if is_worse && !self.is_near && !self.is_repeated {
+            return self.reject();
+        }
+        if !self.is_repeated {
+            self.damping = if self.damping < T::lit(1e-3) {
+                T::zero()
+            } else {
+                self.damping * T::lit(0.1)
+            };
+        }
+        self.best = Some((self.pass.point, cost));
+        let Some((step, decrement)) = solve(&self.pass, beliefs, T::zero()) else {
+            return Next::End { is_settled: false };
+        };
+        self.is_near = decrement < T::lit(NEAR) + self.rounding(beliefs);
+        let is_settled = decrement < T::lit(SETTLED)
+            || self.is_near && decrement > T::lit(0.3) * self.last_decrement;
+        if is_settled || self.passes >= MOST_PASSES {
+            return Next::End { is_settled };
+        }
+        if !self.is_repeated {
+            self.last_decrement = decrement;
+        }
+        self.is_repeated = false;
+        self.step(step, beliefs, wheels)
+    }
+
+    /// Robust cost of the pass and its point, rad²/s². Rounding of it is not a decrease.
+    fn cost(&self, beliefs: &Beliefs<'_, T>) -> T {
+        let cost = self.pass.residuals.cost + beliefs.cost::<U>(&self.pass.point);
+        cost * (T::one() - T::EPSILON * T::lit(64.0))
+    }
+
+    /// Goes back to the accepted point, with more damping.
+    fn reject(&mut self) -> Next<T> {
+        let Some((point, _)) = self.best else { return Next::Failed };
+        let first = T::lit(FIRST_DAMPING);
+        self.damping = if self.damping < first { first } else { self.damping * T::lit(10.0) };
+        self.is_repeated = true;
+        if self.damping > T::lit(LARGEST_DAMPING) || self.passes >= MOST_PASSES {
+            return Next::Failed;
+        }
+        Next::Pass(point)
+    }
+
+    /// The next point: by the undamped step, or by one with the present damping and more until its
+    /// tensor is positive definite.
+    fn step(&mut self, newton: [T; U], beliefs: &Beliefs<'_, T>, wheels: &Vec3<T>) -> Next<T> {
+        let mut step = newton;
+        for _ in 0..8 {
+            if self.damping > T::zero()
+                && let Some((damped, _)) = solve(&self.pass, beliefs, self.damping)
+            {
+                step = damped;
+            }
+            let point = self.pass.point_after(&step, wheels);
+            if is_usable(&point) {
+                return Next::Pass(point);
+            }
+            let first = T::lit(FIRST_DAMPING);
+            self.damping = if self.damping < first { first } else { self.damping * T::lit(10.0) };
+        }
+        Next::End { is_settled: false }
+    }
+
+    /// Decrement that rounding of the unknowns alone makes, σ².
+    fn rounding(&self, beliefs: &Beliefs<'_, T>) -> T {
+        let factor = &self.pass.factor;
+        let size = |column: usize| match column {
+            0..FIRST_GROUP => largest_component(&self.pass.point.momentum),
+            _ => T::lit(0.3),
+        };
+        let mut sum = T::zero();
+        for column in (0..FIRST_GROUP).chain(shape_of(U)..shape_of(U) + 5) {
+            let rounded = size(column) * T::EPSILON;
+            sum += information_on(factor, column) * rounded * rounded;
+        }
+        sum / (beliefs.noise_rad_s * beliefs.noise_rad_s)
+    }
+}
+
+/// True for a point whose tensor is positive definite with a margin, and all of it finite.
+fn is_usable<T: Real>(point: &Point<T>) -> bool {
+    let least = T::lit(LEAST_MOMENT);
+    let [xx, yy, zz, xy, xz, yz] = point.over_trace();
+    let inside = [xx - least, yy - least, zz - least, xy, xz, yz];
+    crate::tensor::Inertia::new(inside).is_positive_definite()
+        && point.momentum.iter().all(|x| x.is_finite())
+        && point.group.iter().all(|g| g.iter().all(|x| x.is_finite()))
+}
+
+/// Step of a pass with all beliefs, damped by a share of each column's norm, and its Newton decrement in
+/// σ².
+#[inline(never)]
+fn solve<T: Real, const U: usize>(
+    pass: &Pass<T, U>,
+    beliefs: &Beliefs<'_, T>,
+    damping: T,
+) -> Option<([T; U], T)> {
+    let mut factor = pass.factor;
+    beliefs.add(&mut factor, &pass.point);
+    if damping > T::zero() {
+        damp(&mut factor, damping);
+    }
+    let step = factor.solve()?;
+    let mut decrement = T::zero();
+    for i in 0..U {
+        let d = factor.right_hand_side[i];
+        decrement += factor.factor[i][i] * d * d;
+    }
+    Some((step, decrement / (beliefs.noise_rad_s * beliefs.noise_rad_s)))
+}
+
+/// Adds `damping²` times the information on each unknown with all others known.
+fn damp<T: Real, const U: usize>(factor: &mut SquareRootInformation<T, U>, damping: T) {
+    let mut information = [T::zero(); U];
+    for (column, of_column) in information.iter_mut().enumerate() {
+        *of_column = information_on(factor, column) * (damping * damping);
+    }
+    for (column, of_column) in information.into_iter().enumerate() {
+        let mut row = [T::zero(); U];
+        row[column] = T::one();
+        factor.add_weighted(&row, T::zero(), of_column);
+    }
+}
+
+impl<T: Real, const U: usize> Pass<T, U> {
+    /// The point after a step.
+    ///
+    /// The rate at the start, not the momentum, moves linearly: momentum follows from the new tensor and
+    /// that rate, `m = n ω₀ + x w`. It is the rate that the data determine, whatever the tensor.
+    pub fn point_after(&self, step: &[T; U], wheels: &Vec3<T>) -> Point<T> {
+        let model = &self.trajectory.model;
+        let mut rate = model.rate_rad_s(&self.point.momentum, wheels);
+        let before = rate;
+        let offset = model.offset_of(Group::Bias);
+        for axis in 0..3 {
+            let mut row = self.trajectory.sensitivity_at_start(&before, wheels, axis);
+            if let Some(offset) = offset {
+                row[offset + axis] = T::zero();
+            }
+            for column in 0..U {
+                rate[axis] += row[column] * step[column];
+            }
+        }
+        let mut point = self.point.stepped(step);
+        point.momentum = momentum_of(&point, &rate, wheels);
+        point
+    }
+
+    /// Step towards the solution, and the factor with all beliefs.
+    pub fn solution(&self, beliefs: &Beliefs<'_, T>) -> Option<[T; U]> {
+        solve(self, beliefs, T::zero()).map(|(step, _)| step)
+    }
+}
+
+/// `m = n ω + x w`, rad/s.
+pub fn momentum_of<T: Real>(point: &Point<T>, rate: &Vec3<T>, wheels: &Vec3<T>) -> Vec3<T> {
+    let n = crate::tensor::Inertia::new(point.over_trace()).matrix_kg_m2();
+    n * rate + wheels * point.scale
+}
+
