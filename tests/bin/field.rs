@@ -78,7 +78,7 @@ fn main() -> Result<ExitCode> {
         for c in &campaigns {
             let held = if c.held { "held" } else { "" };
             println!(
-                "{:>2}  {:<44} {:>6} runs, small {:>4}  {held}",
+                "{:>2}  {:<50} {:>6} runs, small {:>4}  {held}",
                 c.item, c.name, c.runs, c.small
             );
         }

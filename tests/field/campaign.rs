@@ -83,6 +83,8 @@ pub enum Check {
 pub struct Limits {
     /// Least share of runs with status converged.
     pub converged: Option<f64>,
+    /// Least share of runs with status converged or partial.
+    pub found: Option<f64>,
     /// Largest share of runs with status diverged.
     pub diverged: Option<f64>,
     /// Largest RMS error over bound, of the worst element.
@@ -93,6 +95,8 @@ pub struct Limits {
     pub over_reference: Option<f64>,
     /// Least share of the visible faults that are counted as rejected samples or resets.
     pub told: Option<f64>,
+    /// Most samples of one run that are rejected as out of order.
+    pub out_of_order: Option<u32>,
     /// Largest share of runs with a change or lockout reset.
     pub changes: Option<f64>,
     /// Largest share of runs with an unannounced wrong estimate.
@@ -107,11 +111,13 @@ impl Limits {
     /// No unannounced wrong estimate, no other limit.
     pub const HONEST: Self = Self {
         converged: None,
+        found: None,
         diverged: None,
         over_bound: None,
         nees: None,
         over_reference: None,
         told: None,
+        out_of_order: None,
         changes: None,
         silent: 0.0,
         wrong_s: None,

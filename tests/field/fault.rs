@@ -29,8 +29,9 @@ const VISIBLE_SIGMAS: f64 = 20.0;
 const GARBAGE_RAD_S: f64 = 1.0;
 /// Largest wheel speed of garbage, rad/s.
 const GARBAGE_WHEEL_RAD_S: f64 = 600.0;
-/// Time from the origin to the first sample where a clock is set back, µs: one day.
-const ORIGIN_US: u64 = 86_400_000_000;
+/// Jump of a corrupted stamp, and time from the origin to the first sample where a clock is set back,
+/// µs: one day.
+const DAY_US: u64 = 86_400_000_000;
 
 /// Reading of a bad frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,9 +57,9 @@ pub enum Fault {
     Outliers(f64),
     /// Zeros in bursts of up to 20 samples, this share of the samples in all.
     ZeroBursts(f64),
-    /// One time stamp at a random instant is a day ahead.
+    /// One time stamp at a random instant of the first half is a day ahead.
     StampAhead,
-    /// The clock is set back by this time at a random instant, s.
+    /// The clock is set back by this time at a random instant of the first half, s.
     ClockBack(f64),
     /// Uniform random rates within ±1 rad/s, from the first to the second time, s.
     GyroGarbage([f64; 2]),
@@ -97,14 +98,14 @@ impl Fault {
             Self::Outliers(share) => outliers(rows, share, gyro, &mut random),
             Self::ZeroBursts(share) => zero_bursts(rows, share, gyro, &mut random),
             Self::StampAhead => {
-                let at = random.random_range(0..rows.len());
-                rows[at].time_us += 86_400_000_000;
+                let at = in_first_half(rows, &mut random);
+                rows[at].time_us += DAY_US;
                 true
             }
             Self::ClockBack(by_s) => {
-                let at = random.random_range(1..rows.len().max(2));
+                let at = in_first_half(rows, &mut random);
                 let back_us = (by_s * 1e6) as u64;
-                rows.iter_mut().for_each(|row| row.time_us += ORIGIN_US);
+                rows.iter_mut().for_each(|row| row.time_us += DAY_US);
                 rows.iter_mut().skip(at).for_each(|row| row.time_us -= back_us);
                 true
             }
@@ -148,6 +149,11 @@ fn step(gyro: Gyro, random: &mut Pcg64) -> Vector3<f64> {
     let mut step = Vector3::zeros();
     step[random.random_range(0..3)] = sign * sigmas * gyro.noise_rad_s;
     step
+}
+
+/// A random sample of the first half, not the first one.
+fn in_first_half(rows: &[LogRow], random: &mut Pcg64) -> usize {
+    random.random_range(1..(rows.len() / 2).max(2)).min(rows.len() - 1)
 }
 
 fn outliers(rows: &mut [LogRow], share: f64, gyro: Gyro, random: &mut Pcg64) -> bool {

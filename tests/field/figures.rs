@@ -36,6 +36,8 @@ pub struct Figures {
     pub over_reference: Option<f64>,
     /// Number of runs with a visible fault, and of those that count it.
     pub visible: [usize; 2],
+    /// Most samples of one run that are rejected as out of order.
+    pub out_of_order: u32,
     /// Number of runs with a change or lockout reset.
     pub changed: usize,
     /// Longest time from the event to the last unannounced wrong estimate, s.
@@ -93,6 +95,7 @@ impl Figures {
         self.visible[1] += usize::from(run.is_visible && run.is_told());
         let resets = run.counts.change_resets + run.counts.lockout_resets;
         self.changed += usize::from(resets > 0);
+        self.out_of_order = self.out_of_order.max(run.counts.out_of_order);
         self.disagree += usize::from(run.extra.disagrees);
         self.wrong_s = self.wrong_s.max(run.extra.wrong_s);
         self.recovery_s = self.recovery_s.max(run.extra.recovery_s);
@@ -123,7 +126,7 @@ impl Figures {
 
     /// The limits that these figures miss, each in a few words.
     pub fn missed(&self, campaign: &Campaign) -> Vec<String> {
-        let Limits { converged, diverged, over_bound, nees, .. } = campaign.limits;
+        let Limits { converged, found, diverged, over_bound, nees, .. } = campaign.limits;
         let share = |count: usize| count as f64 / self.runs.max(1) as f64;
         let scatter = self.scatter(campaign);
         let mut missed = self.missed_of_the_check(campaign);
@@ -135,6 +138,10 @@ impl Figures {
         check(self.failed == 0, format!("{} failed", self.failed));
         if let Some(least) = converged {
             check(share(self.status[0]) >= least, format!("converged < {least}"));
+        }
+        if let Some(least) = found {
+            let holds = share(self.status[0] + self.status[1]) >= least;
+            check(holds, format!("found < {least}"));
         }
         if let Some(most) = diverged {
             check(share(self.status[3]) <= most, format!("diverged > {most}"));
@@ -155,8 +162,8 @@ impl Figures {
 
     /// Missed limits of comparison, fault and time.
     fn missed_of_the_check(&self, campaign: &Campaign) -> Vec<String> {
-        let Limits { over_reference, told, changes, silent, wrong_s, recovery_s, .. } =
-            campaign.limits;
+        let Limits { over_reference, told, out_of_order, changes, silent, .. } = campaign.limits;
+        let Limits { wrong_s, recovery_s, .. } = campaign.limits;
         let share = |count: usize| count as f64 / self.runs.max(1) as f64;
         let mut missed = Vec::new();
         let mut check = |holds: bool, text: String| {
@@ -175,6 +182,10 @@ impl Figures {
         let [visible, told_of_them] = self.visible;
         if let Some(least) = told {
             check(told_of_them as f64 >= least * visible as f64, format!("told < {least}"));
+        }
+        if let Some(most) = out_of_order {
+            let found = self.out_of_order;
+            check(found <= most, format!("{found} out of order > {most}"));
         }
         if let Some(most) = changes {
             check(share(self.changed) <= most, format!("changes > {most}"));

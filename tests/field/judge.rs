@@ -1,6 +1,8 @@
 //! Judgement of one estimate: right, announced as wrong, or wrong unannounced.
 
 use fsw_core::{Estimate, Status};
+use host_sim::campaign::Reference;
+use host_sim::input::craft::Prior;
 
 /// Error that is allowed besides the sigmas, as a share of the mean moment of inertia, where an
 /// estimate is judged before the end of its log.
@@ -8,6 +10,13 @@ pub const SHARE_IN_FLIGHT: f64 = 0.02;
 
 /// Errors of a usable estimate in sigmas, on any element.
 pub const MAX_SIGMAS: f64 = 5.0;
+
+/// Least sigma of an unobserved trace over that of the prior, with an allowance for rounding.
+const LEAST_SCALE_SIGMA: f64 = 0.98;
+/// Least sigma over bound.
+const LEAST_OVER_BOUND: f64 = 0.9;
+/// Rounding error of a ratio to the trace in single precision, and of its conversion.
+const RATIO_ROUNDING: f64 = 1e-6;
 
 /// One estimate compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,12 +44,59 @@ pub fn judge(estimate: &Estimate<f64>, truth_kg_m2: &[f64; 6], share: f64) -> Ju
 }
 
 /// Mean moment of inertia, kg m².
-pub fn mean_moment_kg_m2(elements_kg_m2: &[f64; 6]) -> f64 {
+fn mean_moment_kg_m2(elements_kg_m2: &[f64; 6]) -> f64 {
     elements_kg_m2[..3].iter().sum::<f64>() / 3.0
 }
 
-/// Trace of the tensor and its sigma, kg m².
-pub fn trace_kg_m2(estimate: &Estimate<f64>) -> (f64, f64) {
+/// True if a motion without information on the scale is said to have some: the scale is called
+/// observed, or the sigma of the trace is below that of the prior; or the ratios are wrong, see
+/// [`claims_ratios`].
+///
+/// On a body of the true ratios `n`, a prior with sigmas `σᵢ` leaves the trace with the sigma
+/// `1 / √(Σ nᵢ² / σᵢ²)`. Without a prior the sigma must not be below the trace itself.
+pub fn claims_scale(
+    estimate: &Estimate<f64>,
+    truth_kg_m2: &[f64; 6],
+    prior: Option<&Prior>,
+) -> bool {
     let variance = estimate.covariance_kg2_m4.fixed_view::<3, 3>(0, 0).sum();
-    (estimate.inertia.trace_kg_m2(), variance.max(0.0).sqrt())
+    let ratios = over_trace(truth_kg_m2);
+    let least = match prior {
+        Some(prior) => {
+            let information = (0..6).map(|i| (ratios[i] / prior.sigma_kg_m2[i]).powi(2));
+            1.0 / information.sum::<f64>().sqrt()
+        }
+        None => estimate.inertia.trace_kg_m2().abs(),
+    };
+    let is_uncertain = variance.max(0.0).sqrt() >= LEAST_SCALE_SIGMA * least;
+    estimate.observed.scale
+        || estimate.observed.directions == 6
+        || !is_uncertain
+        || claims_ratios(estimate, truth_kg_m2)
+}
+
+/// True if five directions are observed, the residuals are not called other than white, and a ratio to
+/// the trace is beyond 5 of its sigmas.
+pub fn claims_ratios(estimate: &Estimate<f64>, truth_kg_m2: &[f64; 6]) -> bool {
+    let truth = over_trace(truth_kg_m2);
+    let (ratio, sigma) = estimate.over_trace();
+    let is_within =
+        |i: usize| (ratio[i] - truth[i]).abs() <= MAX_SIGMAS * sigma[i] + RATIO_ROUNDING;
+    estimate.observed.directions == 5
+        && estimate.residuals_white != Some(false)
+        && !(0..6).all(is_within)
+}
+
+/// True if a sigma is below nine tenths of the bound; of the mean moment where there is no bound.
+pub fn claims_below_bound(estimate: &Estimate<f64>, reference: &Reference) -> bool {
+    let mean = mean_moment_kg_m2(&reference.truth_kg_m2);
+    let sigma = estimate.sigma_kg_m2();
+    let least = |i: usize| LEAST_OVER_BOUND * reference.bound_kg_m2[i].unwrap_or(mean);
+    !(0..6).all(|i| sigma[i] >= least(i))
+}
+
+/// Elements over the trace.
+fn over_trace(elements_kg_m2: &[f64; 6]) -> [f64; 6] {
+    let trace: f64 = elements_kg_m2[..3].iter().sum();
+    elements_kg_m2.map(|j| j / trace)
 }

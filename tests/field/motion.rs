@@ -18,7 +18,7 @@ pub enum Source {
     /// A scenario, with the truths and bounds of the simulator.
     Scenario(Box<Scenario>),
     /// A body, a gyro and a tumble of its own for each seed, without bound.
-    Tumbles(Tumbles),
+    Tumbles(Box<Tumbles>),
 }
 
 /// Truths of a campaign, simulated once.
@@ -26,7 +26,7 @@ pub enum Motions {
     /// Of the simulator.
     Simulated(Box<Scenario>, Arc<Truths>),
     /// Drawn with the run.
-    Drawn(Tumbles),
+    Drawn(Box<Tumbles>),
 }
 
 /// Scenario and truth of one run.

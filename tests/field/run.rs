@@ -12,7 +12,9 @@ use host_sim::simulation::log_of;
 use super::batch_fit::{self, Scale};
 use super::campaign::{Campaign, Check, MAX_WRONG_S, StatedNoise};
 use super::fault::Gyro;
-use super::judge::{Judgement, MAX_SIGMAS, SHARE_IN_FLIGHT, judge, mean_moment_kg_m2, trace_kg_m2};
+use super::judge::{
+    Judgement, SHARE_IN_FLIGHT, claims_below_bound, claims_ratios, claims_scale, judge,
+};
 use super::motion::{Motion, Motions};
 
 /// Largest sigma of an element that a record determines, as a share of its range: the moment itself,
@@ -22,10 +24,6 @@ const COMPARABLE_SHARE: f64 = 0.5;
 const MOST_SIGMAS: f64 = 1000.0;
 /// Difference of the two precisions, in sigmas, within which they agree.
 const AGREEMENT_SIGMAS: f64 = 0.5;
-/// Least sigma of the trace over that of the prior, with an allowance for rounding.
-const LEAST_SCALE_SIGMA: f64 = 0.98;
-/// Least sigma over bound where wheels turn freely.
-const LEAST_OVER_BOUND: f64 = 0.9;
 
 /// Result of one flight.
 #[derive(Clone, Debug)]
@@ -217,8 +215,14 @@ impl Flown<'_> {
             Check::Double => self.compare_precisions(rows, estimate, extra)?,
             Check::BatchFit(scale) => self.compare_with_fit(rows, estimate, scale, extra),
             Check::Prefixes(every) => self.judge_prefixes(rows, every, extra)?,
-            Check::NoScale => extra.silent += u32::from(self.claims_scale(estimate)),
-            Check::WithinBound => extra.silent += u32::from(self.claims_below_bound(estimate)),
+            Check::NoScale => {
+                let prior = self.craft.prior.as_ref();
+                extra.silent += u32::from(claims_scale(estimate, self.truth_kg_m2(), prior));
+            }
+            Check::WithinBound => {
+                let reference = &self.motion.truth.reference;
+                extra.silent += u32::from(claims_below_bound(estimate, reference));
+            }
             Check::NoInformation => {
                 extra.silent = u32::from(estimate.observed.directions > 0);
             }
@@ -277,7 +281,7 @@ impl Flown<'_> {
             Scale::Observed => 1.0,
             Scale::Unobserved => {
                 let trace = truth[..3].iter().sum::<f64>();
-                extra.silent += u32::from(self.claims_ratios(estimate));
+                extra.silent += u32::from(claims_ratios(estimate, truth));
                 trace / estimate.inertia.trace_kg_m2()
             }
         };
@@ -308,53 +312,10 @@ impl Flown<'_> {
         }
         Ok(())
     }
-
-    /// The scale is called observed, or its sigma is below that of the prior on a body of the true
-    /// ratios `n`: `1 / √(Σ nᵢ² / σᵢ²)`; without a prior, below the trace itself.
-    fn claims_scale(&self, estimate: &Estimate<f64>) -> bool {
-        let (trace, sigma) = trace_kg_m2(estimate);
-        let truth = self.truth_kg_m2();
-        let true_trace: f64 = truth[..3].iter().sum();
-        let least = match &self.craft.prior {
-            Some(prior) => {
-                let information =
-                    (0..6).map(|i| square_exact(truth[i] / true_trace / prior.sigma_kg_m2[i]));
-                1.0 / information.sum::<f64>().sqrt()
-            }
-            None => trace.abs(),
-        };
-        estimate.observed.scale
-            || estimate.observed.directions == 6
-            || !(sigma >= LEAST_SCALE_SIGMA * least)
-            || self.claims_ratios(estimate)
-    }
-
-    /// Five directions are observed, and a ratio to the trace is beyond 5 of its sigmas.
-    fn claims_ratios(&self, estimate: &Estimate<f64>) -> bool {
-        let truth = self.truth_kg_m2();
-        let true_trace: f64 = truth[..3].iter().sum();
-        let (ratio, sigma) = estimate.over_trace();
-        let is_within =
-            |i: usize| (ratio[i] - truth[i] / true_trace).abs() <= MAX_SIGMAS * sigma[i] + 1e-6;
-        estimate.observed.directions == 5
-            && estimate.residuals_white != Some(false)
-            && !(0..6).all(is_within)
-    }
-
-    /// A sigma is below nine tenths of the bound; of the mean moment where there is no bound.
-    fn claims_below_bound(&self, estimate: &Estimate<f64>) -> bool {
-        let bound = self.motion.truth.reference.bound_kg_m2;
-        let mean = mean_moment_kg_m2(self.truth_kg_m2());
-        let sigma = estimate.sigma_kg_m2();
-        (0..6).any(|i| !(sigma[i] >= LEAST_OVER_BOUND * bound[i].unwrap_or(mean)))
-    }
 }
 
 /// Square, at most that of [`MOST_SIGMAS`]; also for NaN.
 fn square(x: f64) -> f64 {
-    square_exact(x.abs().min(MOST_SIGMAS))
-}
-
-fn square_exact(x: f64) -> f64 {
-    x * x
+    let limited = x.abs().min(MOST_SIGMAS);
+    limited * limited
 }

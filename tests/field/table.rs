@@ -8,7 +8,7 @@ use super::figures::Figures;
 use super::run::Run;
 
 /// Width of the name of a campaign.
-const NAME: usize = 44;
+const NAME: usize = 50;
 
 /// The two lines above the table.
 pub fn head() -> String {

@@ -2,14 +2,17 @@
 //! manoeuvre with a stated random walk.
 
 use anyhow::Result;
+use host_sim::input::scenario::change::SuddenChange;
 
 use super::super::campaign::{Campaign, Check, Limits, MAX_WRONG_S};
-use super::super::scenarios::{Pyramid, periodic, source};
+use super::super::scenarios::{Pyramid, built_in, periodic, source};
 
 /// Motion, s.
 const MOTION_S: f64 = 180.0;
-/// Time of the change, s.
+/// Time of the change in the motion of the wheels, the slew and the spin-up, s.
 const CHANGE_S: f64 = 60.0;
+const SLEW_CHANGE_S: f64 = 30.0;
+const SPIN_UP_CHANGE_S: f64 = 300.0;
 /// Mean moment of the CubeSat, kg m².
 const MEAN_MOMENT_KG_M2: f64 = 0.0933;
 /// Period of the periodic inertia, s, and step of its approximation, s.
@@ -28,32 +31,41 @@ pub fn list() -> Result<Vec<Campaign>> {
 /// +2 to +20 % of one moment, or of all elements.
 fn sudden() -> Result<Vec<Campaign>> {
     let mut list = Vec::new();
-    for percent in [2.0, 5.0, 10.0, 20.0] {
-        let factor = 1.0 + percent / 100.0;
-        for (kind, factors) in [("jyy", [1.0, factor, 1.0, 1.0, 1.0, 1.0]), ("all", [factor; 6])] {
-            let tables =
-                format!("[[change]]\ntime_s = {CHANGE_S:?}\ninertia_factor = {factors:?}\n");
-            let flight = Pyramid { motion_s: MOTION_S, tables: &tables, ..Pyramid::PLAIN };
-            list.push(Campaign {
-                check: Check::EachSecond([CHANGE_S, CHANGE_S]),
-                small: 4,
-                limits: Limits {
-                    converged: Some(0.99),
-                    diverged: Some(0.0),
-                    wrong_s: Some(MAX_WRONG_S),
-                    ..Limits::HONEST
-                },
-                ..Campaign::new(
-                    9,
-                    format!("change/{kind}+{percent}%"),
-                    source(flight.scenario()?),
-                    RUNS,
-                )
-            });
+    let wheels = Pyramid { motion_s: MOTION_S, ..Pyramid::PLAIN }.scenario()?;
+    let motions = [
+        ("wheels", CHANGE_S, wheels),
+        ("slew", SLEW_CHANGE_S, built_in("microsat-slew")?),
+        ("spin-up", SPIN_UP_CHANGE_S, built_in("stsat3-spin-up")?),
+    ];
+    for (motion, time_s, scenario) in motions {
+        for percent in [2.0, 5.0, 10.0, 20.0] {
+            let factor = 1.0 + percent / 100.0;
+            for (kind, factors) in
+                [("jyy", [1.0, factor, 1.0, 1.0, 1.0, 1.0]), ("all", [factor; 6])]
+            {
+                let before = scenario.spacecraft.inertia_kg_m2;
+                let inertia_kg_m2 = std::array::from_fn(|i| factors[i] * before[i]);
+                let mut changed = scenario.clone();
+                changed.changes.sudden = vec![SuddenChange { time_s, inertia_kg_m2 }];
+                let name = format!("change/{motion}-{kind}+{percent}%");
+                list.push(Campaign {
+                    check: Check::EachSecond([time_s, time_s]),
+                    small: 4,
+                    limits: SUDDEN,
+                    ..Campaign::new(9, name, source(changed), RUNS)
+                });
+            }
         }
     }
     Ok(list)
 }
+
+const SUDDEN: Limits = Limits {
+    converged: Some(0.99),
+    diverged: Some(0.0),
+    wrong_s: Some(MAX_WRONG_S),
+    ..Limits::HONEST
+};
 
 /// Linear drift of 1 to 5 %, and a periodic one of 3 %, within a manoeuvre of two minutes, with the
 /// random walk that reaches as far in that time.
@@ -72,7 +84,8 @@ fn gradual() -> Result<Vec<Campaign>> {
         let flight = Pyramid { motion_s: duration_s, tables: &tables, ..Pyramid::PLAIN };
         scenarios.push((format!("drift/linear-{percent}%"), flight.scenario()?));
     }
-    let tables = walk(0.03 * 4.0);
+    // Three per cent within a quarter of the period.
+    let tables = walk(0.03 * f64::sqrt(4.0 * duration_s / PERIOD_S[0]));
     let flight = Pyramid { motion_s: duration_s, tables: &tables, ..Pyramid::PLAIN };
     let [period_s, step_s] = PERIOD_S;
     let oscillating = periodic(flight.scenario()?, 0.03, period_s, step_s);

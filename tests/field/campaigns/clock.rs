@@ -16,6 +16,9 @@ const LONG_FAULT_S: [f64; 2] = [100.0, 120.0];
 /// Longest time from the end of a fault until the estimate is right for good, s.
 const RECOVERY_S: f64 = 60.0;
 
+/// Samples after which a clock that was set is followed.
+const MAX_OUT_OF_ORDER: u32 = 20;
+
 /// Number of unknowns, and the table that asks for them.
 const UNKNOWNS: [(u8, &str); 3] = [
     (9, ""),
@@ -46,7 +49,11 @@ pub fn list() -> Result<Vec<Campaign>> {
             list.push(Campaign {
                 fault,
                 small: 4,
-                limits: Limits { over_bound: Some(1.5), ..LIMITS },
+                limits: Limits {
+                    over_bound: Some(1.5),
+                    out_of_order: Some(MAX_OUT_OF_ORDER),
+                    ..LIMITS
+                },
                 ..Campaign::new(
                     11,
                     format!("clock/{name}-{unknowns}"),

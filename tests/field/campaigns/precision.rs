@@ -58,6 +58,7 @@ fn without_prior() -> Result<Vec<Campaign>> {
             let is_observed = motion == "wheels" || !torque;
             let limits = Limits {
                 converged: is_observed.then_some(0.999),
+                found: Some(0.999),
                 diverged: Some(0.0),
                 over_bound: is_observed.then_some(1.08),
                 nees: is_observed.then_some([0.8, 1.2]),

@@ -32,7 +32,12 @@ pub fn list() -> Result<Vec<Campaign>> {
                 precisions: SINGLE,
                 small,
                 limits: Limits { converged: None, diverged: Some(0.0), ..Limits::HONEST },
-                ..Campaign::new(4, format!("tumble/{name}-{prior}"), Source::Tumbles(tumbles), runs)
+                ..Campaign::new(
+                    4,
+                    format!("tumble/{name}-{prior}"),
+                    Source::Tumbles(Box::new(tumbles)),
+                    runs,
+                )
             });
         }
     }
