@@ -2,6 +2,7 @@
 //!
 //! | module | input | output |
 //! |---|---|---|
+//! | [`outliers`] | raw gyro samples | accepted, or refused and bridged; gyro noise |
 //! | [`innovation`] | innovations and their variances | consistent or not; residual RMS |
 //! | [`spikes`] | squared test ratio of each innovation | accept, reject, lock out |
 //! | [`observability`] | covariance, range before the data | observed directions, 0 to 6 |
@@ -13,4 +14,5 @@
 pub mod innovation;
 pub mod nearest_physical;
 pub mod observability;
+pub mod outliers;
 pub mod spikes;

@@ -12,6 +12,8 @@ use crate::input::log::LogRow;
 pub trait AnyEstimator {
     /// Processes one sample.
     fn step(&mut self, row: &LogRow) -> Outcome;
+    /// Completes the work that is due on the samples so far: for the end of a log.
+    fn finish(&mut self);
     /// Estimate after the last sample.
     fn estimate(&self) -> Estimate<f64>;
     /// Filtered body rate, rad/s.
@@ -93,6 +95,10 @@ impl<T: Real, E: Estimator<T, W>, const W: usize> AnyEstimator for Adapter<T, E,
             torque_n_m: narrow(&row.torque_n_m),
             attitude: row.attitude.map(|q| Quaternion::new(q.map(T::lit))),
         })
+    }
+
+    fn finish(&mut self) {
+        self.estimator.finish();
     }
 
     fn estimate(&self) -> Estimate<f64> {

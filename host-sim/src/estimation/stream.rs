@@ -10,7 +10,7 @@ use crate::input::log::LogRow;
 pub struct EstimationResult {
     /// Number of samples by outcome.
     pub counts: OutcomeCounts,
-    /// Estimate after the last sample.
+    /// Estimate after the last sample, with the work completed that was due.
     pub estimate: Estimate<f64>,
 }
 
@@ -21,7 +21,7 @@ impl EstimationResult {
     }
 }
 
-/// Streams the rows of a log through an estimator. `observe` is called after each row with the
+/// Streams the rows of a log through an estimator, which then completes its work. `observe` is called after each row with the
 /// row, its outcome and the estimator.
 pub fn estimate_log(
     rows: &[LogRow],
@@ -34,12 +34,15 @@ pub fn estimate_log(
         counts.add(&outcome);
         observe(row, &outcome, estimator.as_ref());
     }
+    estimator.finish();
     EstimationResult { counts, estimate: estimator.estimate() }
 }
 
-/// Median time between samples, s; zero for a single sample.
+/// Median time between samples, s; zero for a single sample. A clock set back counts as the time by
+/// which it was set.
 pub(super) fn median_period_s(rows: &[LogRow]) -> f64 {
-    let mut periods: Vec<u64> = rows.windows(2).map(|w| w[1].time_us - w[0].time_us).collect();
+    let mut periods: Vec<u64> =
+        rows.windows(2).map(|w| w[1].time_us.abs_diff(w[0].time_us)).collect();
     periods.sort_unstable();
     periods.get(periods.len() / 2).map_or(0.0, |us| *us as f64 * 1e-6)
 }

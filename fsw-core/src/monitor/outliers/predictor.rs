@@ -1,0 +1,139 @@
+//! Prediction of a reading from its neighbours: the interpolating polynomial at one instant.
+//!
+//! Times are relative to that instant, s. Neighbours on both sides interpolate, on one side they
+//! extrapolate.
+
+use crate::math::{Vec3, scalar::Real};
+
+/// Reading of the gyro and its time relative to the sample in question.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reading<T: Real> {
+    /// Time, s: negative before the sample.
+    pub(super) time_s: T,
+    /// Rate, rad/s.
+    pub(super) rate_rad_s: Vec3<T>,
+}
+
+crate::persist!([T: Real] Reading<T> { time_s, rate_rad_s });
+
+impl<T: Real> Reading<T> {
+    /// Zero rate at the instant of the sample.
+    pub(super) fn zero() -> Self {
+        Self { time_s: T::zero(), rate_rad_s: Vec3::zeros() }
+    }
+}
+
+/// Polynomial through N readings, evaluated at time zero.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Predictor<T: Real, const N: usize> {
+    /// Weight of each reading.
+    weight: [T; N],
+    /// Variance of reading minus prediction, relative to that of a reading.
+    pub(super) squared_gain: T,
+}
+
+impl<T: Real, const N: usize> Predictor<T, N> {
+    /// Lagrange's weights `cᵢ = Πₖ tₖ / (tₖ − tᵢ)` over `k ≠ i`, gain `1 + Σ cᵢ²`.
+    ///
+    /// `None` where two times are equal.
+    #[inline(always)] // the loops unroll: half of the instructions
+    pub(super) fn through(readings: [&Reading<T>; N]) -> Option<Self> {
+        let mut weight = [T::one(); N];
+        let mut squared_gain = T::one();
+        for i in 0..N {
+            let (mut numerator, mut denominator) = (T::one(), T::one());
+            for k in 0..N {
+                if k != i {
+                    numerator *= readings[k].time_s;
+                    denominator *= readings[k].time_s - readings[i].time_s;
+                }
+            }
+            weight[i] = numerator / denominator;
+            squared_gain += weight[i] * weight[i];
+        }
+        squared_gain.is_finite().then_some(Self { weight, squared_gain })
+    }
+
+    /// Prediction minus `about`, rad/s: `Σ cᵢ (ωᵢ − about)`.
+    ///
+    /// Differences keep it exactly zero for readings that repeat.
+    #[inline(always)]
+    pub(super) fn offset_rad_s(&self, readings: [&Reading<T>; N], about: &Vec3<T>) -> Vec3<T> {
+        let mut offset = Vec3::zeros();
+        for i in 0..N {
+            offset += (readings[i].rate_rad_s - about) * self.weight[i];
+        }
+        offset
+    }
+}
+
+/// The last two accepted readings, latest first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct History<T: Real> {
+    /// Number of readings, 0 to 2.
+    count: u8,
+    readings: [Reading<T>; 2],
+}
+
+crate::persist!([T: Real] History<T> { count, readings } if |this| this.count <= 2);
+
+impl<T: Real> History<T> {
+    /// No reading.
+    pub(super) fn empty() -> Self {
+        Self { count: 0, readings: [Reading::zero(); 2] }
+    }
+
+    /// Moves the origin of the times by one interval, s.
+    pub(super) fn advance(&mut self, elapsed_s: T) {
+        for reading in &mut self.readings {
+            reading.time_s -= elapsed_s;
+        }
+    }
+
+    /// Adds an accepted reading at the present instant.
+    pub(super) fn add(&mut self, rate_rad_s: &Vec3<T>) {
+        let [latest, _] = self.readings;
+        self.readings = [Reading { time_s: T::zero(), rate_rad_s: *rate_rad_s }, latest];
+        self.count = self.count.saturating_add(1).min(2);
+    }
+
+    /// Both readings, latest first.
+    pub(super) fn pair(&self) -> Option<&[Reading<T>; 2]> {
+        (self.count >= 2).then_some(&self.readings)
+    }
+
+    /// The latest reading.
+    pub(super) fn latest(&self) -> Option<&Reading<T>> {
+        (self.count >= 1).then_some(&self.readings[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(time_s: f64, x: f64) -> Reading<f64> {
+        Reading { time_s, rate_rad_s: Vec3::new(x, 0.0, 0.0) }
+    }
+
+    /// `x = 1 + 2 t + 3 t² − t³` at uneven times.
+    #[test]
+    fn four_readings_predict_a_cubic() {
+        let x = |t: f64| 1.0 + t * (2.0 + t * (3.0 - t));
+        let readings = [-0.3, -0.1, 0.15, 0.2].map(|t| at(t, x(t)));
+        let four = readings.each_ref();
+        let predictor = Predictor::through(four).unwrap();
+        assert!((predictor.offset_rad_s(four, &Vec3::zeros()).x - 1.0).abs() < 1e-12);
+    }
+
+    /// Even steps: the fourth difference over 6, gain 70/36; a line on one side has a gain of 6.
+    #[test]
+    fn gains_are_those_of_even_steps() {
+        let readings = [-2.0, -1.0, 1.0, 2.0].map(|t| at(t, 0.0));
+        let across = Predictor::through(readings.each_ref()).unwrap();
+        assert!((across.squared_gain - 70.0 / 36.0).abs() < 1e-12);
+        let side = Predictor::through([&readings[1], &readings[0]]).unwrap();
+        assert!((side.squared_gain - 6.0).abs() < 1e-12);
+        assert!(Predictor::through([&readings[1], &readings[1]]).is_none());
+    }
+}

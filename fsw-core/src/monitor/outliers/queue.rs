@@ -1,0 +1,187 @@
+//! Samples on their way through the gate: not yet judged, or judged and waiting for neighbours.
+
+use super::Judged;
+use super::predictor::{History, Predictor, Reading};
+use crate::math::{Vec3, scalar::Real};
+use crate::persist::Blank;
+
+/// Places. A burst of five bad samples is bridged from both sides once two samples after it are
+/// accepted, and these wait for two successors each: 5 + 2 + 2.
+pub(super) const PLACES: usize = 9;
+
+/// One sample, and its verdict once it is judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Place<T: Real, P> {
+    /// Time since the sample before, s.
+    elapsed_s: T,
+    rate_rad_s: Vec3<T>,
+    payload: P,
+    is_accepted: bool,
+}
+
+crate::persist!([T: Real, P: crate::persist::Persist + Blank] Place<T, P> {
+    elapsed_s, rate_rad_s, payload, is_accepted
+});
+
+/// First in, first out; the first `judged` of `len` samples have a verdict.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Queue<T: Real, P> {
+    places: [Place<T, P>; PLACES],
+    len: u8,
+    judged: u8,
+    /// Accepted readings before the first sample of the queue.
+    before: History<T>,
+}
+
+crate::persist!([T: Real, P: crate::persist::Persist + Blank] Queue<T, P> {
+    places, len, judged, before
+} if |this| usize::from(this.len) <= PLACES && this.judged <= this.len);
+
+impl<T: Real, P: Copy + Blank> Queue<T, P> {
+    /// No sample.
+    pub(super) fn empty() -> Self {
+        let place = Place {
+            elapsed_s: T::zero(),
+            rate_rad_s: Vec3::zeros(),
+            payload: P::blank(),
+            is_accepted: false,
+        };
+        Self { places: [place; PLACES], len: 0, judged: 0, before: History::empty() }
+    }
+
+    /// The samples in use.
+    fn samples(&self) -> &[Place<T, P>] {
+        self.places.get(..usize::from(self.len)).unwrap_or(&self.places)
+    }
+
+    /// Number of samples.
+    pub(super) fn len(&self) -> usize {
+        self.samples().len()
+    }
+
+    /// Number of samples with a verdict.
+    fn judged(&self) -> usize {
+        usize::from(self.judged).min(self.len())
+    }
+
+    /// Number of samples without a verdict.
+    pub(super) fn unjudged(&self) -> usize {
+        self.len() - self.judged()
+    }
+
+    /// Adds a sample. The caller takes one out first where all places are in use.
+    pub(super) fn add(&mut self, elapsed_s: T, rate_rad_s: Vec3<T>, payload: P) {
+        let index = self.len();
+        if let Some(place) = self.places.get_mut(index) {
+            *place = Place { elapsed_s, rate_rad_s, payload, is_accepted: false };
+            self.len = (index + 1) as u8;
+        }
+    }
+
+    /// The first sample without a verdict: time since the sample before (s) and rate.
+    pub(super) fn next(&self) -> Option<(T, Vec3<T>)> {
+        let place = self.samples().get(self.judged())?;
+        Some((place.elapsed_s, place.rate_rad_s))
+    }
+
+    /// Gives the first sample without a verdict its verdict.
+    pub(super) fn judge(&mut self, is_accepted: bool) {
+        let index = self.judged();
+        if let Some(place) = self.places.get_mut(index).filter(|_| index < usize::from(self.len)) {
+            place.is_accepted = is_accepted;
+            self.judged = (index + 1) as u8;
+        }
+    }
+
+    /// Up to three readings after the first sample without a verdict, as far as `is_usable`. Times
+    /// relative to that sample.
+    pub(super) fn following(
+        &self,
+        is_usable: impl Fn(&Vec3<T>) -> bool,
+    ) -> ([Reading<T>; 3], usize) {
+        let rest = self.samples().get(self.judged() + 1..).unwrap_or(&[]);
+        collect(rest.iter().map(|p| (p, is_usable(&p.rate_rad_s))))
+    }
+
+    /// All readings that are `is_usable`, up to the number of places. Times relative to the sample
+    /// before the first.
+    pub(super) fn readings(
+        &self,
+        is_usable: impl Fn(&Vec3<T>) -> bool,
+    ) -> ([Reading<T>; PLACES], usize) {
+        collect(self.samples().iter().map(|p| (p, is_usable(&p.rate_rad_s))))
+    }
+
+    /// First rate that is `is_usable`.
+    pub(super) fn first_rate(&self, is_usable: impl Fn(&Vec3<T>) -> bool) -> Option<Vec3<T>> {
+        self.samples().iter().map(|p| p.rate_rad_s).find(is_usable)
+    }
+
+    /// Takes the first sample, if it is judged and, where it was refused, two samples after it are
+    /// accepted. `must` takes it in any case.
+    pub(super) fn take(&mut self, must: bool) -> Option<Judged<T, P>> {
+        let Place { elapsed_s, mut rate_rad_s, payload, is_accepted } = *self.samples().first()?;
+        let judged = self.judged();
+        let is_accepted = is_accepted && judged > 0;
+        let mut before = self.before;
+        before.advance(elapsed_s);
+        if is_accepted {
+            before.add(&rate_rad_s);
+        } else {
+            let after = self.samples().get(1..judged).unwrap_or(&[]);
+            let (after, count) = collect(after.iter().map(|p| (p, p.is_accepted)));
+            if !must && count < 2 {
+                return None;
+            }
+            let unjudged = self.samples().get(judged).map(|place| place.rate_rad_s);
+            rate_rad_s = bridged(&before, &after, count).or(unjudged).unwrap_or(rate_rad_s);
+        }
+        let len = self.len();
+        self.places.copy_within(1..len, 0);
+        self.before = before;
+        self.judged = judged.saturating_sub(1) as u8;
+        self.len = (len - 1) as u8;
+        Some(Judged { elapsed_s, rate_rad_s, payload, is_accepted })
+    }
+}
+
+/// Readings of those samples that are marked, up to N.
+fn collect<'a, T: Real, P: 'a, const N: usize>(
+    samples: impl Iterator<Item = (&'a Place<T, P>, bool)>,
+) -> ([Reading<T>; N], usize) {
+    let mut readings = [Reading::zero(); N];
+    let (mut count, mut time_s) = (0, T::zero());
+    for (place, is_marked) in samples {
+        time_s += place.elapsed_s;
+        if let (true, Some(reading)) = (is_marked, readings.get_mut(count)) {
+            *reading = Reading { time_s, rate_rad_s: place.rate_rad_s };
+            count += 1;
+        }
+    }
+    (readings, count)
+}
+
+/// Rate at time zero by accepted neighbours, rad/s: a cubic through two on each side, a line
+/// through one on each side, the nearest one where a side has none.
+fn bridged<T: Real>(before: &History<T>, after: &[Reading<T>; 2], count: usize) -> Option<Vec3<T>> {
+    let last = before.latest();
+    let next = after.get(..count).and_then(|after| after.first());
+    let (Some(last), Some(next)) = (last, next) else {
+        return last.or(next).map(|nearest| nearest.rate_rad_s);
+    };
+    let about = &last.rate_rad_s;
+    if let ([second, first], Some([left, far_left])) = (after, before.pair().filter(|_| count >= 2))
+    {
+        let four = [far_left, left, second, first];
+        if let Some(cubic) =
+            Predictor::through(four).filter(|p| p.squared_gain < T::lit(CUBIC_GAIN))
+        {
+            return Some(about + cubic.offset_rad_s(four, about));
+        }
+    }
+    let two = [last, next];
+    Predictor::through(two).map(|line| about + line.offset_rad_s(two, about))
+}
+
+/// Largest gain of a bridging cubic: that of a gap of five samples between even neighbours is 4.4.
+const CUBIC_GAIN: f64 = 8.0;
