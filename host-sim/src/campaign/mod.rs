@@ -119,11 +119,12 @@ impl Campaign<'_> {
         let truth = self.truths.of_run(&scenario, seed)?;
         let reference = truth.reference;
         let log = log_of(&scenario, &truth.flight, seed);
+        let craft = scenario.craft();
         let estimator = set_up(&Setup {
             estimator: self.estimator,
             precision: self.precision,
-            craft: &scenario.craft(),
-            gyro_noise_rad_s: Some(scenario.gyro.noise_rad_s),
+            craft: &craft,
+            gyro_noise_rad_s: craft.gyro.reading_sigma_rad_s(),
             sample_period_s: 1.0 / scenario.gyro.rate_hz,
             refuse_spikes: true,
         })?;

@@ -41,6 +41,31 @@ fn errors_of_the_window_are_at_the_bound_and_its_covariance_is_consistent() {
 }
 
 #[test]
+fn rounding_error_of_a_coarse_gyro_is_part_of_its_noise() {
+    let files = Files::new();
+    let scenario = fs::read_to_string("scenarios/cubesat-pyramid.toml").unwrap();
+    // A quantum of ten sigma: the rounding error is three times the noise.
+    let coarse = files.file("coarse.toml", &(scenario + "\nquantum_rad_s = 1e-3\n"));
+    for estimator in ["window", "joint-ekf"] {
+        let arguments =
+            ["mc", text(&coarse), "--runs", "20", "--json", "--estimator", estimator];
+        let report = json(&arguments);
+        for count in ["diverged", "not_converged", "changes"] {
+            assert_eq!(report[count], 0, "{estimator}: {report}");
+        }
+        let nees = report["nees_per_dof"].as_f64().unwrap();
+        // The rounding errors of successive samples are correlated: somewhat below 1.
+        assert!((0.4..1.3).contains(&nees), "{estimator}: {nees}");
+    }
+    let out = files.folder.path().join("out");
+    let ran = json(&["run", text(&coarse), "--json", "--out", text(&out)]);
+    let (craft, log) = (out.join("craft.toml"), out.join("log.csv"));
+    let replayed = json(&["replay", "--json", "--craft", text(&craft), text(&log)]);
+    assert_eq!(ran["status"], "converged");
+    assert_eq!(ran["inertia_kg_m2"], replayed["inertia_kg_m2"]);
+}
+
+#[test]
 fn result_does_not_depend_on_the_number_of_cores() {
     let folder = TempDir::new().unwrap();
     let on_cores = |cores: &str| {
