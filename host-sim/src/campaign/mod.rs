@@ -16,6 +16,7 @@ mod truths;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use fsw_core::Status;
 use rayon::iter::{ParallelBridge, ParallelIterator};
 use thiserror::Error;
 
@@ -70,6 +71,16 @@ pub struct CampaignRun {
     pub estimator_time: Duration,
 }
 
+impl CampaignRun {
+    /// A silent lie: the estimator reports convergence, the residuals do not contradict it, and the
+    /// error of an element is not finite or exceeds [`MAX_CONSISTENT_SIGMAS`] of its reported sigma.
+    pub fn is_silent_lie(&self) -> bool {
+        self.score.status == Status::Converged
+            && self.residuals_white != Some(false)
+            && !self.score.is_within_sigmas()
+    }
+}
+
 /// Reason why a run has no result.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RunFailed {
@@ -119,11 +130,12 @@ impl Campaign<'_> {
         let truth = self.truths.of_run(&scenario, seed)?;
         let reference = truth.reference;
         let log = log_of(&scenario, &truth.flight, seed);
+        let craft = scenario.craft();
         let estimator = set_up(&Setup {
             estimator: self.estimator,
             precision: self.precision,
-            craft: &scenario.craft(),
-            gyro_noise_rad_s: Some(scenario.gyro.noise_rad_s),
+            craft: &craft,
+            gyro_noise_rad_s: craft.gyro.reading_sigma_rad_s(),
             sample_period_s: 1.0 / scenario.gyro.rate_hz,
             refuse_spikes: true,
         })?;

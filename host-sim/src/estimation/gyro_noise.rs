@@ -19,7 +19,8 @@ const NORMAL_MEDIAN: f64 = 0.6745;
 const DIFFERENCE_SAMPLES: usize = 4;
 
 /// Gyro noise, one sigma per sample and axis, rad/s: the fixed point at which the residual RMS of
-/// the estimator equals the noise that it assumes. The iteration starts from third differences.
+/// the estimator equals the noise that it assumes. The iteration starts from third differences, or
+/// from the rounding error of the craft's quantum if that is larger.
 ///
 /// # Errors
 /// [`SetUpError::UnmeasurableGyroNoise`] if the log is too short or constant.
@@ -30,7 +31,8 @@ pub fn from_residuals(setup: &Setup<'_>, rows: &[LogRow]) -> Result<f64, SetUpEr
             false => "its rates are constant",
         },
     };
-    let mut noise = from_third_differences(rows).ok_or_else(unmeasurable)?;
+    let rounding = setup.craft.gyro.rounding_sigma_rad_s().unwrap_or(0.0);
+    let mut noise = from_third_differences(rows).ok_or_else(unmeasurable)?.max(rounding);
     for _ in 0..MAX_PASSES {
         let setup = Setup { gyro_noise_rad_s: Some(noise), refuse_spikes: false, ..setup.clone() };
         let result = estimate_log(rows, set_up(&setup)?, |_, _, _| ());

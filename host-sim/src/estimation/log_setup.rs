@@ -9,8 +9,8 @@ use crate::input::Craft;
 use crate::input::log::LogRow;
 
 impl<'a> Setup<'a> {
-    /// Set-up for a log: median sample period, and the gyro noise of the craft. A noise that the
-    /// craft does not state and the estimator cannot estimate is estimated from the residuals of a
+    /// Set-up for a log: median sample period, and the gyro noise of the craft with the rounding
+    /// error of its quantum. A noise that the craft does not state and the estimator cannot estimate is estimated from the residuals of a
     /// first pass.
     ///
     /// # Errors
@@ -26,7 +26,7 @@ impl<'a> Setup<'a> {
             estimator,
             precision,
             craft,
-            gyro_noise_rad_s: craft.gyro.noise_rad_s,
+            gyro_noise_rad_s: craft.gyro.reading_sigma_rad_s(),
             sample_period_s: median_period_s(rows),
             refuse_spikes: true,
         };

@@ -19,8 +19,8 @@ pub struct Setup<'a> {
     pub precision: Precision,
     /// The craft: wheels, gyro range, prior, process noise, disturbances to solve for.
     pub craft: &'a Craft,
-    /// Gyro noise, one sigma per sample and axis, rad/s: stated by the craft or estimated from the
-    /// log. None: the estimator estimates it, if it can.
+    /// Noise of a reading, one sigma per sample and axis, rad/s: stated by the craft, rounding error
+    /// included, or estimated from the log. None: the estimator estimates it, if it can.
     pub gyro_noise_rad_s: Option<f64>,
     /// Typical time between samples, s.
     pub sample_period_s: f64,

@@ -118,7 +118,7 @@ impl Case {
             estimator: method.estimator,
             precision: method.precision,
             craft: &self.craft,
-            gyro_noise_rad_s: Some(self.scenario.gyro.noise_rad_s),
+            gyro_noise_rad_s: self.craft.gyro.reading_sigma_rad_s(),
             sample_period_s: 1.0 / self.scenario.gyro.rate_hz,
             refuse_spikes: true,
         })

@@ -38,7 +38,6 @@ mod block;
 mod excitation;
 mod fit;
 mod front;
-mod noise;
 mod pass;
 mod report;
 mod start;
@@ -52,10 +51,9 @@ pub use config::Config;
 pub use work::Remaining;
 
 use belief::{Beliefs, Past};
-use block::{Averager, Block, Limits, Reading};
+use block::{Averager, Block, Limits, REFUSED_WEIGHT, Reading};
 use excitation::Excitation;
 use front::Front;
-use noise::NoiseMeter;
 use report::Ended;
 use storage::{Storage, Stretch};
 use unknowns::{Groups, is_a_set};
@@ -68,6 +66,7 @@ use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
 use crate::math::{Vec3, largest_component, scalar::Real};
 use crate::monitor::innovation::Innovation;
+use crate::monitor::outliers::{Judged, OutlierGate};
 use crate::outcome::{Coasting, Outcome, Reset};
 use crate::sample::Sample;
 
@@ -79,7 +78,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     wheels: WheelArray<T, W>,
     groups: Groups<T>,
     gate: Gate<T>,
-    meter: NoiseMeter<T>,
+    /// Outlier gate on raw readings, which delays them by two; it measures the noise.
+    outliers: OutlierGate<T, Drive<T>>,
     averager: Option<Averager<T>>,
     excitation: Excitation<T>,
     /// True between manoeuvres: blocks become rest at once.
@@ -105,16 +105,20 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     /// False once data have contradicted the prior.
     has_prior: bool,
     ended: Ended<T>,
-    /// Reset that the next step reports.
+    /// Reset that the next step reports, and whether a reading was refused since the last one.
     event: Option<Reset>,
+    has_refused: bool,
     rate_rad_s: Vec3<T>,
 }
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
-    config, groups, gate, meter, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
-    open, closing, unit_per_kg_m2, front, work, schedule, past, past_age_s, has_prior, ended, event,
+    config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
+    open, closing, unit_per_kg_m2, front, work, schedule, past, past_age_s, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
+
+/// Wheel momentum, N m s, and external torque, N m, at the instant of a sample.
+type Drive<T> = (Vec3<T>, Vec3<T>);
 
 /// Stretch of blocks that takes in no more, and the index after its last one.
 #[derive(Clone, Copy, Debug)]
@@ -178,7 +182,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         // Field by field: a whole one would be made on the stack first.
         self.groups = config.groups::<U>();
         self.gate = Gate::new(config.gate);
-        self.meter = NoiseMeter::new();
+        self.outliers = OutlierGate::new();
         self.averager = None;
         self.excitation = Excitation::new();
         self.is_quiet = false;
@@ -197,6 +201,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.has_prior = true;
         self.ended = Ended::nothing();
         self.event = None;
+        self.has_refused = false;
         self.rate_rad_s = Vec3::zeros();
         self.config = config;
         Ok(())
@@ -213,7 +218,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Self {
             groups: config.groups::<U>(),
             gate: Gate::new(config.gate),
-            meter: NoiseMeter::new(),
+            outliers: OutlierGate::new(),
             averager: None,
             excitation: Excitation::new(),
             is_quiet: false,
@@ -232,6 +237,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             has_prior: true,
             ended: Ended::nothing(),
             event: None,
+            has_refused: false,
             rate_rad_s: Vec3::zeros(),
             config,
             wheels,
@@ -264,13 +270,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// One sigma of a gyro sample, rad/s: stated or measured, and at least the rounding of the largest rate.
     fn noise_rad_s(&self) -> T {
         let floor = self.largest_rad_s * (T::EPSILON + T::EPSILON);
-        let noise = self.config.gyro_noise_rad_s.unwrap_or_else(|| self.meter.noise_rad_s());
+        let noise = self.config.gyro_noise_rad_s.unwrap_or_else(|| self.outliers.noise_rad_s());
         noise.max(floor).max(T::lit(1e-15))
     }
 
     /// Noise against which residuals are judged, rad/s: the larger of stated and measured.
     fn reference_rad_s(&self) -> T {
-        self.noise_rad_s().max(self.meter.noise_rad_s())
+        self.noise_rad_s().max(self.outliers.noise_rad_s())
     }
 
     /// All knowledge beside the blocks.
@@ -284,27 +290,53 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    fn reading(&self, sample: &Sample<T, W>) -> Reading<T> {
-        Reading {
-            weight: T::one(),
-            rate_rad_s: sample.rate_rad_s,
-            wheel_momentum_n_m_s: self.wheels.momentum_n_m_s(&sample.wheel_speed_rad_s),
-            torque_n_m: sample.torque_n_m,
+    /// Passes a sample to the outlier gate, and takes in what is ready.
+    fn push(&mut self, sample: &Sample<T, W>, elapsed_s: T) {
+        let wheels = self.wheels.momentum_n_m_s(&sample.wheel_speed_rad_s);
+        let drive = (wheels, sample.torque_n_m);
+        let floor = self.config.gyro_noise_rad_s.unwrap_or(T::zero());
+        let mut judged = self.outliers.push(elapsed_s, sample.rate_rad_s, drive, floor);
+        // The gate holds nine samples at most.
+        for _ in 0..9 {
+            let Some(sample) = judged else { break };
+            self.take_in(&sample);
+            judged = self.outliers.ready();
         }
     }
 
-    /// Starts afresh at a reading.
-    fn open_at(&mut self, reading: Reading<T>) {
-        self.averager = Some(Averager::new(reading));
-        self.excitation = Excitation::new();
-        self.meter.interrupt();
-        self.open = Stretch::new(reading.wheel_momentum_n_m_s);
-        self.is_quiet = false;
+    /// Takes in what the gate still holds: at the end of a stretch.
+    fn drain(&mut self) {
+        for _ in 0..9 {
+            let Some(sample) = self.outliers.drain() else { break };
+            self.take_in(&sample);
+        }
     }
 
-    /// Takes in a reading.
-    fn take_in(&mut self, reading: Reading<T>, elapsed_s: T) {
-        self.meter.add(&reading.rate_rad_s);
+    /// Begins a stretch of samples.
+    fn begin_stretch(&mut self, sample: &Sample<T, W>) {
+        self.outliers.restart();
+        self.averager = None;
+        self.excitation = Excitation::new();
+        self.is_quiet = false;
+        self.push(sample, T::zero());
+    }
+
+    /// Takes in a sample that the gate has judged.
+    fn take_in(&mut self, sample: &Judged<T, Drive<T>>) {
+        let (wheel_momentum_n_m_s, torque_n_m) = sample.payload;
+        let reading = Reading {
+            weight: if sample.is_accepted { T::one() } else { T::lit(REFUSED_WEIGHT) },
+            rate_rad_s: sample.rate_rad_s,
+            wheel_momentum_n_m_s,
+            torque_n_m,
+        };
+        self.has_refused |= !sample.is_accepted;
+        let Some(averager) = &mut self.averager else {
+            self.averager = Some(Averager::new(reading));
+            self.open = Stretch::new(wheel_momentum_n_m_s);
+            return;
+        };
+        let elapsed_s = sample.elapsed_s;
         self.largest_rad_s = self.largest_rad_s.max(largest_component(&reading.rate_rad_s));
         self.intervals = self.intervals.saturating_add(1);
         self.period_s += (elapsed_s - self.period_s) / T::count(self.intervals.min(1000));
@@ -316,7 +348,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             turn_rad: self.config.block_turn_rad,
             is_torque_smooth: self.config.is_torque_smooth,
         };
-        let Some(averager) = &mut self.averager else { return };
         if let Some(block) = averager.add(reading, elapsed_s, &limits) {
             self.take_in_block(&block);
         }
@@ -349,6 +380,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command. What follows
     /// begins another one.
     fn end_stretch(&mut self) {
+        self.drain();
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.open.note(&block);
             self.blocks.push(&block);
@@ -394,7 +426,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
     for Window<T, W, N, U>
 {
     fn step(&mut self, sample: &Sample<T, W>) -> Outcome {
-        let reading = self.reading(sample);
         let verdict = self.gate.check(sample);
         if !matches!(verdict, Verdict::Rejected(_)) {
             self.rate_rad_s = sample.rate_rad_s;
@@ -402,22 +433,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
         match verdict {
             Verdict::Rejected(why) => return Outcome::Coasting(Coasting::Rejected(why)),
             Verdict::First => {
-                self.open_at(reading);
+                self.begin_stretch(sample);
                 return Outcome::Reset(Reset::FirstSample);
             }
             Verdict::Gap => {
                 self.end_stretch();
-                self.open_at(reading);
+                self.begin_stretch(sample);
                 return Outcome::Reset(Reset::Gap);
             }
-            Verdict::After { elapsed_us } if self.averager.is_some() => {
-                self.take_in(reading, T::seconds(elapsed_us));
+            Verdict::After { elapsed_us } => {
+                self.push(sample, T::seconds(elapsed_us));
                 self.work(self.config.slices_per_step);
             }
-            Verdict::After { .. } => self.open_at(reading),
         }
         match self.event.take() {
             Some(reset) => Outcome::Reset(reset),
+            None if core::mem::take(&mut self.has_refused) => Outcome::Coasting(Coasting::Spike),
             None if self.front.is_some() || self.is_quiet => Outcome::Updated,
             None => Outcome::Coasting(Coasting::Aligning),
         }

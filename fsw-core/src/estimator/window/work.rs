@@ -83,6 +83,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Completes all work on the samples so far, those in the present block included.
     pub(super) fn complete(&mut self) {
+        self.drain();
         if self.closing.is_none()
             && let Some(block) = self.averager.as_mut().and_then(super::Averager::finish)
             && !self.is_quiet

@@ -17,9 +17,14 @@ const NOISE: Key = Key::required(
 .or("estimated from the residuals");
 const RANGE: Key =
     Key::required("range_rad_s", NUMBER, "rad/s", POSITIVE, "Full scale per axis").or("unlimited");
-const QUANTUM: Key =
-    Key::required("quantum_rad_s", NUMBER, "rad/s", POSITIVE, "Least significant bit")
-        .or("negligible");
+const QUANTUM: Key = Key::required(
+    "quantum_rad_s",
+    NUMBER,
+    "rad/s",
+    POSITIVE,
+    "Least significant bit, added to the noise as its uniform rounding error, q/√12",
+)
+.or("negligible");
 
 /// The keys of `[gyro]` in a craft file.
 pub const TABLE: Table =
@@ -37,6 +42,24 @@ pub struct GyroData {
 }
 
 impl GyroData {
+    /// Standard deviation of one reading on one axis, `√(σ² + q²/12)`, rad/s, with the noise `σ` and
+    /// the quantum `q`, rad/s; none if the noise is unknown.
+    ///
+    /// Assumption: the rounding error is uniform and white, which holds unless both the noise and the
+    /// change of the rate between two samples are far below the quantum.
+    pub fn reading_sigma_rad_s(&self) -> Option<f64> {
+        let noise = self.noise_rad_s?;
+        Some(match self.rounding_sigma_rad_s() {
+            Some(rounding) => noise.hypot(rounding),
+            None => noise,
+        })
+    }
+
+    /// Standard deviation of the rounding error, `q/√12`, rad/s; none if the quantum is unknown.
+    pub fn rounding_sigma_rad_s(&self) -> Option<f64> {
+        self.quantum_rad_s.map(|quantum| quantum / 12.0f64.sqrt())
+    }
+
     pub(super) fn write(&self, text: &mut String) {
         *text += "[gyro]\n";
         let Self { noise_rad_s, range_rad_s, quantum_rad_s } = *self;
@@ -63,5 +86,20 @@ impl GyroFile {
             range_rad_s: section.optional_number(&RANGE, &self.range_rad_s)?,
             quantum_rad_s: section.optional_number(&QUANTUM, &self.quantum_rad_s)?,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reading_sigma_includes_the_rounding_error() {
+        let gyro =
+            |noise_rad_s, quantum_rad_s| GyroData { noise_rad_s, range_rad_s: None, quantum_rad_s };
+        assert_eq!(gyro(None, Some(1e-3)).reading_sigma_rad_s(), None);
+        assert_eq!(gyro(Some(1e-4), None).reading_sigma_rad_s(), Some(1e-4));
+        let sigma = gyro(Some(1e-4), Some(1e-3)).reading_sigma_rad_s().unwrap();
+        assert!((sigma * sigma / (1e-8 + 1e-6 / 12.0) - 1.0).abs() < 1e-12, "{sigma}");
     }
 }

@@ -35,7 +35,7 @@ const QUANTUM: Key = Key::required(
     NUMBER,
     "rad/s",
     NOT_NEGATIVE,
-    "Least significant bit; 0 for a continuous output",
+    "Least significant bit, known to the estimator; 0 for a continuous output",
 )
 .or("0");
 const RANGE: Key = Key::required(
