@@ -82,7 +82,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     outliers: OutlierGate<T, Drive<T>>,
     averager: Option<Averager<T>>,
     excitation: Excitation<T>,
-    /// True between manoeuvres: blocks become rest at once.
+    /// True between manoeuvres: nothing is fitted.
     is_quiet: bool,
     /// Mean interval between samples, s, and the number of intervals in it.
     period_s: T,
@@ -133,9 +133,10 @@ crate::persist!([T: Real] Closing<T> { stretch, end });
 /// stored.
 #[derive(Clone, Copy, Debug)]
 struct Schedule {
-    /// Blocks of the present window so far, and those of the last fit.
+    /// Blocks of the present window so far, those of the last fit, and those before the motion.
     blocks: u32,
     fitted: u32,
+    quiet: u32,
     /// Number at which the next fit is due.
     due_at: u32,
     /// True where a fit over all blocks is due: at the end of a window or of a log.
@@ -144,14 +145,26 @@ struct Schedule {
     trials: u8,
 }
 
-crate::persist!([] Schedule { blocks, fitted, due_at, is_final, trials });
+crate::persist!([] Schedule { blocks, fitted, quiet, due_at, is_final, trials });
 
 /// Blocks at which a window is fitted for the first time, without being asked to.
 const FIRST_FIT_BLOCKS: u32 = 8;
 
 impl Schedule {
     fn new() -> Self {
-        Self { blocks: 0, fitted: 0, due_at: FIRST_FIT_BLOCKS, is_final: false, trials: 0 }
+        Self { blocks: 0, fitted: 0, quiet: 0, due_at: FIRST_FIT_BLOCKS, is_final: false, trials: 0 }
+    }
+
+    /// Motion begins: all blocks so far are of the rest before it.
+    fn reopen(&mut self) {
+        self.quiet = self.blocks;
+        self.due_at = self.blocks.saturating_add(FIRST_FIT_BLOCKS);
+    }
+
+    /// Next fit once the blocks since the motion began have grown by half, or by `least`.
+    fn wait_for_growth(&mut self, least: u32) {
+        let grown = self.fitted.saturating_sub(self.quiet) / 2;
+        self.due_at = self.fitted.saturating_add(grown.max(least));
     }
 }
 
@@ -353,28 +366,28 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    /// Takes in a block: into storage, or into the rest before a window.
+    /// Takes in a block. At rest it is stored too: the motion begins before it is noticed.
     #[inline(never)]
     fn take_in_block(&mut self, block: &Block<T>) {
         let noise = self.reference_rad_s();
         let typical_kg_m2 = T::lit(1.0 / 3.0) / self.unit_per_kg_m2;
-        if self.is_quiet {
-            let begins = self.excitation.begins(block, noise, typical_kg_m2);
-            self.excitation.add(block, noise, typical_kg_m2);
-            if !begins && !self.excitation.is_driven() {
-                self.open.absorb(block, noise);
-                return;
-            }
+        let begins = self.is_quiet && self.excitation.begins(block, noise, typical_kg_m2);
+        self.add_block(block);
+        self.excitation.add(block, noise, typical_kg_m2);
+        if begins || self.is_quiet && self.excitation.is_driven() {
             self.is_quiet = false;
             self.excitation = Excitation::new();
+            self.schedule.reopen();
         }
+        if self.front.is_some() && !self.is_quiet && self.excitation.is_over(self.config.quiet_s) {
+            self.close_window();
+        }
+    }
+
+    fn add_block(&mut self, block: &Block<T>) {
         self.open.note(block);
         self.blocks.push(block);
         self.schedule.blocks = self.schedule.blocks.saturating_add(1);
-        self.excitation.add(block, noise, typical_kg_m2);
-        if self.front.is_some() && self.excitation.is_over(self.config.quiet_s) {
-            self.close_window();
-        }
     }
 
     /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command. What follows
@@ -382,9 +395,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn end_stretch(&mut self) {
         self.drain();
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
-            self.open.note(&block);
-            self.blocks.push(&block);
-            self.schedule.blocks = self.schedule.blocks.saturating_add(1);
+            self.add_block(&block);
         }
         let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
         let ended = core::mem::replace(&mut self.open, Stretch::new(wheels));

@@ -30,6 +30,9 @@ const STILL_WHEELS: f64 = 0.05;
 /// Largest angle of a block of rest within the motion, rad: the mean of a longer one would hide motion.
 const REST_TURN: f64 = 0.1;
 
+/// Newest groups that are left as they are: motion that begins in them may not stand out yet.
+const NEWEST_GROUPS: usize = 3;
+
 /// No storage is larger.
 const MOST_BLOCKS: usize = 1 << 16;
 
@@ -274,6 +277,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
         let end = marks.next_after(from).min(from + GROUP).min(self.len());
         let to = match sweep {
             Sweep::Drop => self.copy(from, end, to),
+            Sweep::Rest if end + NEWEST_GROUPS * GROUP > self.len() => self.copy(from, end, to),
             Sweep::Rest => self.sweep_rest(from, end, to, marks, start, noise_rad_s),
             Sweep::Pairs => self.sweep_pairs(from, end, to, turn_rad),
         };

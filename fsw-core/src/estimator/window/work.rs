@@ -86,13 +86,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.drain();
         if self.closing.is_none()
             && let Some(block) = self.averager.as_mut().and_then(super::Averager::finish)
-            && !self.is_quiet
         {
-            self.open.note(&block);
-            self.blocks.push(&block);
-            self.schedule.blocks = self.schedule.blocks.saturating_add(1);
+            self.add_block(&block);
         }
-        self.schedule.is_final = self.schedule.fitted != self.schedule.blocks;
+        let is_worth_it = self.closing.is_some() || !self.is_quiet;
+        self.schedule.is_final = is_worth_it && self.schedule.fitted != self.schedule.blocks;
         self.work(MOST_SLICES);
     }
 
@@ -139,7 +137,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn is_due(&self) -> bool {
         let schedule = &self.schedule;
         let enough = self.end() * 3 >= 9;
-        enough && (schedule.is_final || schedule.blocks >= schedule.due_at)
+        let is_grown = !self.is_quiet && schedule.blocks >= schedule.due_at;
+        enough && (schedule.is_final || is_grown)
     }
 
     fn sweep(&mut self) {
@@ -444,8 +443,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if is_revised {
             self.schedule.due_at = self.schedule.blocks;
         } else {
-            let grown = (self.schedule.fitted / 2).max(FIRST_FIT_BLOCKS / 2);
-            self.schedule.due_at = self.schedule.fitted.saturating_add(grown);
+            self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
         }
         let was_contradicted = self.front.as_ref().filter(|front| front.is_contradicted);
         let rise = was_contradicted.map(|front| front.rise);
@@ -562,6 +560,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.blocks.drop_before(end);
         let further = self.blocks.len().saturating_sub(end) as u32;
         self.schedule = Schedule { blocks: further, ..Schedule::new() };
+        self.schedule.reopen();
         self.groups = self.config.groups::<U>();
     }
 
