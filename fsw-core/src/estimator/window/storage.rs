@@ -24,9 +24,12 @@ const RESERVE_SHARE: usize = 8;
 /// Blocks above which the sweep for rest is followed by that for pairs: three quarters of storage.
 const FULL_NUM: usize = 3;
 const FULL_DEN: usize = 4;
-/// Change of wheel momentum below which a leading group still belongs to the rest, as a share of its
-/// largest change in the window: averages of tachometer noise stay below.
-const STILL_WHEELS: f64 = 0.05;
+/// Change of mean wheel momentum below which a leading group still belongs to the rest: as a share of
+/// its largest change in the window, and in standard errors of the group's mean by its own scatter, which
+/// is that of the tachometers. A ramp over the group moves the mean by 1.7 standard deviations, seven
+/// standard errors.
+const STILL_SHARE: f64 = 1e-3;
+const STILL_ERRORS: f64 = 4.0;
 /// Largest angle of a block of rest within the motion, rad: the mean of a longer one would hide motion.
 const REST_TURN: f64 = 0.1;
 
@@ -103,7 +106,7 @@ impl<T: Real> Stretch<T> {
     /// Adds a block before the first one to the rest.
     pub fn absorb(&mut self, block: &Block<T>, noise_rad_s: T) {
         self.rest = self.rest.with(block, noise_rad_s);
-        self.wheels_n_m_s = block.wheels_end_n_m_s;
+        self.wheels_n_m_s = self.rest.wheels_n_m_s;
     }
 
     /// Notes the drive of a block.
@@ -322,9 +325,8 @@ impl<T: Real, const N: usize> Storage<T, N> {
         noise_rad_s: T,
     ) -> usize {
         let Some(all) = self.rest_of(from, end, noise_rad_s) else { return self.copy(from, end, to) };
-        let moved = largest_component(&(all.wheels_n_m_s - start.wheels_n_m_s));
         let is_leading = to == 0 && marks.split == 0 && !start.has_torque;
-        if is_leading && moved <= start.wheels_span_n_m_s * T::lit(STILL_WHEELS) {
+        if is_leading && self.is_still(from, end, &all, start) {
             start.absorb(&all, noise_rad_s);
             return to;
         }
@@ -333,6 +335,20 @@ impl<T: Real, const N: usize> Storage<T, N> {
         }
         self.put(to, Some(all));
         to + 1
+    }
+
+    /// True where the wheels of a group stand as before.
+    fn is_still(&self, from: usize, end: usize, all: &Block<T>, start: &Stretch<T>) -> bool {
+        let blocks = self.blocks.get(from..end).unwrap_or(&[]);
+        let mut scatter = T::zero();
+        for block in blocks {
+            let apart = block.wheels_n_m_s - all.wheels_n_m_s;
+            scatter += apart.dot(&apart);
+        }
+        let count = T::count(blocks.len().max(2) as u32);
+        let error = (scatter / (count * (count - T::one()))).sqrt();
+        let most = start.wheels_span_n_m_s * T::lit(STILL_SHARE) + error * T::lit(STILL_ERRORS);
+        largest_component(&(all.wheels_n_m_s - start.wheels_n_m_s)) <= most
     }
 
     /// The blocks as one, if their rates agree with its mean: chi-square below its expectation and two
