@@ -9,13 +9,14 @@
 //!
 //! A limit that does not hold is printed as MISSED, and the exit status is then 1.
 
+use std::io::{Write, stdout};
 use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::Result;
 use clap::Parser;
 use host_sim::estimation::{EstimatorName, Precision};
-use tests::field::campaign::Campaign;
+use tests::field::campaign::{Campaign, StatedNoise};
 use tests::field::campaigns::all;
 use tests::field::figures::Figures;
 use tests::field::flying::fly_all;
@@ -48,6 +49,9 @@ struct Arguments {
     /// This precision only.
     #[arg(long, value_enum)]
     precision: Option<Precision>,
+    /// Gyro noise not stated.
+    #[arg(long)]
+    unstated: bool,
     /// Only the campaigns whose limits are held.
     #[arg(long)]
     held: bool,
@@ -70,42 +74,72 @@ impl Arguments {
     }
 }
 
+/// Totals over the rows.
+#[derive(Default)]
+struct Totals {
+    flights: usize,
+    silent: usize,
+    missed: usize,
+}
+
 fn main() -> Result<ExitCode> {
     let arguments = Arguments::parse();
     let mut campaigns: Vec<Campaign> = all()?;
     campaigns.retain(|campaign| arguments.selects(campaign));
     if arguments.list {
-        for c in &campaigns {
-            let held = if c.held { "held" } else { "" };
-            println!(
-                "{:>2}  {:<50} {:>6} runs, small {:>4}  {held}",
-                c.item, c.name, c.runs, c.small
-            );
-        }
+        list(&campaigns)?;
         return Ok(ExitCode::SUCCESS);
     }
-    println!("{}", table::head());
-    let (mut library, mut flights, mut silent, mut missed) = (Library::default(), 0, 0, 0);
     let begun = Instant::now();
+    writeln!(stdout(), "{}", table::head())?;
+    let (mut library, mut totals) = (Library::default(), Totals::default());
     for campaign in &mut campaigns {
         campaign.estimator = arguments.estimator.unwrap_or(campaign.estimator);
+        if arguments.unstated {
+            campaign.noise = StatedNoise::Unstated;
+        }
         for precision in campaign.precisions {
-            if arguments.precision.is_some_and(|only| only != *precision) {
-                continue;
+            if arguments.precision.is_none_or(|only| only == *precision) {
+                fly(&arguments, campaign, *precision, &mut library, &mut totals)?;
             }
-            let runs = arguments.runs(campaign);
-            let runs = fly_all(campaign, *precision, &mut library, arguments.seed, runs)?;
-            if arguments.verbose {
-                runs.iter().flatten().for_each(|run| println!("{}", table::run(run)));
-            }
-            let figures = Figures::of(&runs);
-            println!("{}", table::row(campaign, *precision, &figures));
-            flights += figures.runs;
-            silent += figures.silent;
-            missed += usize::from(!figures.missed(campaign).is_empty());
         }
     }
+    let Totals { flights, silent, missed } = totals;
     let time_s = begun.elapsed().as_secs_f64();
-    println!("{flights} flights, {silent} with a silent lie, {missed} rows MISSED, {time_s:.0} s");
+    writeln!(
+        stdout(),
+        "{flights} flights, {silent} with a silent lie, {missed} rows MISSED, {time_s:.0} s"
+    )?;
     Ok(if missed > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn list(campaigns: &[Campaign]) -> Result<()> {
+    for campaign in campaigns {
+        let Campaign { item, name, runs, small, held, .. } = campaign;
+        let held = if *held { "held" } else { "" };
+        writeln!(stdout(), "{item:>2}  {name:<50} {runs:>6} runs, small {small:>4}  {held}")?;
+    }
+    Ok(())
+}
+
+/// Flies and prints a row.
+fn fly(
+    arguments: &Arguments,
+    campaign: &Campaign,
+    precision: Precision,
+    library: &mut Library,
+    totals: &mut Totals,
+) -> Result<()> {
+    let runs = fly_all(campaign, precision, library, arguments.seed, arguments.runs(campaign))?;
+    if arguments.verbose {
+        for run in runs.iter().flatten() {
+            writeln!(stdout(), "{}", table::run(run))?;
+        }
+    }
+    let figures = Figures::of(&runs);
+    writeln!(stdout(), "{}", table::row(campaign, precision, &figures))?;
+    totals.flights += figures.runs;
+    totals.silent += figures.silent;
+    totals.missed += usize::from(!figures.missed(campaign).is_empty());
+    Ok(())
 }

@@ -7,11 +7,12 @@
 //! | `ZeroBursts` | runs of zeros | lost packets, logged as zeros |
 //! | `StampAhead`, `ClockBack` | time stamps | a corrupted stamp, a clock that is set |
 //! | `GyroGarbage`, `WheelGarbage`, `AxisHeld`, `BiasPulse` | an interval | a transient fault |
+//! | `AxesTurned` | all | a gyro that is mounted inaccurately |
 //!
 //! Every draw follows from the seed of the run.
 
 use host_sim::input::log::LogRow;
-use nalgebra::Vector3;
+use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -67,6 +68,8 @@ pub enum Fault {
     WheelGarbage([f64; 2]),
     /// The y axis of the gyro repeats its reading, from the first to the second time, s.
     AxisHeld([f64; 2]),
+    /// Axes of the gyro turned about the body diagonal by this angle, deg, in the whole log.
+    AxesTurned(f64),
     /// A bias of this many sigmas on each axis, from the first to the second time, s.
     BiasPulse(f64, [f64; 2]),
 }
@@ -122,6 +125,12 @@ impl Fault {
                 during_s(rows, during, |row| {
                     row.rate_rad_s.y = *held.get_or_insert(row.rate_rad_s.y);
                 })
+            }
+            Self::AxesTurned(angle_deg) => {
+                let axis = Unit::new_normalize(Vector3::repeat(1.0));
+                let turn = UnitQuaternion::from_axis_angle(&axis, angle_deg.to_radians());
+                rows.iter_mut().for_each(|row| row.rate_rad_s = turn * row.rate_rad_s);
+                true
             }
             Self::BiasPulse(sigmas, during) => during_s(rows, during, |row| {
                 row.rate_rad_s += Vector3::repeat(sigmas * gyro.noise_rad_s);

@@ -106,9 +106,9 @@ struct End {
 /// The motion cannot be integrated, or the estimator cannot be set up.
 pub fn fly(campaign: &Campaign, precision: Precision, motions: &Motions, seed: u64) -> Result<Run> {
     let motion = motions.of_run(seed)?;
-    let mut clean = log_of(&motion.scenario, &motion.truth.flight, seed);
-    clean.truncate(campaign.samples.unwrap_or(usize::MAX));
-    let mut rows = clean.clone();
+    let mut rows = log_of(&motion.scenario, &motion.truth.flight, seed);
+    rows.truncate(campaign.samples.unwrap_or(usize::MAX));
+    let clean = if campaign.check == Check::Clean { rows.clone() } else { Vec::new() };
     let gyro = Gyro {
         noise_rad_s: motion.scenario.gyro.reading_variance_rad2_s2().sqrt(),
         range_rad_s: motion.scenario.gyro.range_rad_s,

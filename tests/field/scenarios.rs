@@ -136,6 +136,18 @@ pub fn racquet() -> Result<Scenario> {
     free_body(inertia_kg_m2, [6.0, 1.5, 0.8], 100.0, 3e-3, 3.0)
 }
 
+/// The brick of check-case 2 of the NASA Engineering and Safety Center in its tumble without torque
+/// from 10, 20 and 30 deg/s, 30 s at 10 Hz, with this gyro noise.
+///
+/// # Errors
+/// A value outside the range of its key.
+pub fn brick(noise_rad_s: f64) -> Result<Scenario> {
+    // 0.001894220, 0.006211019, 0.007194665 slug ft².
+    let inertia_kg_m2 = [0.0025682, 0.0084210, 0.0097547, 0.0, 0.0, 0.0];
+    let rate_rad_s = [10.0f64, 20.0, 30.0].map(f64::to_radians);
+    free_body(inertia_kg_m2, rate_rad_s, 10.0, noise_rad_s, 30.0)
+}
+
 /// The CubeSat in a slow tumble with wheels that are undriven and turn freely from rest.
 ///
 /// # Errors

@@ -2,6 +2,7 @@
 
 mod changes;
 mod clock;
+mod fine_gyro;
 mod noise;
 mod outliers;
 mod precision;
@@ -25,6 +26,7 @@ pub fn all() -> Result<Vec<Campaign>> {
         tumbles::list()?,
         outliers::list()?,
         prefixes::list()?,
+        fine_gyro::list()?,
         noise::list()?,
         changes::list()?,
         clock::list()?,

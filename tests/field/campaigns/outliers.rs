@@ -74,5 +74,4 @@ const ONE_FRAME: Limits = Limits {
     ..Limits::HONEST
 };
 /// Up to 1 % of bad samples: 99 % converged, error within 1.2 of the bound.
-const FEW: Limits =
-    Limits { converged: Some(0.99), over_bound: Some(1.2), told: Some(0.99), ..Limits::HONEST };
+const FEW: Limits = Limits { converged: Some(0.99), over_bound: Some(1.2), ..Limits::HONEST };

@@ -22,10 +22,10 @@ pub fn list() -> Result<Vec<Campaign>> {
         let samples = scenario.duration_s * scenario.gyro.rate_hz;
         let small = if samples < SMALL_SAMPLES { 1 } else { 0 };
         let has_prior = scenario.prior.is_some();
-        list.push(agreement(name, scenario.clone(), small));
+        list.push(agreement(name, scenario.clone(), small).held());
         if has_prior {
             let without = Scenario { prior: None, ..scenario };
-            list.push(agreement(&format!("{name}-no-prior"), without, small));
+            list.push(agreement(&format!("{name}-no-prior"), without, small).held());
         }
     }
     list.extend(without_prior()?);
@@ -67,6 +67,7 @@ fn without_prior() -> Result<Vec<Campaign>> {
             let name = format!("no-prior/{motion}-{unknowns}");
             list.push(Campaign {
                 small: 4,
+                held: motion == "wheels",
                 limits,
                 ..Campaign::new(11, name.clone(), source(asked.clone()), 1000)
             });
