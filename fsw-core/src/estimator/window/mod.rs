@@ -378,6 +378,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.is_quiet = false;
             self.excitation = Excitation::new();
             self.schedule.reopen();
+            self.blocks.set_usual(T::count(self.config.block_samples));
         }
         if self.front.is_some() && !self.is_quiet && self.excitation.is_over(self.config.quiet_s) {
             self.close_window();

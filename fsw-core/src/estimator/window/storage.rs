@@ -26,10 +26,10 @@ const FULL_NUM: usize = 3;
 const FULL_DEN: usize = 4;
 /// Change of mean wheel momentum below which a leading group still belongs to the rest: as a share of
 /// its largest change in the window, and in standard errors of the group's mean by its own scatter, which
-/// is that of the tachometers. A ramp over the group moves the mean by 1.7 standard deviations, seven
-/// standard errors.
+/// is that of the tachometers. A ramp over the group moves its mean by seven standard errors, and that of
+/// its first half by 3.5.
 const STILL_SHARE: f64 = 1e-3;
-const STILL_ERRORS: f64 = 4.0;
+const STILL_ERRORS: f64 = 3.0;
 /// Largest angle of a block of rest within the motion, rad: the mean of a longer one would hide motion.
 const REST_TURN: f64 = 0.1;
 
@@ -155,18 +155,18 @@ pub struct Storage<T: Real, const N: usize> {
     compaction: Option<Compaction>,
     /// Number of samples of a usual block.
     usual: T,
-    /// Blocks left by the last sweep; zero before the first.
-    len_after_sweep: usize,
+    /// True where the last sweep for pairs did not make room.
+    is_incompressible: bool,
 }
 
 impl<T: Real, const N: usize> Persist for Storage<T, N> {
     fn layout() -> u32 {
         let blocks = mix(const { name("Storage") }, <[Block<T>; N]>::layout());
-        mix(mix(blocks, Option::<Compaction>::layout()), <(T, usize)>::layout())
+        mix(mix(blocks, Option::<Compaction>::layout()), <(T, bool)>::layout())
     }
 
     fn persist(&mut self, archive: &mut Archive<'_>) {
-        let Self { blocks, compaction, usual, len_after_sweep } = self;
+        let Self { blocks, compaction, usual, is_incompressible } = self;
         let mut len = blocks.len();
         len.persist(archive);
         if blocks.resize(len, Block::empty()).is_err() {
@@ -177,7 +177,7 @@ impl<T: Real, const N: usize> Persist for Storage<T, N> {
         }
         compaction.persist(archive);
         usual.persist(archive);
-        len_after_sweep.persist(archive);
+        is_incompressible.persist(archive);
     }
 }
 
@@ -185,7 +185,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
     /// Empty storage.
     #[inline(always)]
     pub fn new() -> Self {
-        Self { blocks: Vec::new(), compaction: None, usual: T::one(), len_after_sweep: 0 }
+        Self { blocks: Vec::new(), compaction: None, usual: T::one(), is_incompressible: false }
     }
 
     /// Removes all blocks; a usual one has this number of samples from now on.
@@ -193,7 +193,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
         self.blocks.clear();
         self.compaction = None;
         self.usual = usual;
-        self.len_after_sweep = 0;
+        self.is_incompressible = false;
     }
 
     /// Number of blocks.
@@ -251,9 +251,14 @@ impl<T: Real, const N: usize> Storage<T, N> {
         self.len() + N / RESERVE_SHARE >= N
     }
 
-    /// True where the last sweeps could not make room: the blocks turn too far.
+    /// True where the last sweep for pairs did not make room: the blocks turn too far.
     pub fn is_incompressible(&self) -> bool {
-        self.len_after_sweep > 0 && self.len_after_sweep + N / RESERVE_SHARE / 2 >= N * FULL_NUM / FULL_DEN
+        self.is_incompressible
+    }
+
+    /// A usual block has this number of samples from now on.
+    pub fn set_usual(&mut self, samples: T) {
+        self.usual = samples;
     }
 
     /// Begins to make room.
@@ -292,7 +297,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
         marks.move_to(from, to);
         self.blocks.truncate(to);
         self.compaction = None;
-        self.len_after_sweep = if sweep == Sweep::Drop { 0 } else { to };
+        self.is_incompressible = sweep == Sweep::Pairs && to + N / 16 > N - N / RESERVE_SHARE;
         if sweep == Sweep::Rest && self.len() > N * FULL_NUM / FULL_DEN {
             self.usual += self.usual;
             self.compaction = Some(Compaction { sweep: Sweep::Pairs, from: 0, to: 0 });
@@ -326,33 +331,39 @@ impl<T: Real, const N: usize> Storage<T, N> {
     ) -> usize {
         let Some(all) = self.rest_of(from, end, noise_rad_s) else { return self.copy(from, end, to) };
         let is_leading = to == 0 && marks.split == 0 && !start.has_torque;
-        if is_leading && self.is_still(from, end, &all, start) {
+        if is_leading && self.is_still(from, end, &start.wheels_n_m_s, start) {
             start.absorb(&all, noise_rad_s);
             return to;
         }
-        if all.turn_square() > T::lit(REST_TURN * REST_TURN) {
+        let half = self.blocks.get(from..(from + end) / 2).unwrap_or(&[]);
+        let of_half = mean_wheels(half);
+        let has_torque = all.impulse_n_m_s != Vec3::zeros();
+        let turns = all.turn_square() > T::lit(REST_TURN * REST_TURN);
+        if has_torque || turns || !self.is_still(from, end, &of_half, start) {
             return self.copy(from, end, to);
         }
         self.put(to, Some(all));
         to + 1
     }
 
-    /// True where the wheels of a group stand as before.
-    fn is_still(&self, from: usize, end: usize, all: &Block<T>, start: &Stretch<T>) -> bool {
+    /// True where the mean wheel momentum of a group is `reference`, N m s, to its standard error.
+    fn is_still(&self, from: usize, end: usize, reference: &Vec3<T>, start: &Stretch<T>) -> bool {
         let blocks = self.blocks.get(from..end).unwrap_or(&[]);
+        let mean = mean_wheels(blocks);
         let mut scatter = T::zero();
         for block in blocks {
-            let apart = block.wheels_n_m_s - all.wheels_n_m_s;
+            let apart = block.wheels_n_m_s - mean;
             scatter += apart.dot(&apart);
         }
         let count = T::count(blocks.len().max(2) as u32);
         let error = (scatter / (count * (count - T::one()))).sqrt();
         let most = start.wheels_span_n_m_s * T::lit(STILL_SHARE) + error * T::lit(STILL_ERRORS);
-        largest_component(&(all.wheels_n_m_s - start.wheels_n_m_s)) <= most
+        largest_component(&(mean - reference)) <= most
     }
 
-    /// The blocks as one, if their rates agree with its mean: chi-square below its expectation and two
-    /// sigma.
+    /// The blocks as one, if their rates agree with its mean. Two tests, each exceeded by chance once in 10⁴
+    /// groups: chi-square of all blocks, at its expectation and four sigmas, and that of the difference of both
+    /// halves, three degrees of freedom, which shows a trend sooner.
     fn rest_of(&self, from: usize, end: usize, noise_rad_s: T) -> Option<Block<T>> {
         let blocks = self.blocks.get(from..end)?;
         let (first, others) = blocks.split_first()?;
@@ -365,9 +376,13 @@ impl<T: Real, const N: usize> Storage<T, N> {
             let apart = block.rate_rad_s - all.rate_rad_s;
             chi_square += apart.dot(&apart) * block.weight;
         }
+        let variance = noise_rad_s * noise_rad_s;
         let degrees = T::count(3 * others.len() as u32);
-        let most = degrees + (degrees + degrees).sqrt() * T::lit(2.0);
-        (chi_square <= most * noise_rad_s * noise_rad_s).then_some(all)
+        let most = degrees + (degrees + degrees).sqrt() * T::lit(4.0);
+        let (a, b) = blocks.split_at(blocks.len() / 2);
+        let trend = mean_rate(a) - mean_rate(b);
+        let is_level = trend.dot(&trend) * all.weight <= T::lit(4.0 * 21.1) * variance;
+        (chi_square <= most * variance && is_level).then_some(all)
     }
 
     fn sweep_pairs(&mut self, from: usize, end: usize, mut to: usize, turn_rad: T) -> usize {
@@ -391,6 +406,18 @@ impl<T: Real, const N: usize> Storage<T, N> {
         }
         to
     }
+}
+
+/// Mean rate of blocks of about the same weight, rad/s.
+fn mean_rate<T: Real>(blocks: &[Block<T>]) -> Vec3<T> {
+    let sum = blocks.iter().fold(Vec3::zeros(), |sum, block| sum + block.rate_rad_s);
+    sum * (T::one() / T::count(blocks.len().max(1) as u32))
+}
+
+/// Mean wheel momentum of blocks, N m s.
+fn mean_wheels<T: Real>(blocks: &[Block<T>]) -> Vec3<T> {
+    let sum = blocks.iter().fold(Vec3::zeros(), |sum, block| sum + block.wheels_n_m_s);
+    sum * (T::one() / T::count(blocks.len().max(1) as u32))
 }
 
 impl Marks {
