@@ -10,10 +10,10 @@
 //! larger: far from the solution all residuals are large, and none of them is an outlier.
 
 use super::trajectory::{Span, Trajectory};
-use super::unknowns::{Groups, Point};
 use super::storage::Rest;
+use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
-use crate::math::{Vec3, scalar::Real};
+use crate::math::{Vec3, norm, scalar::Real};
 
 /// K: u² of three normal residuals exceeds its square by chance once in 900 blocks (chi-square).
 const ROBUST: f64 = 4.0;
@@ -26,6 +26,9 @@ const FIRST_OCTAVE: i32 = -4;
 /// that chance alone may add.
 const LOW_SHARE: f64 = 0.05;
 const LOW_BY_CHANCE: f64 = 3.0;
+
+/// Range of the seed over that of an unknown.
+const SEED: f64 = 100.0;
 
 /// Statistics of the residuals of a pass. Squares are in rad²/s² of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,7 +179,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
         wheels: &Vec3<T>,
     ) -> bool {
         self.point = *point;
-        self.factor = SquareRootInformation::default();
+        self.seed();
         self.residuals = Residuals::none();
         self.next = from;
         if !self.trajectory.start(point, groups) {
@@ -191,6 +194,28 @@ impl<T: Real, const U: usize> Pass<T, U> {
             }
         }
         true
+    }
+
+    /// Seeds the factor with next to no information, at the point itself.
+    ///
+    /// Without it the first rows, which are those of a body at rest, would find pivots that consist of
+    /// rounding, and right-hand sides of that size inverse. A range of [`SEED`] times what is possible
+    /// lies far above rounding and far below any data.
+    fn seed(&mut self) {
+        let noise = self.unit_rad_s;
+        let rate = norm(&self.point.momentum) + noise * T::lit(SEED);
+        self.factor = SquareRootInformation::default();
+        for (column, row) in self.factor.factor.iter_mut().enumerate() {
+            let range = if column < FIRST_GROUP {
+                rate
+            } else if column < shape_of(U) {
+                rate.max(T::one())
+            } else {
+                T::one()
+            };
+            let share = noise / (range * T::lit(SEED));
+            row[column] = share * share;
+        }
     }
 
     /// Takes in the next block. Returns its squared residual at its weight as the rows before it predict

@@ -256,6 +256,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let beliefs = self.beliefs(front.pass.unit_per_kg_m2);
         let contradiction = beliefs.add(&mut factor, &front.pass.point);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
+        #[cfg(feature="dbg")] { extern crate std; std::eprintln!("white small {is_small} rms {:?} most {:?} corr {:?} limit {:?} contra {:?} settled {} blocks {} low {}", rms(residuals,U), most, residuals.correlation(), correlation_limit(residuals), contradiction, front.is_settled, residuals.blocks, residuals.low); }
         Some(is_small && !is_correlated && !shows_torque && front.is_settled)
     }
 
