@@ -71,7 +71,7 @@ pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
 ];
 
 /// Static RAM of the flight image, bytes.
-pub const FLIGHT_STATIC_RAM: u64 = 24 * 1024;
+pub const FLIGHT_STATIC_RAM: u64 = 64 * 1024;
 /// Largest stack depth of the flight image, bytes.
 pub const FLIGHT_STACK: u32 = 4 * 1024;
 /// Stack of nested interrupts, bytes. Four priorities can nest: serial port, captures, data ready,
