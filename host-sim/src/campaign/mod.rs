@@ -16,6 +16,7 @@ mod truths;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use fsw_core::Status;
 use rayon::iter::{ParallelBridge, ParallelIterator};
 use thiserror::Error;
 
@@ -68,6 +69,16 @@ pub struct CampaignRun {
     pub steps: u64,
     /// Time spent in the estimator, without sensors and set-up.
     pub estimator_time: Duration,
+}
+
+impl CampaignRun {
+    /// A silent lie: the estimator reports convergence, the residuals do not contradict it, and the
+    /// error of an element is not finite or exceeds [`MAX_CONSISTENT_SIGMAS`] of its reported sigma.
+    pub fn is_silent_lie(&self) -> bool {
+        self.score.status == Status::Converged
+            && self.residuals_white != Some(false)
+            && !self.score.is_within_sigmas()
+    }
 }
 
 /// Reason why a run has no result.

@@ -67,6 +67,14 @@ pub enum Verdict {
     Unobserved,
 }
 
+impl Score {
+    /// Each error is within [`MAX_CONSISTENT_SIGMAS`] of its reported sigma.
+    pub fn is_within_sigmas(&self) -> bool {
+        let sigmas = self.error_kg_m2.iter().zip(&self.sigma_kg_m2);
+        sigmas.into_iter().all(|(error, sigma)| error.abs() <= MAX_CONSISTENT_SIGMAS * sigma)
+    }
+}
+
 impl Reference {
     /// The motion observes all six elements: each bound is below [`MAX_OBSERVED_SHARE`].
     pub fn is_observed(&self) -> bool {
@@ -197,6 +205,15 @@ mod tests {
         assert_eq!(nees(&[1.0; 6], &covariance), None);
         assert_eq!(nees(&[1.0; 6], &Matrix6::zeros()), None);
         assert_eq!(nees(&[1.0; 6], &Matrix6::repeat(f64::NAN)), None);
+    }
+
+    #[test]
+    fn error_is_within_its_sigmas_up_to_the_limit() {
+        let of = |error: f64, sigma| score([0.0, 0.0, error, 0.0, 0.0, 0.0], sigma);
+        assert!(of(0.4, 0.1).is_within_sigmas() && of(-0.4, 0.1).is_within_sigmas());
+        for (error, sigma) in [(0.6, 0.1), (-0.6, 0.1), (f64::NAN, 0.1), (0.1, f64::NAN)] {
+            assert!(!of(error, sigma).is_within_sigmas(), "{error} {sigma}");
+        }
     }
 
     #[test]

@@ -58,7 +58,8 @@ enum Verb {
     ///
     /// A run counts as changed if the estimator discarded its knowledge at least once because new
     /// data contradicted it. Residuals are not white if they differ from the gyro noise at the end
-    /// of the run; not every estimator tests this.
+    /// of the run; not every estimator tests this. A run is a silent lie if the estimator reports
+    /// convergence, the residuals are not found non-white, and an error exceeds 5 of its sigmas.
     ///
     /// If the inertia changes in flight, the truth is at the end of the flight, and the bound is of
     /// the data after the last sudden change.

@@ -29,6 +29,7 @@ impl McReport {
             not_converged: not_converged as u64,
             changes: count(&|run| run.changes > 0),
             residuals_not_white: count(&|run| run.residuals_white == Some(false)),
+            silent_lies: count(&CampaignRun::is_silent_lie),
             truth_kg_m2: reference.truth_kg_m2,
             rmse_kg_m2: statistics.rmse_kg_m2,
             bias_kg_m2: statistics.bias_kg_m2,
@@ -63,6 +64,7 @@ impl From<&CampaignRun> for RunRow {
             changes: run.changes,
             residuals_white: run.residuals_white,
             shown: score.verdict != Verdict::Unobserved,
+            silent_lie: run.is_silent_lie(),
         }
     }
 }

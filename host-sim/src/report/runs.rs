@@ -39,6 +39,9 @@ pub struct RunRow {
     /// True if the motion observes all six elements. Always true unless each run has its own
     /// spacecraft.
     pub shown: bool,
+    /// True if the run counts as a silent lie: see
+    /// [`CampaignRun::is_silent_lie`](crate::campaign::CampaignRun::is_silent_lie).
+    pub silent_lie: bool,
 }
 
 /// File of the runs. It is created before the first run, so that a wrong path fails at once.
@@ -79,7 +82,7 @@ fn write_runs<W: io::Write>(out: W, rows: impl IntoIterator<Item = RunRow>) -> i
         cells.extend([row.converged.to_string(), row.diverged.to_string()]);
         cells.extend([row.restarts.to_string(), row.changes.to_string()]);
         cells.push(row.residuals_white.map_or(String::new(), |white| white.to_string()));
-        cells.push(row.shown.to_string());
+        cells.extend([row.shown.to_string(), row.silent_lie.to_string()]);
         out.write_record(&cells)?;
     }
     out.flush()
@@ -91,7 +94,9 @@ fn header() -> Vec<String> {
         names.extend(ELEMENT_NAMES.map(|element| format!("{quantity}{element}_kg_m2")));
     }
     names.extend(["nees", "converged", "diverged"].map(str::to_owned));
-    names.extend(["restarts", "changes", "residuals_white", "shown"].map(str::to_owned));
+    names.extend(
+        ["restarts", "changes", "residuals_white", "shown", "silent_lie"].map(str::to_owned),
+    );
     names
 }
 
@@ -115,6 +120,7 @@ mod tests {
             changes: 2,
             residuals_white: None,
             shown: true,
+            silent_lie: false,
         };
         let bad = RunRow {
             run: 1,
@@ -133,15 +139,15 @@ mod tests {
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("run,seed,status,jxx_kg_m2,"), "{}", lines[0]);
         assert!(
-            lines[0].ends_with(",nees,converged,diverged,restarts,changes,residuals_white,shown"),
+            lines[0].ends_with(",restarts,changes,residuals_white,shown,silent_lie"),
             "{}",
             lines[0]
         );
         assert!(lines[1].starts_with("0,7,converged,1.0,2.0,"), "{}", lines[1]);
-        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0,2,,true"), "{}", lines[1]);
-        assert!(lines[2].ends_with(",NaN,,false,true,0,2,false,true"), "{}", lines[2]);
+        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0,2,,true,false"), "{}", lines[1]);
+        assert!(lines[2].ends_with(",NaN,,false,true,0,2,false,true,false"), "{}", lines[2]);
         for line in &lines {
-            assert_eq!(line.split(',').count(), 28, "{line}");
+            assert_eq!(line.split(',').count(), 29, "{line}");
         }
     }
 

@@ -17,9 +17,14 @@ const NOISE: Key = Key::required(
 .or("estimated from the residuals");
 const RANGE: Key =
     Key::required("range_rad_s", NUMBER, "rad/s", POSITIVE, "Full scale per axis").or("unlimited");
-const QUANTUM: Key =
-    Key::required("quantum_rad_s", NUMBER, "rad/s", POSITIVE, "Least significant bit, added to the noise as its uniform rounding error, q/√12")
-        .or("negligible");
+const QUANTUM: Key = Key::required(
+    "quantum_rad_s",
+    NUMBER,
+    "rad/s",
+    POSITIVE,
+    "Least significant bit, added to the noise as its uniform rounding error, q/√12",
+)
+.or("negligible");
 
 /// The keys of `[gyro]` in a craft file.
 pub const TABLE: Table =
@@ -90,11 +95,8 @@ mod tests {
 
     #[test]
     fn reading_sigma_includes_the_rounding_error() {
-        let gyro = |noise_rad_s, quantum_rad_s| GyroData {
-            noise_rad_s,
-            range_rad_s: None,
-            quantum_rad_s,
-        };
+        let gyro =
+            |noise_rad_s, quantum_rad_s| GyroData { noise_rad_s, range_rad_s: None, quantum_rad_s };
         assert_eq!(gyro(None, Some(1e-3)).reading_sigma_rad_s(), None);
         assert_eq!(gyro(Some(1e-4), None).reading_sigma_rad_s(), Some(1e-4));
         let sigma = gyro(Some(1e-4), Some(1e-3)).reading_sigma_rad_s().unwrap();

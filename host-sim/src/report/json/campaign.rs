@@ -35,6 +35,9 @@ pub struct McReport {
     pub changes: u64,
     /// Runs, of all, whose last residuals fail the test for white noise. Zero if not tested.
     pub residuals_not_white: u64,
+    /// Runs, of all, with the status `converged` and residuals that do not fail the test for white
+    /// noise, in which the error of an element exceeds 5 of its reported sigmas.
+    pub silent_lies: u64,
     /// True elements at the end of the flight, kg m². Mean over the runs if they differ.
     pub truth_kg_m2: [f64; 6],
     /// RMS of estimated minus true, kg m². Null if all runs diverged.

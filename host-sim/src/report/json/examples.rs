@@ -62,6 +62,7 @@ pub fn mc() -> McReport {
         bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
         bound_kg_m2: bound.map(Some),
         rmse_over_bound: [Some(1.25); 6],
+        silent_lies: 0,
         rmse_over_bound_of_all: Some(1.25),
         bias_over_bound: [Some(-0.1); 6],
         nees_per_dof: Some(1.0923),

@@ -88,6 +88,7 @@ fn mc_has_the_stable_names_and_shapes() {
         "used",
         "wall_s",
     ];
+        "silent_lies",
     assert_eq!(keys(&document), expected);
     assert_eq!(document["rmse_over_bound"].as_array().unwrap().len(), 6);
     assert_eq!(document["nees_95"], json!([0.8881, 1.1187]));

@@ -1,6 +1,7 @@
 //! Table of `mc`: RMS error and bias beside the bound.
 
 use super::cells::{DIGITS, EMPTY, UNOBSERVED, decimals, element, heading, or, short};
+use crate::campaign::MAX_CONSISTENT_SIGMAS;
 use crate::input::ELEMENT_NAMES;
 use crate::report::columns::Columns;
 use crate::report::json::McReport;
@@ -37,6 +38,7 @@ pub fn mc(report: &McReport) -> String {
         heading("runs", &runs(report)),
         heading("changes", &format!("found in {} runs", report.changes)),
         heading("residuals", &format!("not white in {} runs", report.residuals_not_white)),
+        heading("silent lies", &silent_lies(report)),
         heading("NEES", &nees(report)),
         heading("RMS/bound", &rms_over_bound(report)),
         heading("speed", &speed(report)),
@@ -55,6 +57,14 @@ fn runs(report: &McReport) -> String {
     format!(
         "{}: {not_shown}{} diverged (left out below), {} of the others not converged",
         report.runs, report.diverged, report.not_converged
+    )
+}
+
+/// Number of silent lies, and their definition.
+fn silent_lies(report: &McReport) -> String {
+    format!(
+        "{} runs converged, not found non-white, and beyond {MAX_CONSISTENT_SIGMAS} sigma",
+        report.silent_lies
     )
 }
 
@@ -108,6 +118,7 @@ estimator           joint-ekf, f32
 runs                50: 2 diverged (left out below), 1 of the others not converged
 changes             found in 3 runs
 residuals           not white in 0 runs
+silent lies         0 runs converged, not found non-white, and beyond 5 sigma
 NEES                1.092 per degree of freedom (consistent: 0.8881 to 1.119, 95 %)
 RMS/bound           1.250 over all elements of 48 runs
 speed               300050 steps in 1.26 s; the estimator alone 512346 steps/s per core
