@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::estimate::note_changes;
+use super::notes::Notes;
 use super::{Failure, print};
 use crate::input::Scenario;
 use crate::input::scenario::DEFAULT_SCENARIO;
@@ -29,7 +30,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(seed) => scenario.of_seed(seed),
         None => scenario,
     };
-    note_changes(&scenario);
+    note_changes(&scenario, &mut Notes::default());
     let bound = Flight::simulate(&scenario)?.bound;
     let torque = torque_effect(&scenario, &bound)?;
     let report = CrlbReport::of_bound(&scenario, &bound, torque.as_ref());

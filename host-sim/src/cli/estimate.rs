@@ -1,5 +1,6 @@
 //! Estimation and its notes, shared by `run` and `replay`.
 
+use super::notes::Notes;
 use super::{Failure, Options};
 use crate::estimation::{EstimatorName, Setup, estimate_log, set_up};
 use crate::input::log::LogRow;
@@ -14,20 +15,22 @@ pub(super) struct Estimated {
     pub history: Vec<HistoryRow>,
 }
 
-/// Estimate from a log. `source` is the log's name in errors.
+/// Estimate from a log. `source` is the log's name in errors. The report has `notes` and those on the
+/// set-up.
 pub(super) fn estimate(
     options: &Options,
     craft: &Craft,
     rows: &[LogRow],
     source: &str,
+    mut notes: Notes,
 ) -> Result<Estimated, Failure> {
     let failure = |error| Failure::SetUp { source_name: source.to_owned(), error };
-    note_ignored_disturbances(options.method.estimator, craft);
+    note_ignored_disturbances(options.method.estimator, craft, &mut notes);
     let setup = Setup::for_log(options.method, craft, rows).map_err(failure)?;
     if let Some(noise) = setup.measured_gyro_noise_rad_s() {
-        eprintln!(
-            "note: gyro.noise_rad_s is not given; estimated from the residuals: {noise:.3e} rad/s"
-        );
+        notes.add(format!(
+            "gyro.noise_rad_s is not given; estimated from the residuals: {noise:.3e} rad/s"
+        ));
     }
     let mut history = Vec::new();
     let estimator = set_up(&setup).map_err(failure)?;
@@ -36,34 +39,38 @@ pub(super) fn estimate(
             history.push(HistoryRow::new(row, outcome, estimator));
         }
     });
-    let report = ReplayReport::new(options.method, rows.len(), &result);
+    let mut report = ReplayReport::new(options.method, rows.len(), &result);
+    report.notes = notes.into_list();
     Ok(Estimated { report, history })
 }
 
 /// Note for an estimator that cannot solve for the craft's disturbances.
-pub(super) fn note_ignored_disturbances(estimator: EstimatorName, craft: &Craft) {
+pub(super) fn note_ignored_disturbances(
+    estimator: EstimatorName,
+    craft: &Craft,
+    notes: &mut Notes,
+) {
     let requested = craft.solve_for.torque || craft.solve_for.gyro_bias;
     if requested && !estimator.properties().solves_for_disturbances {
-        eprintln!(
-            "note: {estimator} does not estimate disturbance torque or gyro bias; [disturbance] is \
+        notes.add(format!(
+            "{estimator} does not estimate disturbance torque or gyro bias; [disturbance] is \
              ignored"
-        );
+        ));
     }
 }
 
 /// Notes on truth and bound of a scenario with a changing inertia.
-pub(super) fn note_changes(scenario: &Scenario) {
+pub(super) fn note_changes(scenario: &Scenario, notes: &mut Notes) {
     if let Some(last) = scenario.changes.sudden.last() {
-        eprintln!(
-            "note: the inertia changes in flight; the bound is of the data after the last change, at \
-             {} s",
+        notes.add(format!(
+            "the inertia changes in flight; the bound is of the data after the last change, at {} s",
             last.time_s
-        );
+        ));
     }
     if scenario.changes.drifts() {
-        eprintln!(
-            "note: the inertia drifts; the truth is at the end of the flight, and the bound assumes a \
-             known drift: the error may exceed it, and NEES is the measure"
+        notes.add(
+            "the inertia drifts; the truth is at the end of the flight, and the bound assumes a \
+             known drift: the error may exceed it, and NEES is the measure",
         );
     }
 }

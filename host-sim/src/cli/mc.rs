@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::Args;
 
 use super::estimate::{note_changes, note_ignored_disturbances};
+use super::notes::Notes;
 use super::progress::{note_if_stopped, progress_bar, stop_on_ctrl_c};
 use super::{Failure, print};
 use crate::campaign::{Campaign, Truths};
@@ -37,8 +38,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, runs: requested, seed, method, out, json } = arguments;
     let scenario = Scenario::load(scenario)?;
-    note_ignored_disturbances(method.estimator, &scenario.craft());
-    note_changes(&scenario);
+    let mut notes = Notes::default();
+    note_ignored_disturbances(method.estimator, &scenario.craft(), &mut notes);
+    note_changes(&scenario, &mut notes);
     let campaign = Campaign {
         scenario: &scenario,
         truths: &Truths::simulate(&scenario)?,

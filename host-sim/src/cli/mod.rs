@@ -9,6 +9,7 @@ mod estimate;
 mod failure;
 mod flight_estimator;
 mod mc;
+mod notes;
 #[cfg(unix)]
 mod pil;
 mod progress;

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::estimate::note_changes;
 use super::flight_estimator::FlightEstimator;
+use super::notes::Notes;
 use super::progress::progress_bar;
 use super::{Failure, command_line, print};
 use crate::estimation::{Method, Precision};
@@ -47,8 +48,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, estimator, seed, restart_at, image, out, json } = arguments;
     let scenario = Scenario::load(scenario)?.of_seed(*seed);
-    note_changes(&scenario);
-    note_ignored_keys(&scenario);
+    let mut notes = Notes::default();
+    note_changes(&scenario, &mut notes);
+    note_ignored_keys(&scenario, &mut notes);
     let FlightEstimator { id, name } = *estimator;
     let method = Method { estimator: name, precision: Precision::F32 };
     let flight = Flight::simulate(&scenario)?;
@@ -79,7 +81,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
     );
     bar.finish_and_clear();
-    let report = PilReport::new(&mission, method, &result?, begun.elapsed());
+    let mut report = PilReport::new(&mission, method, &result?, begun.elapsed());
+    report.run.estimate.notes = notes.into_list();
     let table = table::pil(&report);
     if let Some(folder) = out {
         write_folder(folder, &mission, &report, &table, &history)?;
@@ -103,6 +106,7 @@ fn write_folder(
         table,
         result: report,
         history: &history.rows,
+        notes: &report.run.estimate.notes,
         simulated: Some(Simulated { log: &history.log, craft: &craft, flight }),
     }
     .write(folder)?;
@@ -110,21 +114,21 @@ fn write_folder(
 }
 
 /// Notes on keys of the scenario that the flight image does not support.
-fn note_ignored_keys(scenario: &Scenario) {
+fn note_ignored_keys(scenario: &Scenario, notes: &mut Notes) {
     let craft = scenario.craft();
     if craft.solve_for.torque || craft.solve_for.gyro_bias {
-        eprintln!("note: the flight image estimates the inertia alone; [disturbance] is ignored");
+        notes.add("the flight image estimates the inertia alone; [disturbance] is ignored");
     }
     if craft.filter.rate_walk_rad_s_sqrt_s.is_some()
         || craft.filter.inertia_walk_kg_m2_sqrt_hour.is_some()
     {
-        eprintln!("note: the flight image has no process noise; [filter] is ignored");
+        notes.add("the flight image has no process noise; [filter] is ignored");
     }
     let gyro = &scenario.gyro;
     if gyro.quantum_rad_s.is_some() || gyro.range_rad_s.is_some() {
-        eprintln!(
-            "note: the gyro is a BMI088 with its own quantum and range; gyro.quantum_rad_s and \
-             gyro.range_rad_s are ignored"
+        notes.add(
+            "the gyro is a BMI088 with its own quantum and range; gyro.quantum_rad_s and \
+             gyro.range_rad_s are ignored",
         );
     }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::estimate::estimate;
+use super::notes::Notes;
 use super::{Failure, Options, command_line, print};
 use crate::input::{Craft, RecordedLog};
 use crate::report::{ReportFolder, table};
@@ -26,10 +27,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = log.display().to_string();
     let craft = Craft::load(craft)?;
     let log = RecordedLog::load(log, craft.wheels.len())?;
-    for note in &log.notes {
-        eprintln!("note: {note}");
-    }
-    let estimated = estimate(options, &craft, &log.rows, &file)?;
+    let mut notes = Notes::default();
+    log.notes.iter().for_each(|note| notes.add(note));
+    let estimated = estimate(options, &craft, &log.rows, &file, notes)?;
     let table = table::replay(&estimated.report);
     if let Some(folder) = &options.out {
         ReportFolder {
@@ -38,6 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             table: &table,
             result: &estimated.report,
             history: &estimated.history,
+            notes: &estimated.report.notes,
             simulated: None,
         }
         .write(folder)?;

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::estimate::{estimate, note_changes};
+use super::notes::Notes;
 use super::{Failure, Options, command_line, print};
 use crate::input::Scenario;
 use crate::input::scenario::DEFAULT_SCENARIO;
@@ -25,11 +26,12 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, seed, options } = arguments;
     let scenario = Scenario::load(scenario)?.of_seed(*seed);
-    note_changes(&scenario);
+    let mut notes = Notes::default();
+    note_changes(&scenario, &mut notes);
     let flight = Flight::simulate(&scenario)?;
     let log = log_of(&scenario, &flight, *seed);
     let craft = scenario.craft();
-    let estimated = estimate(options, &craft, &log, &scenario.name)?;
+    let estimated = estimate(options, &craft, &log, &scenario.name, notes)?;
     let report = RunReport::of_flight(&scenario, *seed, &flight, estimated.report);
     let table = table::run(&report);
     if let Some(folder) = &options.out {
@@ -40,6 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             table: &table,
             result: &report,
             history: &estimated.history,
+            notes: &report.estimate.notes,
             simulated: Some(Simulated { log: &log, craft: &craft, flight: &flight }),
         }
         .write(folder)?;

@@ -7,13 +7,14 @@
 //! ```
 //!
 //! In: a [`Setup`] (estimator, precision, craft, gyro noise, sample period) and the rows of a log.
-//! Out: the estimate after the last sample and the outcomes of all samples.
+//! Out: the estimate after the last sample, the number of samples by outcome, and the events.
 //!
 //! Quantities are `f64` in SI units, body axes. A sample is rounded once to the chosen precision
 //! when it enters the core.
 
 mod adapter;
 mod error;
+mod events;
 mod gyro_noise;
 mod log_setup;
 mod name;
@@ -23,6 +24,7 @@ mod system;
 
 pub use adapter::{Acceleration, AnyEstimator, any_estimator};
 pub use error::SetUpError;
+pub use events::Events;
 pub use name::{EstimatorName, Method, Precision, Properties};
 pub use setup::Setup;
 pub use stream::{EstimationResult, estimate_log};

@@ -4,12 +4,15 @@ use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Estimate, Outcome};
 
 use super::adapter::AnyEstimator;
+use super::events::Events;
 use crate::input::log::LogRow;
 
 /// Result of a log.
 pub struct EstimationResult {
     /// Number of samples by outcome.
     pub counts: OutcomeCounts,
+    /// Restarts, gaps, changes and spikes with their times.
+    pub events: Events,
     /// Estimate after the last sample.
     pub estimate: Estimate<f64>,
 }
@@ -28,13 +31,14 @@ pub fn estimate_log(
     mut estimator: Box<dyn AnyEstimator>,
     mut observe: impl FnMut(&LogRow, &Outcome, &dyn AnyEstimator),
 ) -> EstimationResult {
-    let mut counts = OutcomeCounts::default();
+    let (mut counts, mut events) = (OutcomeCounts::default(), Events::default());
     for row in rows {
         let outcome = estimator.step(row);
         counts.add(&outcome);
+        events.add(row.time_us, &outcome);
         observe(row, &outcome, estimator.as_ref());
     }
-    EstimationResult { counts, estimate: estimator.estimate() }
+    EstimationResult { counts, events, estimate: estimator.estimate() }
 }
 
 /// Median time between samples, s; zero for a single sample.

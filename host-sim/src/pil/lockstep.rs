@@ -24,6 +24,7 @@ use super::mission::{BrokenBit, Mission};
 use super::result::{PilFailed, PilFlight, Progress};
 use super::setup::{self, NotFlown};
 use super::software::Software;
+use crate::estimation::Events;
 
 /// Flies a mission on firmware and host, and compares their telemetry after each sample.
 ///
@@ -83,6 +84,7 @@ struct Lockstep<'a> {
 #[derive(Default)]
 struct Counts {
     outcomes: OutcomeCounts,
+    events: Events,
     gyro_failures: u32,
     wheel_failures: u32,
     stack_high_water_bytes: u32,
@@ -90,10 +92,11 @@ struct Counts {
 
 impl Counts {
     fn into_flight(self, estimator: SelectedEstimator, compared: usize) -> PilFlight {
-        let Self { outcomes, gyro_failures, wheel_failures, stack_high_water_bytes } = self;
+        let Self { outcomes, events, gyro_failures, wheel_failures, stack_high_water_bytes } = self;
         PilFlight {
             estimator,
             outcomes,
+            events,
             gyro_failures,
             wheel_failures,
             compared,
@@ -147,9 +150,11 @@ impl<'a> Lockstep<'a> {
             let telemetry = software.fly_sample();
             self.fly_sample(&telemetry)?;
             for received in &telemetry {
-                if let Telemetry::Estimate(estimate) = &received.telemetry {
-                    let outcomes = &mut self.counts.outcomes;
-                    estimate.outcome.iter().for_each(|outcome| outcomes.add(outcome));
+                if let Telemetry::Estimate(estimate) = &received.telemetry
+                    && let Some(outcome) = &estimate.outcome
+                {
+                    self.counts.outcomes.add(outcome);
+                    self.counts.events.add(estimate.sample_time_us, outcome);
                 }
             }
             watch(software, &telemetry);

@@ -9,6 +9,7 @@ use thiserror::Error;
 use super::compare::Difference;
 use super::firmware::LineFailed;
 use super::setup::NotFlown;
+use crate::estimation::Events;
 
 /// A flight did not reach its end.
 #[derive(Debug, Error)]
@@ -64,6 +65,8 @@ pub struct PilFlight {
     pub estimator: SelectedEstimator,
     /// Counts of the outcomes of all steps.
     pub outcomes: OutcomeCounts,
+    /// Restarts, gaps, changes and spikes with their times.
+    pub events: Events,
     /// Samples skipped because the gyro could not be read.
     pub gyro_failures: u32,
     /// Samples skipped because a tachometer could not be read.

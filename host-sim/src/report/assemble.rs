@@ -1,9 +1,11 @@
 //! Reports assembled from the results of estimation, a simulated flight and its bound.
 
+use std::collections::BTreeMap;
+
 use fsw_core::{Outcome, Status as CoreStatus};
 
 use super::history::{AccelerationRow, HistoryRow};
-use super::json::{CrlbReport, ReplayReport, RunReport, Status, matrix};
+use super::json::{CrlbReport, ReplayReport, RunReport, Spikes, Status, matrix};
 use crate::estimation::{AnyEstimator, EstimationResult, Method};
 use crate::input::Scenario;
 use crate::input::log::LogRow;
@@ -35,7 +37,7 @@ impl HistoryRow {
 impl ReplayReport {
     /// Report of a log of this many samples.
     pub fn new(method: Method, samples: usize, result: &EstimationResult) -> Self {
-        let EstimationResult { counts, estimate } = result;
+        let EstimationResult { counts, events, estimate } = result;
         let elements = estimate.inertia.elements_kg_m2();
         let (over_trace, over_trace_sigma) = estimate.over_trace();
         let rejected = counts.rejected().into_iter().filter(|(_, count)| *count > 0);
@@ -60,9 +62,21 @@ impl ReplayReport {
             residual_rms_rad_s: estimate.residual_rms_rad_s,
             residuals_white: estimate.residuals_white,
             projected: estimate.projected,
-            changes: u64::from(result.changes()),
+            restarts: seconds(&events.restarts_us),
+            gaps: seconds(&events.gaps_us),
+            changes: seconds(&events.changes_us),
+            spikes: Spikes {
+                count: events.spikes_us.len() as u64,
+                first_s: seconds(&events.spikes_us[..events.spikes_us.len().min(Spikes::LISTED)]),
+            },
+            skipped_rows: BTreeMap::new(),
+            notes: Vec::new(),
         }
     }
+}
+
+fn seconds(times_us: &[u64]) -> Vec<f64> {
+    times_us.iter().map(|time_us| *time_us as f64 / 1e6).collect()
 }
 
 impl RunReport {

@@ -68,6 +68,21 @@ pub fn write_history<W: io::Write>(out: W, rows: &[HistoryRow]) -> io::Result<()
     out.flush()
 }
 
+/// Writes time and outcome of the samples that were rejected or reset part of the state, as CSV. The
+/// ordinary outcomes of a running estimator are left out.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_events<W: io::Write>(out: W, rows: &[HistoryRow]) -> io::Result<()> {
+    const ORDINARY: [&str; 3] = ["updated", "aligning", "refilling"];
+    let mut out = csv::Writer::from_writer(out);
+    out.write_record(["t_s", "outcome"])?;
+    for row in rows.iter().filter(|row| !ORDINARY.contains(&row.outcome)) {
+        out.write_record([&row.time_s.to_string(), row.outcome])?;
+    }
+    out.flush()
+}
+
 fn header() -> Vec<String> {
     let axes = |name: &str| ["x", "y", "z"].map(|axis| format!("{name}_{axis}_rad_s"));
     let mut names = vec!["t_s".to_owned()];
@@ -119,8 +134,12 @@ mod tests {
             outcome: "reset",
             ..predicted.clone()
         };
+        let rows = [first, predicted];
         let mut bytes = Vec::new();
-        write_history(&mut bytes, &[first, predicted]).unwrap();
+        write_events(&mut bytes, &rows).unwrap();
+        assert_eq!(String::from_utf8(bytes).unwrap(), "t_s,outcome\n0,reset\n");
+        let mut bytes = Vec::new();
+        write_history(&mut bytes, &rows).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("t_s,gyro_x_rad_s,"));

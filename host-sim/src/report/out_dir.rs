@@ -5,6 +5,7 @@
 //! | `report.md` | table, plots, command line |
 //! | `result.json` | the document of `--json` |
 //! | `history.csv` | estimate over time |
+//! | `events.csv` | time and outcome of each sample that was rejected or reset the estimator |
 //! | `log.csv`, `craft.toml` | simulated log and its craft, ready for `replay`; simulated flights only |
 //! | `rates.svg`, `innovations.svg`, `inertia.svg` | plots |
 //! | `accelerations.svg` | if the estimator differentiates the rate |
@@ -15,7 +16,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::files::{OutputError, create_folder, stream, write_json, write_text};
-use super::history::{HistoryRow, write_history};
+use super::history::{HistoryRow, write_events, write_history};
 use super::plots::{PlotError, flight};
 use crate::input::Craft;
 use crate::input::log::{LogRow, write_log};
@@ -33,6 +34,8 @@ pub struct ReportFolder<'a, R> {
     pub result: &'a R,
     /// Estimate over time.
     pub history: &'a [HistoryRow],
+    /// Notes to the user, one sentence each.
+    pub notes: &'a [String],
     /// Source of the log, if it was simulated.
     pub simulated: Option<Simulated<'a>>,
 }
@@ -69,6 +72,7 @@ impl<R: Serialize> ReportFolder<'_, R> {
             write_text(&folder.join(plot.file), &plot.svg)?;
         }
         stream(&folder.join("history.csv"), |out| write_history(out, self.history))?;
+        stream(&folder.join("events.csv"), |out| write_events(out, self.history))?;
         if let Some(Simulated { log, craft, .. }) = self.simulated {
             stream(&folder.join("log.csv"), |out| write_log(out, log))?;
             write_text(&folder.join("craft.toml"), &craft.to_toml())?;
@@ -141,6 +145,8 @@ impl<R: Serialize> ReportFolder<'_, R> {
         let pictures: String =
             plots.iter().map(|plot| format!("![{}]({})\n\n", plot.caption, plot.file)).collect();
         let Self { title, command, table, .. } = self;
+        let notes: String = self.notes.iter().map(|note| format!("- {note}\n")).collect();
+        let notes = if notes.is_empty() { notes } else { notes + "\n" };
         let log = if self.simulated.is_some() {
             ", the simulated log in [log.csv](log.csv) with its [craft.toml](craft.toml)"
         } else {
@@ -149,8 +155,10 @@ impl<R: Serialize> ReportFolder<'_, R> {
         format!(
             "# {title}\n\n\
              ```text\n{}\n```\n\n\
+             {notes}\
              The result as numbers is in [result.json](result.json), the estimate over time in \
-             [history.csv](history.csv){log}.\n\n\
+             [history.csv](history.csv), rejected samples and resets in \
+             [events.csv](events.csv){log}.\n\n\
              {pictures}\
              Created by host-sim {}:\n\n\
              ```sh\n{command}\n```\n",
@@ -183,6 +191,7 @@ mod tests {
             table: &table::run(&result),
             result: &result,
             history: &[],
+            notes: &["the gyro noise is estimated".to_owned()],
             simulated: Some(Simulated {
                 log: &log.unwrap().rows,
                 craft: &scenario.craft(),
@@ -201,9 +210,11 @@ mod tests {
         let markdown = fs::read_to_string(folder.join("report.md")).unwrap();
         assert!(markdown.contains("host-sim run stsat3-spin-up --seed 7"));
         assert!(markdown.contains("error/bound"));
+        assert!(markdown.contains("\n- the gyro noise is estimated\n"));
         for name in [
             "result.json",
             "history.csv",
+            "events.csv",
             "log.csv",
             "rates.svg",
             "innovations.svg",

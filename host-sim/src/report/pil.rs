@@ -60,7 +60,8 @@ impl PilReport {
     /// Report of a completed flight; `wall` is the time that it took.
     pub fn new(mission: &Mission<'_>, method: Method, flown: &PilFlight, wall: Duration) -> Self {
         let estimate = any_estimator(flown.estimator.clone(), None).estimate();
-        let result = EstimationResult { counts: flown.outcomes, estimate };
+        let result =
+            EstimationResult { counts: flown.outcomes, events: flown.events.clone(), estimate };
         let mut estimate = ReplayReport::new(method, flown.compared, &result);
         for (reason, count) in
             [("gyro_failed", flown.gyro_failures), ("no_wheel_speed", flown.wheel_failures)]

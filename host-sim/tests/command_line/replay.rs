@@ -1,6 +1,8 @@
 //! `replay`: recorded logs.
 
 use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -57,6 +59,47 @@ fn momentum_estimators_without_attitude_are_rejected() {
     }
 }
 
+/// Log of the CubeSat by the simulator, without the rows of this range of lines, and with a spike in
+/// this line; lines are counted from zero, the header included.
+fn damaged_log(folder: &Path, gap: Range<usize>, spike: usize) -> PathBuf {
+    json(&["run", "cubesat-pyramid", "--json", "--out", text(folder)]);
+    let log = fs::read_to_string(folder.join("log.csv")).unwrap();
+    let mut damaged = String::new();
+    for (line, row) in log.lines().enumerate().filter(|(line, _)| !gap.contains(line)) {
+        let mut cells: Vec<&str> = row.split(',').collect();
+        if line == spike {
+            cells[1] = "0.05";
+        }
+        damaged += &(cells.join(",") + "\n");
+    }
+    let path = folder.join("damaged.csv");
+    fs::write(&path, damaged).unwrap();
+    path
+}
+
+#[test]
+fn gap_and_spike_are_reported_with_their_times() {
+    let folder = TempDir::new().unwrap();
+    // Line n has the time (n - 1) / 10 s.
+    let log = damaged_log(folder.path(), 300..400, 501);
+    let craft = folder.path().join("craft.toml");
+    let out = folder.path().join("out");
+    let arguments = ["replay", "--craft", text(&craft), text(&log), "--estimator", "joint-ekf"];
+    let report = json(&[&arguments[..], &["--json", "--out", text(&out)]].concat());
+    assert_eq!(report["gaps"], serde_json::json!([39.9]), "{report}");
+    assert_eq!(report["spikes"], serde_json::json!({ "count": 1, "first_s": [50.0] }));
+    for events in ["restarts", "changes", "notes"] {
+        assert_eq!(report[events], serde_json::json!([]), "{events}");
+    }
+    let events = fs::read_to_string(out.join("events.csv")).unwrap();
+    assert!(events.contains("\n39.9,reset_gap\n50,spike\n"), "{events}");
+    let table = String::from_utf8(host_sim(&arguments).stdout).unwrap();
+    for line in ["gaps                1, at 39.9 s\n", "spikes              1, at 50 s\n"] {
+        assert!(table.contains(line), "{table}");
+    }
+    assert!(!table.contains("changes") && !table.contains("restarts"), "{table}");
+}
+
 #[test]
 fn gyro_noise_is_estimated_if_the_craft_does_not_state_it() {
     let folder = TempDir::new().unwrap();
@@ -72,6 +115,7 @@ fn gyro_noise_is_estimated_if_the_craft_does_not_state_it() {
         let notes = String::from_utf8_lossy(&output.stderr);
         assert_eq!(notes.contains("estimated from the residuals"), is_repeated, "{notes}");
         let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report["notes"].as_array().unwrap().len(), usize::from(is_repeated));
         assert_eq!(report["status"], "converged");
         let residual = report["residual_rms_rad_s"].as_f64().unwrap();
         assert!((residual / 1e-4 - 1.0).abs() < 0.1, "{estimator}: {residual}");

@@ -86,7 +86,7 @@ const STATUS: StatusReport = StatusReport {
         spike: 2,
         no_attitude: 0,
         waiting_for_rest: 0,
-        gap_resets: 0,
+        gap_resets: 1,
         lockout_resets: 0,
         change_resets: 0,
         divergence_resets: 0,
@@ -133,7 +133,11 @@ fn text_has_one_line_per_packet() {
     assert_eq!(lines.len(), 4, "{text}");
     for (line, start, within) in [
         (0, "    12.345678 s  estimate 0", "  inertia_kg_m2 14.2000 17.3000 20.3000 0.0867000 "),
-        (1, "    12.345679 s  status 0", "  outcomes.accepted 6001  outcomes.spike 2  downlink"),
+        (
+            1,
+            "    12.345679 s  status 0",
+            "  outcomes.accepted 6001  outcomes.spike 2  outcomes.gap_resets 1  ",
+        ),
         (2, "    12.345680 s  checkpoint 0", "  index 0  parts 9  bytes 3"),
         (3, "    12.345681 s  estimate 1", "  estimator window  status converged  physical yes"),
     ] {
@@ -168,6 +172,7 @@ fn json_has_every_field_to_the_last_bit() {
 
     let status = &packets[1];
     assert_eq!(status["outcomes"]["spike"], 2);
+    assert_eq!(status["outcomes"]["gap_resets"], 1);
     assert_eq!(status["uplink"]["replayed"], 0);
     assert_eq!(status["reset_cause"], "watchdog");
     assert_eq!(packets[2]["bytes"], "cafe00");

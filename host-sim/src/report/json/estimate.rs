@@ -51,8 +51,35 @@ pub struct ReplayReport {
     pub residuals_white: Option<bool>,
     /// True if the tensor was projected on the nearest physical one.
     pub projected: bool,
-    /// Number of times that the earlier estimate was discarded because new data contradicted it.
-    pub changes: u64,
+    /// Times of restarts of the whole state, s: it was not finite, or too many spikes came in a row.
+    /// Times of events are since the first sample, as `t_s` of `history.csv`; each is that of the step
+    /// that reported the event.
+    pub restarts: Vec<f64>,
+    /// Times of the first samples after gaps that are too long for a prediction, s.
+    pub gaps: Vec<f64>,
+    /// Times at which the earlier estimate was discarded because new data contradicted it, s. A
+    /// series of spikes that ends in a restart is a restart and a change.
+    pub changes: Vec<f64>,
+    /// Samples rejected because they were too far from the prediction.
+    pub spikes: Spikes,
+    /// Rows of the log that were not used as samples, by reason: see `replay`.
+    pub skipped_rows: BTreeMap<String, u64>,
+    /// Notes on the input and the set-up, one sentence each, as on stderr.
+    pub notes: Vec<String>,
+}
+
+/// Number of spikes, and the times of the first ones.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Spikes {
+    /// Number of spikes.
+    pub count: u64,
+    /// Times of the first [`Spikes::LISTED`], s.
+    pub first_s: Vec<f64>,
+}
+
+impl Spikes {
+    /// Largest number of times.
+    pub const LISTED: usize = 10;
 }
 
 /// Status of an estimate.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{CrlbReport, McReport, ReplayReport, RunReport, Status, matrix};
+use super::{CrlbReport, McReport, ReplayReport, RunReport, Spikes, Status, matrix};
 
 pub const TRUTH: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
 
@@ -34,7 +34,12 @@ pub fn replay() -> ReplayReport {
         residual_rms_rad_s: 1.8151e-4,
         residuals_white: Some(true),
         projected: false,
-        changes: 0,
+        restarts: Vec::new(),
+        gaps: Vec::new(),
+        changes: Vec::new(),
+        spikes: Spikes { count: 2, first_s: vec![12.3, 45.6] },
+        skipped_rows: BTreeMap::new(),
+        notes: Vec::new(),
     }
 }
 
@@ -57,12 +62,12 @@ pub fn mc() -> McReport {
         not_converged: 1,
         changes: 3,
         residuals_not_white: 0,
+        silent_lies: 0,
         truth_kg_m2: TRUTH,
         rmse_kg_m2: bound.map(|bound| Some(1.25 * bound)),
         bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
         bound_kg_m2: bound.map(Some),
         rmse_over_bound: [Some(1.25); 6],
-        silent_lies: 0,
         rmse_over_bound_of_all: Some(1.25),
         bias_over_bound: [Some(-0.1); 6],
         nees_per_dof: Some(1.0923),

@@ -15,7 +15,7 @@ mod tensor;
 
 pub use bound::CrlbReport;
 pub use campaign::McReport;
-pub use estimate::{ReplayReport, RunReport, Status};
+pub use estimate::{ReplayReport, RunReport, Spikes, Status};
 pub use target::{PilReport, TargetReport};
 pub use tensor::{elements, matrix};
 

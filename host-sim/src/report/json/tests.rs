@@ -10,17 +10,19 @@ fn keys(document: &Value) -> Vec<&str> {
     keys
 }
 
-const REPLAY_KEYS: [&str; 21] = [
+const REPLAY_KEYS: [&str; 26] = [
     "accepted",
     "changes",
     "covariance_kg2_m4",
     "disturbance_torque_n_m",
     "element_observed",
     "estimator",
+    "gaps",
     "gyro_bias_rad_s",
     "inertia_kg_m2",
     "inertia_over_trace",
     "inertia_over_trace_sigma",
+    "notes",
     "observed_directions",
     "physical",
     "precision",
@@ -28,9 +30,12 @@ const REPLAY_KEYS: [&str; 21] = [
     "rejected",
     "residual_rms_rad_s",
     "residuals_white",
+    "restarts",
     "samples",
     "scale_observed",
     "sigma_kg_m2",
+    "skipped_rows",
+    "spikes",
     "status",
 ];
 
@@ -40,6 +45,7 @@ fn replay_has_the_stable_names_and_shapes() {
     assert_eq!(keys(&document), REPLAY_KEYS);
     assert_eq!(document["status"], "converged");
     assert_eq!(document["rejected"], json!({ "spike": 2, "stuck": 1 }));
+    assert_eq!(document["spikes"], json!({ "count": 2, "first_s": [12.3, 45.6] }));
     assert_eq!(document["inertia_kg_m2"][0][1], document["inertia_kg_m2"][1][0]);
     assert_eq!(document["inertia_kg_m2"][1][2], 0.6015);
     assert_eq!(document["covariance_kg2_m4"].as_array().unwrap().len(), 6);
@@ -82,13 +88,13 @@ fn mc_has_the_stable_names_and_shapes() {
         "runs",
         "scenario",
         "seed",
+        "silent_lies",
         "steps",
         "steps_per_s_per_core",
         "truth_kg_m2",
         "used",
         "wall_s",
     ];
-        "silent_lies",
     assert_eq!(keys(&document), expected);
     assert_eq!(document["rmse_over_bound"].as_array().unwrap().len(), 6);
     assert_eq!(document["nees_95"], json!([0.8881, 1.1187]));

@@ -90,10 +90,7 @@ fn summary(report: &ReplayReport) -> String {
     lines += &heading("observed", &observed);
     lines += &heading("physical", physical);
     lines += &heading("residual", &residual(report));
-    if report.changes > 0 {
-        let changes = format!("{}: the earlier estimate was discarded at each", report.changes);
-        lines += &heading("changes", &changes);
-    }
+    lines += &events(report);
     if let Some(torque) = &report.disturbance_torque_n_m {
         lines += &heading("disturbance torque", &format!("{} N m", vector(torque)));
     }
@@ -101,6 +98,38 @@ fn summary(report: &ReplayReport) -> String {
         lines += &heading("gyro bias", &format!("{} rad/s", vector(bias)));
     }
     lines
+}
+
+/// A line for each kind of event: number and first times.
+fn events(report: &ReplayReport) -> String {
+    let line = |name: &str, count: usize, times_s: &[f64], effect: &str| match count {
+        0 => String::new(),
+        _ => heading(name, &format!("{count}, at {}{effect}", times(count, times_s))),
+    };
+    let spikes = &report.spikes;
+    [
+        line("gaps", report.gaps.len(), &report.gaps, ""),
+        line("restarts", report.restarts.len(), &report.restarts, ""),
+        line(
+            "changes",
+            report.changes.len(),
+            &report.changes,
+            ": the earlier estimate was discarded",
+        ),
+        line("spikes", spikes.count as usize, &spikes.first_s, ""),
+    ]
+    .concat()
+}
+
+/// The first times, as `12.3, 45.6, … s`.
+fn times(count: usize, times_s: &[f64]) -> String {
+    /// Largest number of times in a line.
+    const LISTED: usize = 5;
+    let mut listed: Vec<String> = times_s.iter().take(LISTED).map(f64::to_string).collect();
+    if listed.len() < count {
+        listed.push("…".to_owned());
+    }
+    listed.join(", ") + " s"
 }
 
 /// Accepted samples, and rejected samples by reason.
@@ -146,7 +175,7 @@ fn ratios(report: &ReplayReport) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::json::{Status, examples, matrix};
+    use crate::report::json::{Spikes, Status, examples, matrix};
 
     #[test]
     fn run_table_has_estimate_truth_and_bound() {
@@ -160,6 +189,7 @@ status              converged
 observed            6 of 6 directions, scale observed
 physical            yes
 residual            0.0001815 rad/s RMS, white
+spikes              2, at 12.3, 45.6 s
 
 element      true  estimated     error    error  one sigma     bound  error/bound
             kg m²      kg m²     kg m²        %      kg m²     kg m²
@@ -178,6 +208,7 @@ jyz       0.60160    0.60150  -1.00e-4  -0.0166   0.000860  0.000854        -0.1
         let mut report = examples::replay();
         report.disturbance_torque_n_m = Some([1.5e-6, -2e-7, 0.0]);
         report.gyro_bias_rad_s = Some([0.01, -0.02, 0.003]);
+        (report.gaps, report.changes) = (vec![12.3], (1..8).map(f64::from).collect());
         report.element_observed[4] = false;
         report.observed_directions = 5;
         report.status = Status::Partial;
@@ -190,6 +221,9 @@ status              partial
 observed            5 of 6 directions, scale observed
 physical            yes
 residual            0.0001815 rad/s RMS, white
+gaps                1, at 12.3 s
+changes             7, at 1, 2, 3, 4, 5, … s: the earlier estimate was discarded
+spikes              2, at 12.3, 45.6 s
 disturbance torque  1.50e-6, -2.00e-7, 0 N m
 gyro bias           0.0100, -0.0200, 0.00300 rad/s
 
@@ -212,6 +246,7 @@ principal moments   14.19627, 17.18303, 20.42062 kg m²
         let mut report = examples::replay();
         report.scale_observed = false;
         report.rejected.clear();
+        report.spikes = Spikes::default();
         report.inertia_kg_m2 = matrix(&[4.6e-8, 3.7e-9, 5.0e-8, 0.0, 1e-10, 0.0]);
         report.sigma_kg_m2 = [1e-8, 1e-9, 1e-8, 1e-10, 1e-10, 1e-10];
         assert_eq!(
