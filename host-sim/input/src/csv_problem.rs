@@ -5,7 +5,7 @@ use thiserror::Error;
 use crate::words::list;
 
 /// Fault of the columns or rows of a CSV file.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, Error)]
 pub enum CsvProblem {
     /// An empty file.
     #[error("the file is empty; the first line must name the columns")]
@@ -49,11 +49,35 @@ pub enum CsvProblem {
         craft: usize,
     },
 
+    /// A first line of numbers.
+    #[error(
+        "the first row has numbers only; the first line must name the columns, as t_s,gyro_x_rad_s,…"
+    )]
+    NoHeader,
+
+    /// An empty cell.
+    #[error("column `{column}` is empty; complete or remove the row")]
+    EmptyCell {
+        /// The cell's column.
+        column: String,
+    },
+
+    /// The names of the columns again, as by a restarted logger.
+    #[error("the names of the columns again; remove the row")]
+    RepeatedHeader,
+
     /// A cell that is not a number.
     #[error("column `{column}`: \"{text}\" is not a number; correct or remove the row")]
     NotANumber {
         /// The cell's column.
         column: String,
+        /// The cell.
+        text: String,
+    },
+
+    /// A date or a time of day in place of seconds.
+    #[error("column `t_s`: \"{text}\" is a date or a time of day; write seconds, from any origin")]
+    ClockTime {
         /// The cell.
         text: String,
     },
@@ -83,6 +107,31 @@ pub enum CsvProblem {
     #[error("column `t_s`: {time} appears twice; remove the second row")]
     DuplicateTime {
         /// The time stamp.
+        time: String,
+    },
+
+    /// A row equal to the previous one.
+    #[error("the row is equal to the previous one; remove it")]
+    RepeatedRow,
+
+    /// A single time stamp far ahead of the following ones.
+    #[error("column `t_s`: {time} is ahead of the following rows; correct or remove the row")]
+    TimeAhead {
+        /// The time stamp.
+        time: String,
+    },
+
+    /// Many time stamps that are equal to the previous one.
+    #[error(
+        "column `t_s`: time stamps have too few digits: {shared} of {rows} rows share the stamp of \
+         the row before, as {time}; export t_s with all its digits"
+    )]
+    FewDigits {
+        /// Rows with the stamp of the row before.
+        shared: usize,
+        /// Rows of the log.
+        rows: usize,
+        /// The first such stamp.
         time: String,
     },
 
@@ -132,6 +181,32 @@ pub enum CsvProblem {
         /// Columns of the header.
         columns: usize,
     },
+}
+
+impl CsvProblem {
+    /// Reason under which a row with this fault is counted if the others are used; none for the
+    /// faults of a whole file.
+    pub fn skip_reason(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::ShortRow { .. } | Self::CutLastRow { .. } => "incomplete",
+            Self::LongRow { .. } => "surplus_cells",
+            Self::EmptyCell { .. } => "empty_cell",
+            Self::NotANumber { .. } | Self::ClockTime { .. } => "not_a_number",
+            Self::NotFinite { .. } => "not_finite",
+            Self::RepeatedHeader => "repeated_header",
+            Self::RepeatedRow => "repeated_row",
+            Self::DuplicateTime { .. } | Self::SameMicrosecond { .. } => "repeated_time",
+            Self::TimeBackwards { .. } => "time_backwards",
+            Self::TimeAhead { .. } => "time_ahead",
+            _ => return None,
+        })
+    }
+
+    /// The fault without the remedy.
+    pub fn fault(&self) -> String {
+        let message = self.to_string();
+        message.split_once("; ").map_or(message.clone(), |(fault, _)| fault.to_owned())
+    }
 }
 
 fn rename_hint(nearest: Option<&str>) -> String {

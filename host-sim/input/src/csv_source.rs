@@ -1,26 +1,34 @@
 //! A CSV file with named columns: the source of line and column in errors.
 //!
 //! Columns are found by name, in any order. Line ends are LF or CRLF. A byte-order mark, spaces
-//! around a cell and empty lines are ignored.
+//! around a cell, empty lines, comments from `#` to the end of a line, a line `sep=,` before the
+//! header, and a comma at the end of a line are ignored. A header may be a comment, as `numpy.savetxt`
+//! writes it.
 
 use std::path::Path;
 
 use csv::StringRecord;
 
 use crate::csv_problem::CsvProblem;
+use crate::csv_text::{LineCounter, cells_of, header_comment, is_numbers, unquoted};
 use crate::error::{InputError, Place, Problem};
 use crate::nearest::nearest;
-use crate::text::{decode_utf8, read_utf8};
+use crate::text::{decode_lossy, read_bytes, read_utf8};
+
+/// Longest text of a cell in an error, characters.
+const MAX_SHOWN: usize = 40;
 
 /// The header and the rows of a CSV file.
 #[derive(Debug)]
 pub struct CsvSource {
     file: String,
+    header_line: u64,
     columns: Vec<String>,
     rows: Vec<CsvRow>,
+    ends_with_line_end: bool,
 }
 
-/// One row, with one cell per column of the header.
+/// One row.
 #[derive(Debug)]
 pub struct CsvRow {
     /// Line in the file, from 1.
@@ -37,57 +45,143 @@ pub struct Column {
     index: usize,
 }
 
+impl CsvRow {
+    /// The cells, left to right.
+    pub fn cells(&self) -> &StringRecord {
+        &self.cells
+    }
+}
+
 impl CsvSource {
-    /// Reads a file.
+    /// Reads a file in which every row has one cell per column.
     ///
     /// # Errors
-    /// As of [`Self::decode`], or the file cannot be read.
+    /// The file cannot be read, is not UTF-8, has no rows, a repeated column, or a row of another
+    /// length than the header.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        Self::parse(&path.display().to_string(), &read_utf8(path)?)
+        let source = Self::parse(&path.display().to_string(), &read_utf8(path)?)?;
+        source.rows.iter().try_for_each(|row| {
+            let check = source.check_length(row);
+            check.map_err(|problem| source.error(Some(row.line), problem))
+        })?;
+        Ok(source)
+    }
+
+    /// Reads a file whose rows are checked one by one, by [`Self::check_log_row`] and
+    /// [`Self::number`]. Bytes outside UTF-8 spoil their cell only.
+    ///
+    /// # Errors
+    /// The file cannot be read, its first line is not UTF-8, it has no rows or a repeated column.
+    pub fn read_unchecked(path: &Path) -> Result<Self, InputError> {
+        Self::decode_unchecked(&path.display().to_string(), &read_bytes(path)?)
     }
 
     /// Reads the bytes of a file; `file` is the name in errors.
     ///
     /// # Errors
-    /// Not UTF-8, no rows, a repeated column, or a row of another length than the header.
-    pub fn decode(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
-        Self::parse(file, decode_utf8(file, bytes)?)
+    /// As of [`Self::read_unchecked`].
+    pub fn decode_unchecked(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
+        Self::parse(file, &decode_lossy(file, bytes)?)
     }
 
     fn parse(file: &str, text: &str) -> Result<Self, InputError> {
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .flexible(true) // check_lengths reports the length of a row with its remedy
-            .from_reader(text.as_bytes());
-        let mut source = Self { file: file.to_owned(), columns: Vec::new(), rows: Vec::new() };
-        let end = text.trim_end().len() as u64;
-        if end == 0 {
+        let mut source = Self {
+            file: file.to_owned(),
+            header_line: 1,
+            columns: Vec::new(),
+            rows: Vec::new(),
+            ends_with_line_end: text.ends_with(['\n', '\r']),
+        };
+        if text.trim().is_empty() {
             return Err(source.error(None, CsvProblem::Empty));
         }
-
-        let unreadable = |error: csv::Error| InputError {
-            place: Place { file: file.to_owned(), line: error.position().map(csv::Position::line) },
-            problem: Problem::Unreadable(error.into()),
-        };
-        let header = reader.headers().map_err(unreadable)?.clone();
-        source.columns = header.iter().map(str::to_owned).collect();
-        source.check_header()?;
-
-        let mut lines = LineCounter::new(text);
-        let mut cells = StringRecord::new();
-        while reader.read_record(&mut cells).map_err(unreadable)? {
-            let line = lines.line_at(cells.position().map_or(0, csv::Position::byte));
-            let is_last = reader.position().byte() >= end;
-            let is_blank = cells.len() == 1 && cells[0].is_empty();
-            if !is_blank {
-                source.rows.push(CsvRow { line, cells: cells.clone(), is_last });
-            }
+        let mut records = source.records(text)?;
+        source.take_separator_line(&mut records)?;
+        if records.is_empty() {
+            return Err(source.error(None, CsvProblem::NoRows));
         }
+        source.take_header(text, &mut records)?;
+        let columns = source.columns.len();
+        records.iter_mut().for_each(|row| row.cells = cells_of(&row.cells, columns));
+        if let Some(last) = records.last_mut() {
+            last.is_last = true;
+        }
+        source.rows = records;
         if source.rows.is_empty() {
             return Err(source.error(None, CsvProblem::NoRows));
         }
-        source.check_lengths()?;
         Ok(source)
+    }
+
+    /// The records of the text, without comments and empty lines. A quote that is not closed within
+    /// its line is damage: quotes are then taken as ordinary characters, so that one line is lost.
+    fn records(&self, text: &str) -> Result<Vec<CsvRow>, InputError> {
+        let records = self.records_with(text, true)?;
+        let spans_lines = |row: &CsvRow| row.cells.iter().any(|cell| cell.contains(['\n', '\r']));
+        if records.iter().any(spans_lines) { self.records_with(text, false) } else { Ok(records) }
+    }
+
+    fn records_with(&self, text: &str, quoting: bool) -> Result<Vec<CsvRow>, InputError> {
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .quoting(quoting)
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .flexible(true) // check_length reports the length of a row with its remedy
+            .from_reader(text.as_bytes());
+        let unreadable = |error: csv::Error| InputError {
+            place: Place {
+                file: self.file.clone(),
+                line: error.position().map(csv::Position::line),
+            },
+            problem: Problem::Unreadable(error.into()),
+        };
+        let (mut lines, mut records) = (LineCounter::new(text), Vec::new());
+        let mut cells = StringRecord::new();
+        while reader.read_record(&mut cells).map_err(unreadable)? {
+            let line = lines.line_at(cells.position().map_or(0, csv::Position::byte));
+            let is_blank = cells.len() == 1 && cells[0].is_empty();
+            if !is_blank {
+                records.push(CsvRow { line, cells: cells.clone(), is_last: false });
+            }
+        }
+        Ok(records)
+    }
+
+    /// Removes a first line `sep=,`, by which spreadsheets state the separator.
+    fn take_separator_line(&self, records: &mut Vec<CsvRow>) -> Result<(), InputError> {
+        let Some(first) = records.first() else { return Ok(()) };
+        let text = first.cells.iter().collect::<Vec<_>>().join(",");
+        let separator = match text.get(..4) {
+            Some(start) if start.eq_ignore_ascii_case("sep=") => text[4..].to_owned(),
+            _ => return Ok(()),
+        };
+        if separator != "," {
+            return Err(self.error(Some(first.line), CsvProblem::NotCommaSeparated));
+        }
+        records.remove(0);
+        Ok(())
+    }
+
+    /// Takes the names of the columns: the first record, or the comment before a first record of
+    /// numbers.
+    fn take_header(&mut self, text: &str, records: &mut Vec<CsvRow>) -> Result<(), InputError> {
+        let first = records.remove(0);
+        self.header_line = first.line;
+        if is_numbers(&first.cells) {
+            let comment = header_comment(text, first.line, first.cells.len());
+            let Some((line, names)) = comment else {
+                return Err(self.header_error(CsvProblem::NoHeader));
+            };
+            (self.header_line, self.columns) = (line, names);
+            records.insert(0, first);
+        } else {
+            self.columns = first.cells.iter().map(|name| unquoted(name).to_owned()).collect();
+        }
+        while self.columns.len() > 1 && self.columns.last().is_some_and(String::is_empty) {
+            self.columns.pop();
+        }
+        self.check_header()
     }
 
     /// The column called `name`.
@@ -107,9 +201,14 @@ impl CsvSource {
                 nearest: nearest(name, &free).map(str::to_owned),
                 present: self.columns.clone(),
             };
-            self.error(Some(1), problem)
+            self.header_error(problem)
         })?;
         Ok(Column { name: name.to_owned(), index })
+    }
+
+    /// The name of the file in errors.
+    pub fn file(&self) -> &str {
+        &self.file
     }
 
     /// The names of the columns, in the order of the file.
@@ -130,28 +229,89 @@ impl CsvSource {
     /// The cell of `row` in `column` as a finite number.
     ///
     /// # Errors
-    /// The cell is not a number, or not finite.
+    /// The cell is empty, not a number, or not finite.
     pub fn number(&self, row: &CsvRow, column: &Column) -> Result<f64, InputError> {
-        let text = self.text(row, column);
-        let number: f64 = text.parse().map_err(|_| self.not_a_number(row, column))?;
-        if number.is_finite() {
-            return Ok(number);
-        }
-        let problem = CsvProblem::NotFinite { column: column.name.clone(), text: text.to_owned() };
-        Err(self.error(Some(row.line), problem))
+        self.finite_number(row, column).map_err(|problem| self.error(Some(row.line), problem))
     }
 
-    /// The error for a cell that is not a number.
+    /// The cell of `row` in `column` as a finite number.
+    ///
+    /// # Errors
+    /// The fault of the cell, as of [`Self::number`].
+    pub fn finite_number(&self, row: &CsvRow, column: &Column) -> Result<f64, CsvProblem> {
+        let text = self.text(row, column);
+        let number: f64 = text.parse().map_err(|_| self.not_a_number(row, column))?;
+        if number.is_finite() { Ok(number) } else { Err(self.not_finite(row, column)) }
+    }
+
+    /// The fault of a cell that is not a number.
     ///
     /// In the last cell of the file it is reported as a cut: a log interrupted by loss of power ends
     /// in `1.0e-` or after the comma.
-    pub fn not_a_number(&self, row: &CsvRow, column: &Column) -> InputError {
+    pub fn not_a_number(&self, row: &CsvRow, column: &Column) -> CsvProblem {
         let is_last_cell = column.index + 1 == self.columns.len();
         if row.is_last && is_last_cell {
             return self.cut_row(row);
         }
-        let text = self.text(row, column).to_owned();
-        self.error(Some(row.line), CsvProblem::NotANumber { column: column.name.clone(), text })
+        let column = column.name.clone();
+        match self.shown(row, &column) {
+            text if text.is_empty() => CsvProblem::EmptyCell { column },
+            text => CsvProblem::NotANumber { column, text },
+        }
+    }
+
+    /// The fault of a number that is NaN, infinite or too large.
+    pub fn not_finite(&self, row: &CsvRow, column: &Column) -> CsvProblem {
+        let column = column.name.clone();
+        CsvProblem::NotFinite { text: self.shown(row, &column), column }
+    }
+
+    /// The text of a cell, cut to a length for errors.
+    fn shown(&self, row: &CsvRow, column: &str) -> String {
+        let index = self.columns.iter().position(|name| name == column);
+        let text = index.and_then(|index| row.cells.get(index)).unwrap_or_default();
+        text.chars().take(MAX_SHOWN).collect()
+    }
+
+    /// Requires one cell per column.
+    ///
+    /// # Errors
+    /// Another number of cells.
+    pub fn check_length(&self, row: &CsvRow) -> Result<(), CsvProblem> {
+        let (found, columns) = (row.cells.len(), self.columns.len());
+        if found > columns {
+            Err(CsvProblem::LongRow { found, columns })
+        } else if found < columns && row.is_last {
+            Err(self.cut_row(row))
+        } else if found < columns {
+            Err(CsvProblem::ShortRow { found, columns })
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Requires a row of a log: one cell per column, no header again, no cut in the last cell of the
+    /// file.
+    ///
+    /// The last cell may be cut where the last line has no line end, and the cell has fewer characters
+    /// than those of all rows above: `-17` below `-17.25` may be a part of `-17.31`.
+    ///
+    /// # Errors
+    /// Any of these.
+    pub fn check_log_row(&self, row: &CsvRow) -> Result<(), CsvProblem> {
+        /// Fewest rows above for a comparison.
+        const MIN_ROWS: usize = 3;
+        self.check_length(row)?;
+        if row.cells.iter().eq(self.columns.iter().map(String::as_str)) {
+            return Err(CsvProblem::RepeatedHeader);
+        }
+        let length = |row: &CsvRow| row.cells.iter().next_back().map_or(0, str::len);
+        let above = &self.rows[..self.rows.len().saturating_sub(1)];
+        let is_cut = row.is_last
+            && !self.ends_with_line_end
+            && above.len() >= MIN_ROWS
+            && above.iter().all(|other| length(other) > length(row));
+        if is_cut { Err(self.cut_row(row)) } else { Ok(()) }
     }
 
     /// An error at a line of this file, or of the whole file.
@@ -159,76 +319,34 @@ impl CsvSource {
         InputError { place: Place { file: self.file.clone(), line }, problem: problem.into() }
     }
 
+    /// An error of the header.
+    pub fn header_error(&self, problem: CsvProblem) -> InputError {
+        self.error(Some(self.header_line), problem)
+    }
+
     fn check_header(&self) -> Result<(), InputError> {
         if let [only] = self.columns.as_slice()
             && only.contains([';', '\t', ' '])
         {
-            return Err(self.error(Some(1), CsvProblem::NotCommaSeparated));
+            return Err(self.header_error(CsvProblem::NotCommaSeparated));
         }
         for (index, column) in self.columns.iter().enumerate() {
             let is_twice = self.columns.iter().take(index).any(|earlier| earlier == column);
             if is_twice && !column.is_empty() {
                 let problem = CsvProblem::DuplicateColumn { column: column.clone() };
-                return Err(self.error(Some(1), problem));
+                return Err(self.header_error(problem));
             }
         }
         Ok(())
     }
 
-    fn check_lengths(&self) -> Result<(), InputError> {
-        let columns = self.columns.len();
-        for row in &self.rows {
-            let found = row.cells.len();
-            if found > columns {
-                return Err(self.error(Some(row.line), CsvProblem::LongRow { found, columns }));
-            }
-            if found < columns && row.is_last {
-                return Err(self.cut_row(row));
-            }
-            if found < columns {
-                return Err(self.error(Some(row.line), CsvProblem::ShortRow { found, columns }));
-            }
-        }
-        Ok(())
-    }
-
-    fn cut_row(&self, row: &CsvRow) -> InputError {
-        let problem = CsvProblem::CutLastRow {
-            end: row.cells.iter().next_back().unwrap_or_default().to_owned(),
+    fn cut_row(&self, row: &CsvRow) -> CsvProblem {
+        let end = row.cells.iter().next_back().unwrap_or_default();
+        CsvProblem::CutLastRow {
+            end: end.chars().take(MAX_SHOWN).collect(),
             found: row.cells.len(),
             columns: self.columns.len(),
-        };
-        self.error(Some(row.line), problem)
-    }
-}
-
-/// Line numbers of byte offsets, ascending.
-///
-/// The CSV reader reports the offset at which its search for a record started. That offset precedes
-/// skipped empty lines and the second half of a CRLF, so the reader's own line numbers are too small.
-struct LineCounter<'a> {
-    text: &'a [u8],
-    counted: usize,
-    line: u64,
-}
-
-impl<'a> LineCounter<'a> {
-    fn new(text: &'a str) -> Self {
-        Self { text: text.as_bytes(), counted: 0, line: 1 }
-    }
-
-    /// The line of the first cell at or after `byte`. The offsets of successive calls must ascend.
-    fn line_at(&mut self, byte: u64) -> u64 {
-        let rest = self.text.iter().enumerate().skip(self.counted);
-        for (index, character) in rest {
-            let is_line_end = matches!(character, b'\n' | b'\r');
-            if index as u64 >= byte && !is_line_end {
-                break;
-            }
-            self.counted = index + 1;
-            self.line += u64::from(*character == b'\n');
         }
-        self.line
     }
 }
 
@@ -237,11 +355,21 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Result<CsvSource, InputError> {
-        CsvSource::decode("x.csv", text.as_bytes())
+        CsvSource::decode_unchecked("x.csv", text.as_bytes())
     }
 
     fn message(text: &str) -> String {
         parse(text).unwrap_err().to_string()
+    }
+
+    /// The faults of the rows of a log.
+    fn faults(text: &str) -> Vec<String> {
+        let source = parse(text).unwrap();
+        let faults = source.rows().iter().filter_map(|row| {
+            let problem = source.check_log_row(row).err()?;
+            Some(source.error(Some(row.line), problem).to_string())
+        });
+        faults.collect()
     }
 
     /// The error of column `b`.
@@ -312,7 +440,10 @@ mod tests {
             message_in_b("a,b,c\n1,2,3\n1,x2,3\n1,2,3\n"),
             "x.csv:3: column `b`: \"x2\" is not a number; correct or remove the row"
         );
-        assert!(message_in_b("a,b,c\n1,,3\n").contains("column `b`: \"\" is not a number"));
+        assert_eq!(
+            message_in_b("a,b,c\n1,,3\n"),
+            "x.csv:2: column `b` is empty; complete or remove the row"
+        );
     }
 
     #[test]
@@ -327,25 +458,87 @@ mod tests {
     #[test]
     fn row_of_the_wrong_length_is_reported() {
         assert_eq!(
-            message("a,b\n1\n1,2\n"),
-            "x.csv:2: 1 cells, but the header names 2 columns; complete or remove the row"
+            faults("a,b\n1\n1,2\n1,2,3\n1,2\n"),
+            [
+                "x.csv:2: 1 cells, but the header names 2 columns; complete or remove the row",
+                "x.csv:4: 3 cells, but the header names only 2 columns; remove the extra cells (or \
+                 write decimals with a point)"
+            ]
         );
-        assert!(message("a,b\n1,2,3\n1,2\n").starts_with("x.csv:2: 3 cells, but the header"));
-        assert!(message("a,b\n1,2\n1,2,3\n").starts_with("x.csv:3: 3 cells, but the header"));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        std::fs::write(&path, "a,b\n1\n1,2\n").unwrap();
+        let message = CsvSource::read(&path).unwrap_err().to_string();
+        assert!(message.contains("table.csv:2: 1 cells, but the header names 2"), "{message}");
+    }
+
+    #[test]
+    fn comments_separator_line_and_trailing_commas_are_ignored() {
+        for text in [
+            "# of the logger\na,b\n1,2\n",
+            "a,b\n# note\n1,2\n#1,2,3\n",
+            "sep=,\na,b\n1,2\n",
+            "\"sep=,\"\r\na,b\r\n1,2\r\n",
+            "a,b,\n1,2,\n",
+            "a,b,\n1,2\n",
+            "a,b\n1,2,,\n",
+            "# columns:\n# a, b\n1,2\n",
+        ] {
+            let source = parse(text).unwrap();
+            assert_eq!((source.columns().join(" "), source.rows().len()), ("a b".to_owned(), 1));
+            let b = source.column("b", |_| false).unwrap();
+            assert_eq!(source.number(&source.rows()[0], &b).unwrap(), 2.0, "{text:?}");
+            assert!(faults(text).is_empty(), "{text:?}");
+        }
+        assert!(message("sep=;\na;b\n").starts_with("x.csv:1: the columns are not separated"));
+        let line = parse("# one\n\n# two\na,b\n# three\n\n1,2\n").unwrap().rows()[0].line;
+        assert_eq!(line, 7);
+    }
+
+    #[test]
+    fn quote_that_is_not_closed_spoils_its_row_only() {
+        let source = parse("\"a\",b\n\"1\",2\n3,\"4\n5,6\n7,8\n");
+        let source = source.unwrap();
+        assert_eq!(source.rows().iter().map(|row| row.line).collect::<Vec<_>>(), [2, 3, 4, 5]);
+        let b = source.column("b", |_| false).unwrap();
+        let numbers = source.rows().iter().filter(|row| source.number(row, &b).is_ok()).count();
+        assert_eq!(numbers, 3);
+    }
+
+    #[test]
+    fn file_without_header_is_reported() {
+        for text in ["0.1,2\n0.2,3\n", "# a\n0.1,2\n", "0,0\n0,1\n"] {
+            assert!(
+                message(text).contains(": the first row has numbers only; the first line must")
+            );
+        }
+    }
+
+    #[test]
+    fn repeated_header_is_a_fault_of_its_row() {
+        assert_eq!(
+            faults("a,b\n1,2\na,b\n3,4\n"),
+            ["x.csv:3: the names of the columns again; remove the row"]
+        );
     }
 
     #[test]
     fn short_last_row_is_reported_as_cut() {
-        for text in ["a,b,c\n1,2,3\n1,2.", "a,b,c\n1,2,3\n1,2.\n", "a,b,c\r\n1,2,3\r\n1,2.\r\n\r\n"]
-        {
-            let message = message(text);
-            assert!(
-                message.starts_with(
-                    "x.csv:3: the file is cut in mid-row: the last row ends at \"2.\", 2 of 3"
-                ),
-                "{message}"
-            );
+        let cut = "x.csv:3: the file is cut in mid-row: the last row ends at \"2.\", 2 of 3 cells; \
+                   remove that row, or copy the file again";
+        for end in ["", "\n", "\r\n\r\n"] {
+            assert_eq!(faults(&format!("a,b,c\n1,2,3\n1,2.{end}")), [cut]);
         }
+        let zeros = faults("a,b\n1,2\n3,4\n\0\0\0\0");
+        assert!(zeros[0].starts_with("x.csv:4: the file is cut in mid-row"), "{zeros:?}");
+    }
+
+    #[test]
+    fn last_cell_shorter_than_all_above_is_cut_without_a_line_end() {
+        let text = "a,b\n1,-17.25\n2,-17.3\n3,-17.4\n4,-17";
+        assert!(faults(text)[0].starts_with("x.csv:5: the file is cut in mid-row"));
+        assert!(faults(&format!("{text}\n")).is_empty());
+        assert!(faults(&text.replace("-17.3", "-17")).is_empty());
     }
 
     #[test]
@@ -358,8 +551,12 @@ mod tests {
 
     #[test]
     fn bytes_outside_utf8_are_reported_with_their_line() {
-        let message = CsvSource::decode("x.csv", b"a,b\n1,2\n\xff\xfe,3\n").unwrap_err();
-        assert!(message.to_string().starts_with("x.csv:3: not UTF-8 text"));
+        let message = CsvSource::decode_unchecked("x.csv", b"\xff\xfea,b\n1,2\n").unwrap_err();
+        assert!(message.to_string().starts_with("x.csv:1: not UTF-8 text"));
+        let source = CsvSource::decode_unchecked("x.csv", b"a,b\n1,2\n3,\xff\n4,5\n").unwrap();
+        let b = source.column("b", |_| false).unwrap();
+        let message = source.number(&source.rows()[1], &b).unwrap_err().to_string();
+        assert!(message.starts_with("x.csv:3: column `b`: \"\u{fffd}\" is not a"), "{message}");
     }
 
     #[test]

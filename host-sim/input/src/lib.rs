@@ -17,6 +17,7 @@
 pub mod craft;
 pub mod csv_problem;
 pub mod csv_source;
+mod csv_text;
 pub mod error;
 pub mod inertia;
 pub mod key;

@@ -1,5 +1,6 @@
 //! Files as UTF-8 text.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
@@ -10,12 +11,32 @@ use crate::error::{InputError, Place, Problem};
 /// # Errors
 /// The file cannot be read, or is not UTF-8.
 pub fn read_utf8(path: &Path) -> Result<String, InputError> {
-    let file = path.display().to_string();
-    let bytes = fs::read(path).map_err(|error| InputError {
-        place: Place { file: file.clone(), line: None },
+    decode_utf8(&path.display().to_string(), &read_bytes(path)?).map(str::to_owned)
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
+    fs::read(path).map_err(|error| InputError {
+        place: Place { file: path.display().to_string(), line: None },
         problem: Problem::Unreadable(error),
-    })?;
-    decode_utf8(&file, &bytes).map(str::to_owned)
+    })
+}
+
+/// The text of `bytes`, without a byte-order mark, with `\u{fffd}` for bytes that are not UTF-8.
+/// `file` is the name in errors.
+///
+/// # Errors
+/// The first line is neither UTF-8 nor a comment: the file has another encoding.
+pub fn decode_lossy<'a>(file: &str, bytes: &'a [u8]) -> Result<Cow<'a, str>, InputError> {
+    let first = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    if !first.starts_with(b"#") {
+        decode_utf8(file, first)?;
+    }
+    let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+    Ok(String::from_utf8_lossy(bytes))
 }
 
 /// The text of `bytes`, without a byte-order mark. `file` is the name in errors.
@@ -42,6 +63,13 @@ mod tests {
     fn bytes_outside_utf8_are_reported_with_their_line() {
         let message = decode_utf8("x.csv", b"a\nb\xff\n").unwrap_err().to_string();
         assert_eq!(message, "x.csv:2: not UTF-8 text; save the file as UTF-8");
+    }
+
+    #[test]
+    fn damaged_bytes_are_replaced_below_the_first_line() {
+        assert_eq!(decode_lossy("x", b"\xef\xbb\xbft_s\n\xff\n").unwrap(), "t_s\n\u{fffd}\n");
+        assert!(decode_lossy("x", b"# 5\xb0\nt_s\n").is_ok());
+        assert!(decode_lossy("x", b"\xff\xfet\0_\0s\0\n").is_err());
     }
 
     #[test]

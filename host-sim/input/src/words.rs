@@ -18,7 +18,7 @@ pub fn suggestion(nearest: Option<&str>) -> String {
 
 /// Four significant digits hide the rounding errors of eigenvalues; an exponent appears only below
 /// 1e-3 and from 1e6.
-fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     let rounded = format!("{value:.3e}").parse().unwrap_or(value);
     if rounded != 0.0 && !(1e-3..1e6).contains(&f64::abs(rounded)) {
         format!("{rounded:e}")

@@ -7,7 +7,7 @@ use clap::Args;
 use super::estimate::estimate;
 use super::notes::Notes;
 use super::{Failure, Options, command_line, print};
-use crate::input::{Craft, RecordedLog};
+use crate::input::{Craft, RecordedLog, units};
 use crate::report::{ReportFolder, table};
 
 #[derive(Debug, Args)]
@@ -29,7 +29,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let log = RecordedLog::load(log, craft.wheels.len())?;
     let mut notes = Notes::default();
     log.notes.iter().for_each(|note| notes.add(note));
-    let estimated = estimate(options, &craft, &log.rows, &file, notes)?;
+    if let Some(note) = units::note(&craft, &log.rows) {
+        notes.add(format!("{file}: {note}"));
+    }
+    let mut estimated = estimate(options, &craft, &log.rows, &file, notes)?;
+    let skipped = log.skipped_rows.iter().map(|(reason, rows)| ((*reason).to_owned(), *rows));
+    estimated.report.skipped_rows = skipped.collect();
     let table = table::replay(&estimated.report);
     if let Some(folder) = &options.out {
         ReportFolder {

@@ -12,10 +12,12 @@
 //!
 //! Craft files and logs are read by the crate `flight-input`, which the firmware's build script uses
 //! too. A rejected file is an [`InputError`]: one or two lines with the file, the line and the key or
-//! column, the fault and the remedy. [`keys`] lists all keys and columns.
+//! column, the fault and the remedy. [`keys`] lists all keys and columns. [`units`] names units of a log
+//! that are probably not SI.
 
 pub mod keys;
 pub mod scenario;
+pub mod units;
 
 pub use flight_input::{Craft, ELEMENT_NAMES, InputError, RecordedLog, craft, error, log};
 pub use scenario::Scenario;

@@ -15,6 +15,8 @@ pub mod flight;
 pub mod integrate;
 pub mod spacecraft;
 pub mod state;
+#[cfg(test)]
+mod torque_free;
 
 pub use bound::information::Bound;
 pub use bound::torque_effect::TorqueEffect;

@@ -19,16 +19,17 @@ fn invalid_log_is_rejected_with_line_and_column() {
         &["log.csv", "gyro_y_rad_s"],
     );
     rejected(&log(HEADER), &["log.csv"]);
-    rejected(
-        &rows("0,0.1,0.2,0.3,100\n0.1,0.1,zero,0.3,101\n"),
-        &["log.csv:3", "gyro_y_rad_s", "zero"],
-    );
+    rejected(&rows("0,0.1,zero,0.3,100\n"), &["log.csv:2", "gyro_y_rad_s", "zero"]);
     rejected(&rows("0,0.1,NaN,0.3,100\n"), &["log.csv:2", "gyro_y_rad_s", "NaN"]);
     rejected(&rows("0,0.1,inf,0.3,100\n"), &["log.csv:2", "gyro_y_rad_s", "inf"]);
+    rejected(&rows("0,0.1,,0.3,100\n"), &["log.csv:2", "gyro_y_rad_s", "empty"]);
     rejected(&rows("0.1,1,2,3,100\n0,1,2,3,101\n"), &["log.csv:3", "t_s"]);
     rejected(&rows("0.1,1,2,3,100\n0.1,1,2,3,101\n"), &["log.csv:3", "t_s"]);
-    rejected(&rows("0,1,2,3,100\n0.1,1,2"), &["log.csv:3", "cut"]);
-    rejected(&rows("0,1,2,3,100\n0.1,1,2\n0.2,1,2,3,101\n"), &["log.csv:3"]);
+    rejected(&rows("0.1,1,2"), &["log.csv:2", "cut"]);
+    rejected(&rows("0,1,2\n0.1,1,2\n"), &["log.csv:2"]);
+    rejected(&log(ROWS), &["log.csv:1", "numbers only", "t_s,gyro_x_rad_s"]);
+    let same_stamps: String = (0..20).map(|i| format!("1.73e+09,0.1,{i},0.3,100\n")).collect();
+    rejected(&rows(&same_stamps), &["log.csv:3", "too few digits", "19 of 20 rows"]);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! program    the program, its output, files with valid content
 //! run        run, crlb          mc         campaigns        replay    recorded logs
 //! bad_input  rejected files and arguments                   tables    published tables
+//! logs       logs with faults, other notations and units
 //! command    telecommands       telemetry  packets of the serial line
 //! ```
 
@@ -11,6 +12,7 @@
 
 mod bad_input;
 mod command;
+mod logs;
 mod mc;
 mod program;
 mod replay;

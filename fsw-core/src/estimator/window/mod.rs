@@ -25,10 +25,11 @@
 //!
 //! # Changes
 //!
-//! A cumulative sum of the front's recursive residuals shows a change in mid-manoeuvre. The blocks are then
-//! fitted anew. If no tensor explains them all, those since the change are fitted alone; if one explains
-//! these, the inertia has changed, and what came before is discarded. If none does, the model is wrong:
-//! the estimate says so, and nothing is discarded.
+//! A cumulative sum of recursive residuals shows a change in mid-manoeuvre. The blocks before and after it
+//! are then fitted apart ([`inquiry`]). Where both are explained and their tensors contradict each other,
+//! the inertia has changed, and what came before is discarded. Where the tensors agree, the motion was
+//! interrupted, and both are kept. Where the blocks are not explained, the model is wrong: the estimate
+//! says so, and nothing is discarded.
 
 pub mod config;
 pub mod unknowns;
@@ -38,6 +39,7 @@ mod block;
 mod excitation;
 mod fit;
 mod front;
+mod inquiry;
 mod pass;
 mod report;
 mod start;
@@ -54,6 +56,7 @@ use belief::{Beliefs, Past};
 use block::{Averager, Block, Limits, REFUSED_WEIGHT, Reading};
 use excitation::Excitation;
 use front::Front;
+use inquiry::Inquiry;
 use report::Ended;
 use storage::{Storage, Stretch};
 use unknowns::{Groups, is_a_set};
@@ -99,6 +102,9 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     front: Option<Front<T, U>>,
     work: Work<T, U>,
     schedule: Schedule,
+    inquiry: Option<Inquiry<T>>,
+    /// Blocks from which on the residuals are called white again, after an interruption of the model.
+    suspect_until: u32,
     /// Information of earlier windows, and the time since it was current, s.
     past: Option<Past<T>>,
     past_age_s: T,
@@ -113,7 +119,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
-    open, closing, unit_per_kg_m2, front, work, schedule, past, past_age_s, has_prior, ended, event, has_refused,
+    open, closing, unit_per_kg_m2, front, work, schedule, inquiry, suspect_until, past, past_age_s, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -141,18 +147,16 @@ struct Schedule {
     due_at: u32,
     /// True where a fit over all blocks is due: at the end of a window or of a log.
     is_final: bool,
-    /// Failed trials of the blocks since a contradiction.
-    trials: u8,
 }
 
-crate::persist!([] Schedule { blocks, fitted, quiet, due_at, is_final, trials });
+crate::persist!([] Schedule { blocks, fitted, quiet, due_at, is_final });
 
 /// Blocks at which a window is fitted for the first time, without being asked to.
 const FIRST_FIT_BLOCKS: u32 = 8;
 
 impl Schedule {
     fn new() -> Self {
-        Self { blocks: 0, fitted: 0, quiet: 0, due_at: FIRST_FIT_BLOCKS, is_final: false, trials: 0 }
+        Self { blocks: 0, fitted: 0, quiet: 0, due_at: FIRST_FIT_BLOCKS, is_final: false }
     }
 
     /// Motion begins: all blocks so far are of the rest before it.
@@ -209,6 +213,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.front = None;
         self.work = Work::Idle;
         self.schedule = Schedule::new();
+        self.inquiry = None;
+        self.suspect_until = 0;
         self.past = None;
         self.past_age_s = T::zero();
         self.has_prior = true;
@@ -245,6 +251,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             front: None,
             work: Work::Idle,
             schedule: Schedule::new(),
+            inquiry: None,
+            suspect_until: 0,
             past: None,
             past_age_s: T::zero(),
             has_prior: true,
@@ -421,6 +429,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.work = Work::Idle;
         self.closing = None;
         self.schedule = Schedule::new();
+        self.inquiry = None;
         let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
         self.open = Stretch::new(wheels);
     }

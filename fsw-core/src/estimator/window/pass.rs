@@ -8,6 +8,14 @@
 //! With `u² = n |r|² / s²` of a block's three residuals and s the typical residual, a block has the weight
 //! `min(1, K² / u²)`: an influence bounded by K. s is σ, or the median of the last pass where that is
 //! larger: far from the solution all residuals are large, and none of them is an outlier.
+//!
+//! # Watch for a change
+//!
+//! The squared recursive residuals of a block over their variance have a mean of 3 as long as one tensor
+//! and one motion explain all blocks. Their cumulative sum `c ← max(0, c + min(u², 16) − 3 − 1)` stays low
+//! then; noise alone lifts it above h once in `exp(2 h / 6)` blocks (Page's test with a drift of one and a
+//! variance of six): with h = 60 once in 5·10⁸. The block at which it began to rise estimates the
+//! instant of the change.
 
 use super::trajectory::{Span, Trajectory};
 use super::storage::Rest;
@@ -27,6 +35,12 @@ const FIRST_OCTAVE: i32 = -4;
 const LOW_SHARE: f64 = 0.05;
 const LOW_BY_CHANCE: f64 = 3.0;
 
+/// Expected square of a block, and the drift of Page's test.
+const EXPECTED: f64 = 4.0;
+/// Largest contribution of a block: an outlier is not a change.
+const MOST: f64 = 16.0;
+/// h.
+const CONTRADICTED: f64 = 60.0;
 /// Range of the seed over that of an unknown.
 const SEED: f64 = 100.0;
 
@@ -45,12 +59,17 @@ pub struct Residuals<T: Real> {
     /// Blocks at reduced weight; the block after the last of them.
     pub low: u32,
     pub after_low: u32,
+    /// Cumulative sum of Page's test, the block at which it began to rise, and whether it has exceeded
+    /// its limit.
+    sum: T,
+    pub rise: usize,
+    pub is_contradicted: bool,
     last: [RecursiveResidual<T>; 3],
     histogram: [u16; OCTAVES],
 }
 
 crate::persist!([T: Real] Residuals<T> {
-    blocks, rows, squares, products, cost, low, after_low, last, histogram
+    blocks, rows, squares, products, cost, low, after_low, sum, rise, is_contradicted, last, histogram
 } if |this| this.squares >= T::zero());
 
 impl<T: Real> Residuals<T> {
@@ -64,6 +83,9 @@ impl<T: Real> Residuals<T> {
             cost: T::zero(),
             low: 0,
             after_low: 0,
+            sum: T::zero(),
+            rise: 0,
+            is_contradicted: false,
             last: [RecursiveResidual::nothing(); 3],
             histogram: [0; OCTAVES],
         }
@@ -122,6 +144,21 @@ impl<T: Real> Residuals<T> {
         }
     }
 
+    /// Watches the squared residual of a block over its variance; `next` is the block after it.
+    fn watch(&mut self, share: T, next: usize) {
+        if self.is_contradicted {
+            return;
+        }
+        let sum = self.sum + share.min(T::lit(MOST)) - T::lit(EXPECTED);
+        if sum > T::zero() {
+            self.sum = sum;
+        } else {
+            self.sum = T::zero();
+            self.rise = next;
+        }
+        self.is_contradicted = self.sum > T::lit(CONTRADICTED);
+    }
+
     fn add(&mut self, axis: usize, left: RecursiveResidual<T>) {
         self.squares += left.square();
         self.products += left.product(&self.last[axis]);
@@ -146,11 +183,14 @@ pub struct Pass<T: Real, const U: usize> {
     /// Unit of the histogram and scale of the robust weights, one axis of a sample, rad/s.
     pub unit_rad_s: T,
     pub scale_rad_s: T,
+    /// One sigma of a sample for the watch, rad/s.
+    pub watch_rad_s: T,
 }
 
 crate::persist!([T: Real, const U: usize] Pass<T, U> {
-    point, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s
-} if |this| this.unit_rad_s > T::zero() && this.scale_rad_s > T::zero());
+    point, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
+    watch_rad_s
+} if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
 impl<T: Real, const U: usize> Pass<T, U> {
     /// Pass that has not begun.
@@ -164,6 +204,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
             unit_per_kg_m2: T::one(),
             unit_rad_s: T::one(),
             scale_rad_s: T::one(),
+            watch_rad_s: T::one(),
         }
     }
 
@@ -180,7 +221,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
     ) -> bool {
         self.point = *point;
         self.seed();
-        self.residuals = Residuals::none();
+        self.residuals = Residuals { rise: from, ..Residuals::none() };
         self.next = from;
         if !self.trajectory.start(point, groups) {
             return false;
@@ -218,10 +259,9 @@ impl<T: Real, const U: usize> Pass<T, U> {
         }
     }
 
-    /// Takes in the next block. Returns its squared residual at its weight as the rows before it predict
-    /// it, over that of one sample: three degrees of freedom, rad²/s².
+    /// Takes in the next block.
     #[inline(never)]
-    pub fn take(&mut self, span: &Span<T>) -> T {
+    pub fn take(&mut self, span: &Span<T>) {
         let crossing = self.trajectory.cross(span);
         let apart = span.block.rate_rad_s - self.trajectory.mean_rate_rad_s(&crossing);
         let n = span.block.weight;
@@ -234,7 +274,8 @@ impl<T: Real, const U: usize> Pass<T, U> {
             self.residuals.add(axis, left);
         }
         self.next += 1;
-        self.residuals.squares - before
+        let square = (self.residuals.squares - before).max(T::zero());
+        self.residuals.watch(square / (self.watch_rad_s * self.watch_rad_s), self.next);
     }
 
     /// False where a number of the pass is not finite.

@@ -89,8 +89,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         estimate.residual_rms_rad_s = rms(&pass.residuals, U);
         estimate.residuals_white = self.is_white(front);
         self.report_groups(pass, sigma, estimate);
-        let is_wrong = !front.is_settled || !self.is_explained(pass) || front.is_contradicted;
-        if is_wrong {
+        if !self.is_good(front) {
             estimate.status = Status::Diverged;
         }
         true
@@ -256,8 +255,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let beliefs = self.beliefs(front.pass.unit_per_kg_m2);
         let contradiction = beliefs.add(&mut factor, &front.pass.point);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
-        #[cfg(feature="dbg")] { extern crate std; std::eprintln!("white small {is_small} rms {:?} most {:?} corr {:?} limit {:?} contra {:?} settled {} blocks {} low {}", rms(residuals,U), most, residuals.correlation(), correlation_limit(residuals), contradiction, front.is_settled, residuals.blocks, residuals.low); }
-        Some(is_small && !is_correlated && !shows_torque && front.is_settled)
+        let is_suspect = self.schedule.blocks < self.suspect_until;
+        Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_suspect)
     }
 
     /// Statistics of a window that ends with this front.
@@ -265,7 +264,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Ended {
             residual_rms_rad_s: rms(&front.pass.residuals, U),
             residuals_white: self.is_white(front),
-            is_explained: front.is_settled && front.is_explained && !front.is_contradicted,
+            is_explained: self.is_good(front),
         }
     }
 }

@@ -15,7 +15,7 @@ use super::pass::Pass;
 use super::start::LinearStart;
 use super::storage::{Marks, Stretch};
 use super::unknowns::{Belief, Group, Point};
-use super::{Closing, FIRST_FIT_BLOCKS, Schedule, Window};
+use super::{FIRST_FIT_BLOCKS, Schedule, Window};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Vec3, scalar::Real};
 use crate::outcome::Reset;
@@ -56,10 +56,6 @@ const MOST_SLICES: u32 = 400_000;
 const EXPLAINED: f64 = 1.3;
 /// Share of the range of the shape below which it is observed.
 const SHAPE_OBSERVED: f64 = 0.5;
-/// Blocks since a contradiction that are worth a trial of their own.
-const TRIAL_BLOCKS: usize = 12;
-/// Trials after a contradiction before the model is taken to be wrong.
-const MOST_TRIALS: u8 = 6;
 /// Contradiction of an assumed absence of drag: chi-square of three degrees of freedom exceeds it once
 /// in 10⁵.
 const DRAG_SHOWN: f64 = 26.0;
@@ -105,7 +101,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// End of the blocks that are being fitted.
-    fn end(&self) -> usize {
+    pub(super) fn end(&self) -> usize {
         self.closing.as_ref().map_or(self.blocks.len(), |closing| closing.end)
     }
 
@@ -151,7 +147,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.blocks.sweep(&mut marks, &mut self.open, noise, turn);
         if let Some(front) = &mut self.front {
             front.pass.next = marks.front;
-            front.rise = front.rise.min(marks.front);
         }
         if let Some(closing) = &mut self.closing {
             closing.end = marks.split;
@@ -162,6 +157,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn make_room(&mut self) {
         // Indices of the task become invalid.
         self.work = Work::Idle;
+        self.inquiry = None;
         self.schedule.due_at = self.schedule.due_at.min(self.schedule.blocks);
         if !self.blocks.is_incompressible() {
             self.blocks.compact();
@@ -169,7 +165,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         let can_carry = self.closing.is_none()
             && self.front.as_ref().is_some_and(|front| {
-                front.is_settled && front.is_explained && front.pass.next == self.blocks.len()
+                self.is_good(front) && front.pass.next == self.blocks.len()
             });
         if !can_carry || self.carry_over().is_none() {
             self.discard_window();
@@ -187,15 +183,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         let unit = front.pass.unit_per_kg_m2;
         let Some(span) = self.blocks.span(next, &stretch, unit, period_s) else { return false };
-        let square = front.pass.take(&span);
-        let was_contradicted = front.is_contradicted;
-        front.watch(square);
+        let was_contradicted = front.pass.residuals.is_contradicted;
+        front.pass.take(&span);
+        let is_contradicted = front.pass.residuals.is_contradicted;
         if !front.pass.is_finite() {
             self.front = None;
             self.schedule.due_at = self.schedule.blocks;
-        } else if front.is_contradicted && !was_contradicted {
+        } else if is_contradicted && !was_contradicted {
             self.schedule.due_at = self.schedule.blocks;
-            self.schedule.trials = 0;
         }
         true
     }
@@ -232,7 +227,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Some((point, unit))
     }
 
-    fn begin_start(&mut self, from: usize, end: usize, chosen: Option<Chosen<T>>) {
+    pub(super) fn begin_start(&mut self, from: usize, end: usize, chosen: Option<Chosen<T>>) {
         let mut stretch = self.stretch();
         if from > 0 {
             stretch = self.stretch_from(from);
@@ -245,7 +240,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Stretch that begins with block `from`, which is not the first one.
-    fn stretch_from(&self, from: usize) -> Stretch<T> {
+    pub(super) fn stretch_from(&self, from: usize) -> Stretch<T> {
         let before = from.checked_sub(1).and_then(|i| self.blocks.block(i));
         let wheels = before.map_or(Vec3::zeros(), |block| block.wheels_end_n_m_s);
         Stretch { wheels_n_m_s: wheels, rest: super::storage::Rest::none(), ..self.stretch() }
@@ -337,6 +332,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_first = pass.residuals.blocks == 0;
         let typical = pass.residuals.typical(pass.unit_rad_s);
         pass.scale_rad_s = if is_first { noise * T::lit(1e6) } else { typical.max(noise) };
+        pass.watch_rad_s = pass.scale_rad_s.max(self.reference_rad_s());
         pass.unit_rad_s = noise;
         pass.unit_per_kg_m2 = unit;
         let wheels = stretch.wheels_n_m_s * unit;
@@ -366,7 +362,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn after_attempt(&mut self, mut descent: Descent<T, U>, is_settled: bool, is_at_end: bool) {
         let unit = descent.pass.unit_per_kg_m2;
         let is_good = is_settled && self.is_explained(&descent.pass);
-        if is_good || descent.attempt == Attempt::Best {
+        // A change within the blocks is not a matter of where the descent starts.
+        let is_sound_start =
+            descent.attempt == Attempt::Carried || self.inquiry.is_some_and(|i| i.has_asked);
+        let is_changed = is_settled && is_sound_start && descent.pass.residuals.is_contradicted;
+        if is_good || is_changed || descent.attempt == Attempt::Best {
             return self.end_fit(descent, is_settled);
         }
         if is_at_end {
@@ -431,38 +431,34 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             && pass.is_finite()
     }
 
-    /// Result of all attempts: the new front, or a verdict on a trial.
+    /// Result of all attempts: the new front, or an answer to the inquiry.
     fn end_fit(&mut self, descent: Descent<T, U>, is_settled: bool) {
-        let is_explained = self.is_explained(&descent.pass);
-        let is_good = is_settled && is_explained;
-        if descent.from > 0 {
-            return self.end_trial(descent, is_good);
+        let is_shape_observed = self.is_shape_observed(&descent.pass);
+        let front = Front { pass: descent.pass, is_settled, is_shape_observed };
+        let is_good = self.is_good(&front);
+        if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
+            return self.answer(descent.from, front);
         }
+        self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
         let is_revised = is_good
-            && (self.lets_drag_loose(&descent.pass) || self.drop_contradicted(&descent.pass));
+            && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
         if is_revised {
             self.schedule.due_at = self.schedule.blocks;
-        } else {
-            self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
         }
-        let was_contradicted = self.front.as_ref().filter(|front| front.is_contradicted);
-        let rise = was_contradicted.map(|front| front.rise);
-        let mut front = Front::new(descent.pass, is_settled, self.watch_rad_s(&descent.pass));
-        front.is_explained = is_explained;
-        front.is_shape_observed = self.is_shape_observed(&front.pass);
-        if let Some(rise) = rise.filter(|_| !is_good) {
-            front.is_contradicted = true;
-            front.rise = rise;
-            self.front = Some(front);
-            self.begin_trial(rise);
-            return;
-        }
+        #[cfg(feature="dbg")] { extern crate std; std::eprintln!("fit to {} good {is_good} shape {} contradicted {} rise {} low {} blocks {} typ {:?} settled {}", front.pass.next, front.is_shape_observed, front.pass.residuals.is_contradicted, front.pass.residuals.rise, front.pass.residuals.low, self.schedule.blocks, front.pass.residuals.typical(front.pass.unit_rad_s)/front.pass.unit_rad_s, front.is_settled); }
         self.front = Some(front);
+        if is_good {
+            self.inquiry = None;
+        } else if front.pass.residuals.is_contradicted {
+            self.inquire(front.pass.residuals.rise);
+        }
     }
 
-    /// One sigma of a sample for the watch of a new front, rad/s.
-    fn watch_rad_s(&self, pass: &Pass<T, U>) -> T {
-        self.reference_rad_s().max(pass.residuals.typical(pass.unit_rad_s))
+    /// True for a fit at a minimum whose residuals agree with the noise from the first block to the last.
+    pub(super) fn is_good(&self, front: &Front<T, U>) -> bool {
+        front.is_settled
+            && self.is_explained(&front.pass)
+            && !front.pass.residuals.is_contradicted
     }
 
     /// True where the sigma of every coordinate of the shape is well below its range.
@@ -501,54 +497,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         is_loose
     }
 
-    /// Fits the blocks since the contradiction alone, once there are enough of them.
-    fn begin_trial(&mut self, rise: usize) {
-        let end = self.end();
-        if self.schedule.trials >= MOST_TRIALS || rise == 0 {
-            return;
-        }
-        if rise + TRIAL_BLOCKS > end {
-            let missing = (rise + TRIAL_BLOCKS - end) as u32;
-            self.schedule.due_at = self.schedule.blocks.saturating_add(missing);
-            return;
-        }
-        self.schedule.trials += 1;
-        self.begin_start(rise, end, None);
-    }
-
-    /// Verdict on a trial: a change of the inertia, or none that the blocks show.
-    fn end_trial(&mut self, descent: Descent<T, U>, is_good: bool) {
-        let from = descent.from;
-        if !is_good || !self.is_shape_observed(&descent.pass) {
-            let since = (descent.end - from.min(descent.end)) as u32;
-            self.schedule.due_at = self.schedule.blocks.saturating_add((since / 2).max(4));
-            if !is_good && let Some(front) = &mut self.front {
-                // Outliers last: the blocks after them may be sound.
-                front.rise = from + descent.pass.residuals.after_low as usize;
-            }
-            return;
-        }
-        let start = self.stretch_from(from);
-        match &mut self.closing {
-            Some(Closing { stretch, .. }) => *stretch = start,
-            None => self.open = start,
-        }
-        let mut front = Front::new(descent.pass, true, self.watch_rad_s(&descent.pass));
-        front.is_explained = true;
-        front.is_shape_observed = true;
-        self.front = Some(front);
-        self.blocks.drop_before(from);
-        self.past = None;
-        self.has_prior = false;
-        self.schedule = Schedule {
-            blocks: (self.end() - from.min(self.end())) as u32,
-            ..Schedule::new()
-        };
-        self.schedule.fitted = self.schedule.blocks;
-        self.schedule.due_at = self.schedule.blocks + self.schedule.blocks / 2;
-        self.event = Some(Reset::Changed);
-    }
-
     /// Concludes the window that is being closed.
     fn conclude(&mut self) {
         let end = self.end();
@@ -561,6 +509,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let further = self.blocks.len().saturating_sub(end) as u32;
         self.schedule = Schedule { blocks: further, ..Schedule::new() };
         self.schedule.reopen();
+        self.inquiry = None;
         self.groups = self.config.groups::<U>();
     }
 
@@ -568,7 +517,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     fn join_past(&mut self, front: &Front<T, U>) {
         self.ended = self.ended_with(front);
-        if !front.is_settled || !front.is_explained || front.is_contradicted {
+        if !self.is_good(front) {
             return;
         }
         let pass = &front.pass;
@@ -578,15 +527,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past.walk(walk);
         }
         self.drop_contradicted(pass);
-        let (window, sigma) = self.window_alone(pass);
-        let mut window = window;
-        window.rescale(T::one(), T::one() / (sigma * sigma));
-        let past = super::Past::joined(window, &pass.point, unit, self.past.as_ref());
+        let past = super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
         if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
             self.past = Some(past);
             self.past_age_s = T::zero();
             self.unit_per_kg_m2 = past.per_kg_m2;
         }
+    }
+
+    /// Information of the blocks alone on shape and scale, of unit variance.
+    pub(super) fn information(&self, pass: &Pass<T, U>) -> SquareRootInformation<T, 6> {
+        let (mut window, sigma) = self.window_alone(pass);
+        window.rescale(T::one(), T::one() / (sigma * sigma));
+        window
     }
 
     /// Discards earlier windows and the prior where the blocks of a window contradict them. True if it

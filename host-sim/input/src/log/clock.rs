@@ -1,72 +1,309 @@
 //! Time of each row since the first, in microseconds.
+//!
+//! A log is a sequence of time stamps with faults: repeated and late rows, single stamps far ahead, a
+//! clock that is set back in flight. Rows at fault are left out; a clock set back is a gap of unknown
+//! length. A log in which the order of time is lost is rejected.
 
-use super::time::{TimeError, TimeStamp};
+use super::record::LogRow;
+use super::time::{TimeError, TimeStamp, TimeUnit};
 use crate::csv_problem::CsvProblem;
 use crate::csv_source::{Column, CsvRow, CsvSource};
 use crate::error::InputError;
 
-/// Conversion of time stamps to microseconds since the first one; they must increase.
-pub(super) struct Clock<'a> {
-    source: &'a CsvSource,
-    column: &'a Column,
-    first: Option<TimeStamp>,
-    previous: Option<Tick>,
+/// Most stamps ahead of the following ones that are left out as false.
+const MAX_AHEAD: usize = 5;
+/// Step into a false stamp, in steps of the rows after it.
+const AHEAD_STEPS: i128 = 3;
+/// Time that stands for a gap of unknown length, µs: one hour, above any gap that is predicted across.
+const UNKNOWN_GAP_US: u64 = 3_600_000_000;
+/// Largest share of rows at fault, one in so many.
+const MAX_FAULTY: usize = 10;
+/// Most times that the clock may be set back.
+const MAX_SET_BACK: usize = 10;
+
+/// Times of the rows of a log.
+pub(super) struct Times {
+    /// For each row of the source: time since the first usable row, µs, or the fault of the row.
+    pub of_rows: Vec<Result<u64, CsvProblem>>,
+    /// Time stamp of the first usable row, s.
+    pub start_s: f64,
+    /// Notes to the user.
+    pub notes: Vec<String>,
 }
 
-struct Tick {
-    stamp: TimeStamp,
-    time_us: u64,
-    text: String,
+/// Times of all rows of `source` with a valid stamp in `column`. `complete` has the faults of the other
+/// cells of each row: a row with one has no time.
+///
+/// # Errors
+/// The order of time is lost, or most stamps are equal.
+pub(super) fn times(
+    source: &CsvSource,
+    column: &Column,
+    complete: &[Result<LogRow, CsvProblem>],
+) -> Result<Times, InputError> {
+    let mut clock = Clock::new(source, column, complete);
+    for index in 0..clock.stamps.len() {
+        if let Some(stamp) = clock.stamp(index) {
+            clock.place(index, stamp);
+        }
+    }
+    clock.check()?;
+    clock.finish()
+}
+
+/// Rows in the order of the file, and which of them are usable.
+struct Clock<'a> {
+    source: &'a CsvSource,
+    column: &'a Column,
+    /// Stamp of each row, or its fault.
+    stamps: Vec<Result<TimeStamp, CsvProblem>>,
+    /// Usable rows, by index.
+    usable: Vec<usize>,
+    /// Usable rows at which the clock was set back, by index.
+    set_back: Vec<usize>,
+    /// Faulty stamps, by kind.
+    repeated: Vec<usize>,
+    disordered: Vec<usize>,
 }
 
 impl<'a> Clock<'a> {
-    pub(super) fn new(source: &'a CsvSource, column: &'a Column) -> Self {
-        Self { source, column, first: None, previous: None }
-    }
-
-    /// Time of a row since the first, µs.
-    pub(super) fn read(&mut self, row: &CsvRow) -> Result<u64, InputError> {
-        let text = self.source.text(row, self.column);
-        let stamp = TimeStamp::parse(text).map_err(|error| match error {
-            TimeError::NotANumber => self.source.not_a_number(row, self.column),
-            TimeError::NotFinite => self.not_finite(row),
-        })?;
-        if let Some(previous) = &self.previous
-            && stamp <= previous.stamp
-        {
-            return Err(self.source.error(Some(row.line), previous.not_after(stamp, text)));
-        }
-        let first = *self.first.get_or_insert(stamp);
-        let time_us = stamp.microseconds_since(first).ok_or_else(|| self.not_finite(row))?;
-        if let Some(previous) = &self.previous
-            && time_us == previous.time_us
-        {
-            let problem = CsvProblem::SameMicrosecond {
-                time: text.to_owned(),
-                previous: previous.text.clone(),
-            };
-            return Err(self.source.error(Some(row.line), problem));
-        }
-        self.previous = Some(Tick { stamp, time_us, text: text.to_owned() });
-        Ok(time_us)
-    }
-
-    fn not_finite(&self, row: &CsvRow) -> InputError {
-        let problem = CsvProblem::NotFinite {
-            column: self.column.name.clone(),
-            text: self.source.text(row, self.column).to_owned(),
+    fn new(
+        source: &'a CsvSource,
+        column: &'a Column,
+        complete: &[Result<LogRow, CsvProblem>],
+    ) -> Self {
+        let stamp = |(row, complete): (&CsvRow, &Result<LogRow, CsvProblem>)| match complete {
+            Ok(_) => stamp_of(source, row, column),
+            Err(fault) => Err(fault.clone()),
         };
-        self.source.error(Some(row.line), problem)
+        let stamps = source.rows().iter().zip(complete).map(stamp).collect();
+        let (usable, set_back, repeated, disordered) = Default::default();
+        Self { source, column, stamps, usable, set_back, repeated, disordered }
+    }
+
+    fn stamp(&self, index: usize) -> Option<TimeStamp> {
+        self.stamps.get(index).and_then(|stamp| stamp.as_ref().ok()).copied()
+    }
+
+    /// Text of a row's stamp.
+    fn text(&self, index: usize) -> String {
+        let row = self.source.rows().get(index);
+        row.map_or(String::new(), |row| self.source.text(row, self.column).to_owned())
+    }
+
+    /// Takes the row into the usable ones, or marks the rows at fault.
+    fn place(&mut self, index: usize, stamp: TimeStamp) {
+        let previous = self.usable.last().and_then(|last| Some((*last, self.stamp(*last)?)));
+        let Some((last, previous)) = previous else {
+            self.usable.push(index);
+            return;
+        };
+        if stamp > previous {
+            self.usable.push(index);
+        } else if stamp == previous {
+            self.mark_repeated(last, index);
+        } else {
+            self.place_before(index, stamp, last, previous);
+        }
+    }
+
+    fn mark_repeated(&mut self, last: usize, index: usize) {
+        let rows = self.source.rows();
+        let is_whole_row = rows.get(last).map(CsvRow::cells) == rows.get(index).map(CsvRow::cells);
+        let problem = match is_whole_row {
+            true => CsvProblem::RepeatedRow,
+            false => CsvProblem::DuplicateTime { time: self.text(index) },
+        };
+        if !is_whole_row {
+            self.repeated.push(index);
+        }
+        self.stamps[index] = Err(problem);
+    }
+
+    /// A stamp before the previous one: this one is false, or those before it, or the clock was set
+    /// back.
+    fn place_before(&mut self, index: usize, stamp: TimeStamp, last: usize, previous: TimeStamp) {
+        let next = (index + 1..self.stamps.len()).find_map(|later| self.stamp(later));
+        let Some(next) = next.filter(|next| *next < previous) else {
+            let (time, previous) = (self.text(index), self.text(last));
+            self.disordered.push(index);
+            self.stamps[index] = Err(CsvProblem::TimeBackwards { time, previous });
+            return;
+        };
+        let origin = self.set_back.last().copied().unwrap_or(0);
+        let is_ahead = |row: &&usize| **row >= origin && self.stamp(**row) >= Some(stamp);
+        let recent = self.usable.iter().rev().take(MAX_AHEAD + 1);
+        let ahead = recent.take_while(is_ahead).count();
+        let first_ahead = self.usable.len() - ahead;
+        let step = next.since(stamp);
+        let is_jump = match first_ahead.checked_sub(1).map(|before| self.usable[before]) {
+            Some(before) => {
+                let (from, to) = (self.stamp(before), self.stamp(self.usable[first_ahead]));
+                from.zip(to).is_some_and(|(from, to)| to.since(from) > AHEAD_STEPS * step)
+            }
+            None => true,
+        };
+        if ahead <= MAX_AHEAD && is_jump && step > 0 {
+            for false_row in self.usable.split_off(first_ahead) {
+                let time = self.text(false_row);
+                self.disordered.push(false_row);
+                self.stamps[false_row] = Err(CsvProblem::TimeAhead { time });
+            }
+        } else {
+            self.set_back.push(index);
+        }
+        self.usable.push(index);
+    }
+
+    /// Rejects a log whose order of time is lost.
+    fn check(&mut self) -> Result<(), InputError> {
+        let rows = self.usable.len() + self.repeated.len() + self.disordered.len();
+        let is_lost = |faulty: usize| faulty * MAX_FAULTY > rows;
+        let unsorted = self.disordered.len() + self.set_back.len();
+        if is_lost(self.repeated.len() + unsorted) && self.repeated.len() > unsorted {
+            let first = self.repeated[0];
+            let problem = match self.repeated.len() {
+                1 => CsvProblem::DuplicateTime { time: self.text(first) },
+                shared => CsvProblem::FewDigits { shared, rows, time: self.text(first) },
+            };
+            return Err(self.source.error(self.line(first), problem));
+        }
+        if is_lost(unsorted) || self.set_back.len() > MAX_SET_BACK {
+            let backwards = (1..self.stamps.len()).find_map(|i| {
+                let (previous, time) = (self.text(i - 1), self.text(i));
+                let is_before = TimeStamp::parse(&time).ok()? < TimeStamp::parse(&previous).ok()?;
+                is_before.then_some((i, CsvProblem::TimeBackwards { time, previous }))
+            });
+            if let Some((index, problem)) = backwards {
+                return Err(self.source.error(self.line(index), problem));
+            }
+        }
+        Ok(())
+    }
+
+    fn line(&self, index: usize) -> Option<u64> {
+        self.source.rows().get(index).map(|row| row.line)
+    }
+
+    /// Times of the usable rows.
+    fn finish(self) -> Result<Times, InputError> {
+        let first = self.usable.first().copied();
+        let unit = self.unit();
+        let mut of_rows: Vec<Result<u64, CsvProblem>> =
+            self.stamps.iter().map(|stamp| stamp.clone().map(|_| 0)).collect();
+        let mut scale = Scale { unit, start: None, offset_us: 0, last: None };
+        let mut same = Vec::new();
+        for &index in &self.usable {
+            let Some(stamp) = self.stamp(index) else { continue };
+            let previous = scale.last.map(|(last, _)| last);
+            of_rows[index] = match scale.time_us(index, stamp, self.set_back.contains(&index)) {
+                Ok(time_us) => Ok(time_us),
+                Err(NoTime::SameMicrosecond) => {
+                    same.push(index);
+                    let previous = previous.map_or(String::new(), |previous| self.text(previous));
+                    Err(CsvProblem::SameMicrosecond { time: self.text(index), previous })
+                }
+                Err(NoTime::TooLarge) => Err(CsvProblem::NotFinite {
+                    column: self.column.name.clone(),
+                    text: self.text(index),
+                }),
+            };
+        }
+        if let Some(&first) = same.first()
+            && same.len() * MAX_FAULTY > self.usable.len()
+            && let Err(problem) = &of_rows[first]
+        {
+            return Err(self.source.error(self.line(first), problem.clone()));
+        }
+        let start_s = match first.and_then(|first| self.source.rows().get(first)) {
+            Some(row) => self.source.number(row, self.column)? / unit.per_second() as f64,
+            None => 0.0,
+        };
+        Ok(Times { of_rows, start_s, notes: self.notes(unit) })
+    }
+
+    /// Unit of the last usable stamp: a clock may be set to the time since 1970 in flight.
+    fn unit(&self) -> TimeUnit {
+        let last = self.usable.last().and_then(|last| self.stamp(*last));
+        last.map_or(TimeUnit::Second, TimeUnit::of)
+    }
+
+    fn notes(&self, unit: TimeUnit) -> Vec<String> {
+        let mut notes = Vec::new();
+        let place =
+            |index: usize| format!("{}:{}", self.source.file(), self.line(index).unwrap_or(0));
+        let is_since_1970 = |index: &&usize| self.stamp(**index).map(TimeUnit::of) == Some(unit);
+        if unit != TimeUnit::Second
+            && let Some(&first) = self.usable.iter().find(is_since_1970)
+        {
+            let (name, text) = (unit.name(), self.text(first));
+            notes.push(format!(
+                "{}: column `t_s`: {text} is read as {name} since 1970; the unit of the column is the \
+                 second",
+                place(first)
+            ));
+        }
+        for &index in &self.set_back {
+            let at = self.usable.partition_point(|usable| *usable < index);
+            let before = at.checked_sub(1).map_or(String::new(), |at| self.text(self.usable[at]));
+            notes.push(format!(
+                "{}: column `t_s`: the clock is set back from {before} to {}; taken as a gap of \
+                 unknown length, one hour in the times of the result",
+                place(index),
+                self.text(index)
+            ));
+        }
+        notes
     }
 }
 
-impl Tick {
-    /// The fault of a time stamp at or before this one.
-    fn not_after(&self, stamp: TimeStamp, text: &str) -> CsvProblem {
-        if stamp == self.stamp {
-            CsvProblem::DuplicateTime { time: text.to_owned() }
-        } else {
-            CsvProblem::TimeBackwards { time: text.to_owned(), previous: self.text.clone() }
+/// Conversion of time stamps to microseconds since the first one.
+struct Scale {
+    unit: TimeUnit,
+    /// Stamp from which time counts: the first one, or the first after the clock was set back.
+    start: Option<TimeStamp>,
+    /// Time of that stamp, µs.
+    offset_us: u64,
+    /// Row and time of the last stamp.
+    last: Option<(usize, u64)>,
+}
+
+/// Why a time stamp has no time in microseconds.
+enum NoTime {
+    /// Beyond 64 bits.
+    TooLarge,
+    /// In the microsecond of the previous row.
+    SameMicrosecond,
+}
+
+impl Scale {
+    /// Time of a row, µs, or why it has none.
+    fn time_us(&mut self, row: usize, stamp: TimeStamp, is_set_back: bool) -> Result<u64, NoTime> {
+        if is_set_back {
+            self.start = Some(stamp);
+            self.offset_us =
+                self.last.map_or(0, |(_, last_us)| last_us.saturating_add(UNKNOWN_GAP_US));
         }
+        let start = *self.start.get_or_insert(stamp);
+        let elapsed_us = stamp.microseconds_since(start, self.unit);
+        let time_us = elapsed_us.and_then(|us| us.checked_add(self.offset_us));
+        let time_us = time_us.ok_or(NoTime::TooLarge)?;
+        if self.last.is_some_and(|(_, last_us)| time_us <= last_us) {
+            return Err(NoTime::SameMicrosecond);
+        }
+        self.last = Some((row, time_us));
+        Ok(time_us)
     }
+}
+
+/// Stamp of a row, or its fault.
+fn stamp_of(source: &CsvSource, row: &CsvRow, column: &Column) -> Result<TimeStamp, CsvProblem> {
+    let text = source.text(row, column);
+    TimeStamp::parse(text).map_err(|error| match error {
+        TimeError::NotANumber if text.contains(':') => {
+            CsvProblem::ClockTime { text: text.to_owned() }
+        }
+        TimeError::NotANumber => source.not_a_number(row, column),
+        TimeError::NotFinite => source.not_finite(row, column),
+    })
 }

@@ -11,13 +11,18 @@ pub(super) const GYRO: [&str; 3] = ["gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_
 pub(super) const TORQUE: [&str; 3] = ["torque_x_n_m", "torque_y_n_m", "torque_z_n_m"];
 pub(super) const ATTITUDE: [&str; 4] = ["attitude_q1", "attitude_q2", "attitude_q3", "attitude_q4"];
 
-const INCREASING: Range = Range::new("strictly increasing, within ±10¹⁸ s", f64::is_finite);
+const INCREASING: Range = Range::new("increasing, within ±10²⁰", f64::is_finite);
 const ZERO_WITH_ALL: &str = "all three absent: 0";
 const NONE_WITH_ALL: &str = "all four absent: no attitude";
 
 /// The columns, one row each; `N` in a name counts the wheels from 1.
 pub const COLUMNS: [Key; 12] = [
-    column(TIME, "s", INCREASING, "Time of the sample, from any origin, resolved to 1 µs"),
+    column(
+        TIME,
+        "s",
+        INCREASING,
+        "Time of the sample, from any origin, resolved to 1 µs; times since 1970 also in ms, µs or ns",
+    ),
     column(GYRO[0], "rad/s", FINITE, "Body rate about x"),
     column(GYRO[1], "rad/s", FINITE, "Body rate about y"),
     column(GYRO[2], "rad/s", FINITE, "Body rate about z"),
@@ -70,7 +75,7 @@ impl Columns {
         let wheel_columns = source.columns().iter().filter(|name| is_wheel(name)).count();
         if wheel_columns != wheel_count {
             let problem = CsvProblem::WheelColumns { log: wheel_columns, craft: wheel_count };
-            return Err(source.error(Some(1), problem));
+            return Err(source.header_error(problem));
         }
         let wheel_names: Vec<String> = (1..=wheel_count).map(wheel).collect();
         let wheels = all(source, &wheel_names)?;
@@ -119,6 +124,7 @@ fn notes_on_ignored(columns: &[String], known: &[String]) -> Vec<String> {
         .iter()
         .filter(|column| !known.contains(column))
         .map(|column| match nearest(column, known) {
+            _ if column.is_empty() => "a column without a name is ignored".to_owned(),
             Some(name) if likeness(column, name) > NEARLY => {
                 format!("column `{column}` is ignored (did you mean `{name}`?)")
             }

@@ -4,9 +4,14 @@
 //! `wheel_N_rad_s` per wheel of the craft file. Optional groups: `torque_x_n_m` to `torque_z_n_m`,
 //! and `attitude_q1` to `attitude_q4`. [`COLUMNS`] has unit and meaning of each. Other columns are
 //! ignored, with a line in [`RecordedLog::notes`].
+//!
+//! A log is as a flight left it: its last row may be cut, a cell empty, a time stamp false. Such rows
+//! are left out and counted in [`RecordedLog::skipped_rows`]. A log is rejected where no row is usable,
+//! or where the order of time is lost.
 
 mod clock;
 mod columns;
+mod held;
 mod read;
 mod record;
 mod time;

@@ -1,23 +1,29 @@
 //! From a CSV file to a [`RecordedLog`].
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::clock::Clock;
+use super::clock::times;
 use super::columns::Columns;
+use super::held::Fresh;
 use super::record::{LogRow, RecordedLog};
+use crate::csv_problem::CsvProblem;
 use crate::csv_source::{Column, CsvRow, CsvSource};
-use crate::error::InputError;
+use crate::error::{InputError, Problem};
+
+/// Reason of the rows that repeat a reading of the gyro.
+const HELD: &str = "gyro_held";
 
 impl RecordedLog {
     /// The log at `path` of a craft with `wheel_count` wheels.
     ///
     /// # Errors
-    /// The file cannot be read, a column is missing, the wheel columns do not match, a cell is not a
-    /// finite number, or the microsecond of a row is not later than that of the previous row.
+    /// The file cannot be read, a column is missing, the wheel columns do not match, no row is usable,
+    /// or the order of time is lost.
     pub fn load(path: &Path, wheel_count: usize) -> Result<Self, InputError> {
-        Self::from_source(&CsvSource::read(path)?, wheel_count)
+        Self::from_source(&CsvSource::read_unchecked(path)?, wheel_count)
     }
 
     /// The log in the bytes of a file; `file` is the name in errors.
@@ -25,44 +31,90 @@ impl RecordedLog {
     /// # Errors
     /// As of [`Self::load`].
     pub fn decode(file: &str, bytes: &[u8], wheel_count: usize) -> Result<Self, InputError> {
-        Self::from_source(&CsvSource::decode(file, bytes)?, wheel_count)
+        Self::from_source(&CsvSource::decode_unchecked(file, bytes)?, wheel_count)
     }
 
     fn from_source(source: &CsvSource, wheel_count: usize) -> Result<Self, InputError> {
         let columns = Columns::find(source, wheel_count)?;
-        let mut clock = Clock::new(source, &columns.time);
-        let rows = (source.rows().iter())
-            .map(|row| log_row(source, row, &columns, clock.read(row)?))
-            .collect::<Result<_, _>>()?;
-        let start_s = match source.rows().first() {
-            Some(row) => source.number(row, &columns.time)?,
-            None => 0.0,
-        };
+        let complete: Vec<_> =
+            source.rows().iter().map(|row| log_row(source, row, &columns)).collect();
+        let times = times(source, &columns.time, &complete)?;
+        let (mut rows, mut faults) = (Vec::new(), Vec::new());
+        for ((row, complete), time_us) in source.rows().iter().zip(complete).zip(times.of_rows) {
+            match complete.and_then(|row| Ok(LogRow { time_us: time_us?, ..row })) {
+                Ok(row) => rows.push(row),
+                Err(fault) => faults.push(source.error(Some(row.line), fault)),
+            }
+        }
+        if rows.is_empty() && !faults.is_empty() {
+            return Err(faults.swap_remove(0));
+        }
         let has_torque = columns.torque.is_some();
-        Ok(Self { rows, start_s, has_torque, notes: columns.notes })
+        let notes = [columns.notes, times.notes].concat();
+        let skipped_rows = BTreeMap::new();
+        let mut log = Self { rows, start_s: times.start_s, has_torque, skipped_rows, notes };
+        log.start_at_first_row();
+        log.note_skipped(source, &faults);
+        log.leave_out_held(source);
+        Ok(log)
+    }
+
+    /// Counts time from the first usable row.
+    fn start_at_first_row(&mut self) {
+        let first_us = self.rows.first().map_or(0, |row| row.time_us);
+        self.rows.iter_mut().for_each(|row| row.time_us -= first_us);
+        self.start_s += first_us as f64 / 1e6;
+    }
+
+    /// Counts the rows at fault, with a note on the first ones.
+    fn note_skipped(&mut self, source: &CsvSource, faults: &[InputError]) {
+        /// Largest number of rows in the note.
+        const LISTED: usize = 3;
+        let mut listed = Vec::new();
+        for fault in faults {
+            let Problem::Csv(problem) = &fault.problem else { continue };
+            *self.skipped_rows.entry(problem.skip_reason().unwrap_or("other")).or_default() += 1;
+            if listed.len() < LISTED {
+                listed.push(format!("line {}: {}", fault.place.line.unwrap_or(0), problem.fault()));
+            }
+        }
+        let rows = match faults.len() {
+            0 => return,
+            1 => "1 row".to_owned(),
+            count => format!("{count} rows"),
+        };
+        let more = if faults.len() > LISTED { "; …" } else { "" };
+        self.notes.push(format!("{}: {rows} skipped: {}{more}", source.file(), listed.join("; ")));
+    }
+
+    /// Leaves out the rows that repeat a reading of a gyro slower than the log.
+    fn leave_out_held(&mut self, source: &CsvSource) {
+        let Some(fresh) = Fresh::find(&self.rows) else { return };
+        self.notes.push(format!("{}: {}", source.file(), fresh.note(&self.rows)));
+        let rows = fresh.take(&self.rows);
+        self.skipped_rows.insert(HELD, (self.rows.len() - rows.len()) as u64);
+        self.rows = rows;
+        self.start_at_first_row();
     }
 }
 
-fn log_row(
-    source: &CsvSource,
-    row: &CsvRow,
-    columns: &Columns,
-    time_us: u64,
-) -> Result<LogRow, InputError> {
+/// The cells of a row, at time zero.
+fn log_row(source: &CsvSource, row: &CsvRow, columns: &Columns) -> Result<LogRow, CsvProblem> {
+    source.check_log_row(row)?;
     Ok(LogRow {
         line: row.line,
-        time_us,
+        time_us: 0,
         rate_rad_s: Vector3::from(numbers::<3>(source, row, &columns.gyro)?),
         wheel_speed_rad_s: (columns.wheels.iter())
-            .map(|column| source.number(row, column))
+            .map(|column| source.finite_number(row, column))
             .collect::<Result<_, _>>()?,
         torque_n_m: match &columns.torque {
             Some(torque) => Vector3::from(numbers::<3>(source, row, torque)?),
             None => Vector3::zeros(),
         },
+        // A row without attitude is usable, by most estimators.
         attitude: (columns.attitude.as_ref())
-            .map(|attitude| numbers(source, row, attitude))
-            .transpose()?,
+            .and_then(|attitude| numbers(source, row, attitude).ok()),
     })
 }
 
@@ -70,10 +122,10 @@ fn numbers<const N: usize>(
     source: &CsvSource,
     row: &CsvRow,
     columns: &[Column],
-) -> Result<[f64; N], InputError> {
+) -> Result<[f64; N], CsvProblem> {
     let mut numbers = [0.0; N];
     for (number, column) in numbers.iter_mut().zip(columns) {
-        *number = source.number(row, column)?;
+        *number = source.finite_number(row, column)?;
     }
     Ok(numbers)
 }
@@ -126,6 +178,8 @@ mod tests {
                 "column `torque_x_nm` is ignored (did you mean `torque_x_n_m`?)"
             ]
         );
+        let log = read(&format!(",{HEADER}\n0,0,1,2,3\n"), 0).unwrap();
+        assert_eq!(log.notes, ["a column without a name is ignored"]);
     }
 
     #[test]
@@ -180,38 +234,84 @@ mod tests {
     }
 
     #[test]
-    fn bad_cells_are_reported() {
-        assert!(
-            message("0,1,x,3\n1,1,2,3\n").starts_with("log.csv:2: column `gyro_y_rad_s`: \"x\"")
-        );
-        assert!(
-            message("0,1,2,3\n1,1,nan,3\n").starts_with("log.csv:3: column `gyro_y_rad_s`: nan")
-        );
-        assert!(message("0,1,2,3\ninf,1,2,3\n").starts_with("log.csv:3: column `t_s`: inf is not"));
-        assert!(message("0,1,2,3\n,1,2,3\n").starts_with("log.csv:3: column `t_s`: \"\" is not"));
-        assert!(
-            message("0,1,2,3\n9e17,1,2,3\n").starts_with("log.csv:3: column `t_s`: 9e17 is not")
-        );
+    fn log_without_a_usable_row_is_rejected_with_the_first_fault() {
+        for (rows, fault) in [
+            ("0,1,x,3\n1,1,x,3\n", "log.csv:2: column `gyro_y_rad_s`: \"x\" is not a number"),
+            ("0,1,nan,3\n", "log.csv:2: column `gyro_y_rad_s`: nan is not a finite number"),
+            ("inf,1,2,3\n", "log.csv:2: column `t_s`: inf is not"),
+            (",1,2,3\n", "log.csv:2: column `t_s` is empty"),
+            ("0,1,2\n1,1,2\n", "log.csv:2: 3 cells, but the header names 4 columns"),
+            ("0,1,2", "log.csv:2: the file is cut in mid-row"),
+        ] {
+            assert!(message(rows).starts_with(fault), "{}", message(rows));
+        }
+    }
+
+    /// Rows at 10 Hz, with the texts of `damage` in place of some of them.
+    fn damaged(rows: usize, damage: &[(usize, &str)]) -> RecordedLog {
+        let row = |index: usize| match damage.iter().find(|(at, _)| *at == index) {
+            Some((_, text)) => format!("{text}\n"),
+            None => format!("{}.{},{index},2,3\n", index / 10, index % 10),
+        };
+        let text: String = (0..rows).map(row).collect();
+        read(&format!("{HEADER}\n{text}"), 0).unwrap()
     }
 
     #[test]
-    fn decreasing_time_is_rejected() {
-        assert!(
-            message("0,1,2,3\n0.2,1,2,3\n0.1,1,2,3\n")
-                .starts_with("log.csv:4: column `t_s`: time runs backwards, from 0.2 to 0.1; sort")
+    fn rows_at_fault_are_left_out_and_counted() {
+        let log =
+            damaged(20, &[(3, "0.3,1,,3"), (5, "0.5,1,NaN,3"), (7, "0.7,1,2"), (19, "1.9,1,2,")]);
+        assert_eq!(log.rows.len(), 16);
+        assert_eq!(log.rows[15].time_us, 1_800_000);
+        let counts = [("empty_cell", 1), ("incomplete", 2), ("not_finite", 1)];
+        assert_eq!(log.skipped_rows, BTreeMap::from(counts));
+        assert_eq!(
+            log.notes,
+            ["log.csv: 4 rows skipped: line 5: column `gyro_y_rad_s` is empty; line 7: column \
+              `gyro_y_rad_s`: NaN is not a finite number; line 9: 3 cells, but the header names 4 \
+              columns; …"]
         );
+        assert!(damaged(20, &[]).notes.is_empty());
     }
 
     #[test]
-    fn repeated_time_is_rejected() {
+    fn cut_last_row_is_left_out() {
+        for end in ["0.1,1,2", "0.1,1,2,", "0.1,1,2,-", "0.", "0.1,1,2\0\0\0"] {
+            let log = read(&format!("{HEADER}\n0,1,2,3\n{end}"), 0).unwrap();
+            assert_eq!(log.rows.len(), 1, "{end:?}");
+            assert!(log.notes[0].contains("line 3: the file is cut in mid-row"), "{:?}", log.notes);
+        }
+    }
+
+    #[test]
+    fn time_counts_from_the_first_usable_row() {
+        let log = damaged(20, &[(0, "0,nan,2,3"), (1, "0.1,1,2,3,4")]);
+        assert_eq!((log.start_s, log.rows[0].time_us, log.rows[1].time_us), (0.2, 0, 100_000));
+        assert_eq!(log.skipped_rows, BTreeMap::from([("not_finite", 1), ("surplus_cells", 1)]));
+    }
+
+    #[test]
+    fn row_without_attitude_is_used() {
+        let header = format!("{HEADER},attitude_q1,attitude_q2,attitude_q3,attitude_q4");
+        let log = read(&format!("{header}\n0,1,2,3,0,0,0,1\n1,1,2,3,,,,\n"), 0).unwrap();
+        assert_eq!(log.rows[0].attitude, Some([0.0, 0.0, 0.0, 1.0]));
+        assert_eq!(log.rows[1].attitude, None);
+    }
+
+    #[test]
+    fn disordered_time_is_rejected() {
+        for (rows, fault) in [
+            ("0,1,2,3\n0.2,1,2,3\n0.1,1,2,3\n", "from 0.2 to 0.1; sort"),
+            ("0.3,1,2,3\n0.2,1,2,3\n0.1,1,2,3\n0,1,2,3\n", "from 0.3 to 0.2; sort"),
+        ] {
+            let message = message(rows);
+            assert!(message.contains(": column `t_s`: time runs backwards, from"), "{message}");
+            assert!(message.contains(fault), "{message}");
+        }
         assert!(
-            message("0,1,2,3\n0.1,1,2,3\n1e-1,1,2,3\n")
+            message("0,1,2,3\n0.1,1,2,3\n1e-1,1,3,3\n")
                 .starts_with("log.csv:4: column `t_s`: 1e-1 appears twice")
         );
-    }
-
-    #[test]
-    fn two_times_in_one_microsecond_are_rejected() {
         assert!(
             message("0,1,2,3\n0.1,1,2,3\n0.1000003,1,2,3\n")
                 .starts_with("log.csv:4: column `t_s`: 0.1 and 0.1000003 fall on the same micro")
@@ -219,11 +319,115 @@ mod tests {
     }
 
     #[test]
-    fn file_cut_in_mid_row_is_reported() {
-        for end in ["0.1,1,2", "0.1,1,2,", "0.1,1,2,-", "0."] {
-            let message = message(&format!("0,1,2,3\n{end}"));
-            assert!(message.starts_with("log.csv:3: the file is cut in mid-row"), "{message}");
+    fn stamps_with_too_few_digits_are_named() {
+        let rows: String = (0..50).map(|index| format!("1.73234e+09,{index},2,3\n")).collect();
+        assert_eq!(
+            message(&rows),
+            "log.csv:3: column `t_s`: time stamps have too few digits: 49 of 50 rows share the stamp \
+             of the row before, as 1.73234e+09; export t_s with all its digits"
+        );
+    }
+
+    #[test]
+    fn rows_of_another_sensor_do_not_count_as_repeated_stamps() {
+        let rows: String = (0..20).map(|i| format!("{i},{i},2,3,\n{i},,,,7\n")).collect();
+        let log = read(&format!("{HEADER},temperature_k\n{rows}"), 0).unwrap();
+        assert_eq!(log.rows.len(), 20);
+        assert_eq!(log.skipped_rows, BTreeMap::from([("empty_cell", 20)]));
+    }
+
+    #[test]
+    fn single_false_stamps_and_repeated_rows_are_left_out() {
+        for (stamp, reason) in [
+            ("86400.5,1,2,3", "time_ahead"),
+            ("0.2,1,2,3", "time_backwards"),
+            ("0.4,1,2,3", "repeated_time"),
+            ("0.4,4,2,3", "repeated_row"),
+            ("t_s,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s", "repeated_header"),
+        ] {
+            let log = damaged(20, &[(5, stamp)]);
+            assert_eq!(log.skipped_rows, BTreeMap::from([(reason, 1)]), "{stamp}");
+            assert_eq!((log.rows.len(), log.rows[18].time_us), (19, 1_900_000), "{stamp}");
         }
+        // The first stamp, and the last one.
+        assert_eq!(damaged(20, &[(0, "99,0,2,3")]).start_s, 0.1);
+        assert_eq!(damaged(20, &[(19, "0.9,0,2,3")]).rows.len(), 19);
+    }
+
+    #[test]
+    fn clock_set_back_is_a_gap_of_unknown_length() {
+        let stamps = (0..40).map(|index| 100.0 + 0.5 * f64::from(index % 20));
+        let rows: String = stamps.map(|time| format!("{time},1,2,3\n")).collect();
+        let log = read(&format!("{HEADER}\n{rows}"), 0).unwrap();
+        assert_eq!((log.rows.len(), log.skipped_rows.len()), (40, 0));
+        assert_eq!(log.rows[20].time_us, log.rows[19].time_us + 3_600_000_000);
+        assert_eq!(log.rows[21].time_us - log.rows[20].time_us, 500_000);
+        assert!(
+            log.notes[0]
+                .starts_with("log.csv:22: column `t_s`: the clock is set back from 109.5 to"),
+            "{:?}",
+            log.notes
+        );
+    }
+
+    #[test]
+    fn nanoseconds_since_1970_are_read_without_loss() {
+        let rows =
+            "1700000000000000000,1,2,3\n1700000000100000000,1,2,3\n1700000000200001000,1,2,3\n";
+        let log = read(&format!("{HEADER}\n{rows}"), 0).unwrap();
+        assert_eq!(log.start_s, 1.7e9);
+        assert_eq!(
+            log.rows.iter().map(|row| row.time_us).collect::<Vec<_>>(),
+            [0, 100_000, 200_001]
+        );
+        assert_eq!(
+            log.notes,
+            [
+                "log.csv:2: column `t_s`: 1700000000000000000 is read as nanoseconds since 1970; the \
+              unit of the column is the second"
+            ]
+        );
+    }
+
+    #[test]
+    fn clock_set_to_the_time_since_1970_in_flight_is_a_gap() {
+        let rows: String = (0..30)
+            .map(|i| match i {
+                0 | 1 => format!("{i},{i},2,3\n"),
+                _ => format!("17000000{i:02}000000000,{i},2,3\n"),
+            })
+            .collect();
+        let log = read(&format!("{HEADER}\n{rows}"), 0).unwrap();
+        let times: Vec<u64> = log.rows.iter().map(|row| row.time_us).collect();
+        assert_eq!((times.len(), log.skipped_rows["repeated_time"]), (29, 1));
+        assert_eq!(times[3] - times[2], 1_000_000);
+        assert!(
+            log.notes[0].starts_with("log.csv:4: column `t_s`: 1700000002000000000 is read as")
+        );
+    }
+
+    #[test]
+    fn dates_are_named() {
+        let rows = "2024-05-01T12:00:00Z,1,2,3\n2024-05-01T12:00:01Z,1,2,3\n";
+        assert_eq!(
+            message(rows),
+            "log.csv:2: column `t_s`: \"2024-05-01T12:00:00Z\" is a date or a time of day; write \
+             seconds, from any origin"
+        );
+    }
+
+    #[test]
+    fn held_readings_are_left_out_with_a_note() {
+        let rows: String = (0..400)
+            .map(|row| {
+                let rate = f64::from(row / 20).sin();
+                format!("{},{rate},{},{}\n", f64::from(row) * 0.01, rate * 2.0, rate * 3.0)
+            })
+            .collect();
+        let log = read(&format!("{HEADER}\n{rows}"), 0).unwrap();
+        assert_eq!((log.rows.len(), log.rows[1].time_us), (20, 200_000));
+        assert_eq!(log.skipped_rows, BTreeMap::from([("gyro_held", 380)]));
+        assert!(log.notes[0].starts_with("log.csv: the gyro's rate is 5 Hz, the log's 100 Hz"));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The values of a log.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 
 /// A checked log: at least one row, time strictly increasing, every value finite.
@@ -11,7 +13,9 @@ pub struct RecordedLog {
     pub start_s: f64,
     /// True if the log has torque columns; otherwise the torque of each row is zero.
     pub has_torque: bool,
-    /// Notes to the user, one sentence each: the ignored columns.
+    /// Rows of the file that are not in `rows`, by reason.
+    pub skipped_rows: BTreeMap<&'static str, u64>,
+    /// Notes to the user, one sentence each: ignored columns, rows left out, corrections of time.
     pub notes: Vec<String>,
 }
 

@@ -6,10 +6,57 @@
 /// Resolution: decimal places of a second.
 const DECIMALS: i32 = 12;
 const PICOSECONDS_PER_MICROSECOND: i128 = 1_000_000;
-/// Limit of a time stamp in seconds, as a power of ten: within `i128` at this resolution.
-const MAX_POWER: i32 = 18;
+/// Limit of a time stamp, as a power of ten: within `i128` at this resolution.
+const MAX_POWER: i32 = 20;
+/// The years 2000 to 2100 in seconds since 1970.
+const CENTURY_S: std::ops::Range<i128> = 946_684_800..4_102_444_800;
+const PICOSECONDS_PER_SECOND: i128 = 1_000_000_000_000;
 
-/// A time stamp in picoseconds from the log's own origin.
+/// Unit of a column of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TimeUnit {
+    Second,
+    Millisecond,
+    Microsecond,
+    Nanosecond,
+}
+
+impl TimeUnit {
+    /// Unit of a log with this first stamp: other than the second only where the number is a time
+    /// since 1970 in that unit, within the years 2000 to 2100. As seconds these are 30,000 years and
+    /// more.
+    pub(super) fn of(first: TimeStamp) -> Self {
+        [Self::Millisecond, Self::Microsecond, Self::Nanosecond]
+            .into_iter()
+            .find(|unit| {
+                let seconds = first.picoseconds / (PICOSECONDS_PER_SECOND * unit.per_second());
+                CENTURY_S.contains(&seconds)
+            })
+            .unwrap_or(Self::Second)
+    }
+
+    /// Units per second.
+    pub(super) fn per_second(self) -> i128 {
+        match self {
+            Self::Second => 1,
+            Self::Millisecond => 1_000,
+            Self::Microsecond => 1_000_000,
+            Self::Nanosecond => 1_000_000_000,
+        }
+    }
+
+    /// Name in notes.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Second => "seconds",
+            Self::Millisecond => "milliseconds",
+            Self::Microsecond => "microseconds",
+            Self::Nanosecond => "nanoseconds",
+        }
+    }
+}
+
+/// A time stamp from the log's own origin: picoseconds, if the unit of its column is the second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct TimeStamp {
     picoseconds: i128,
@@ -20,7 +67,7 @@ pub(super) struct TimeStamp {
 pub(super) enum TimeError {
     /// Not a decimal number.
     NotANumber,
-    /// NaN, infinite, or beyond 10¹⁸ s.
+    /// NaN, infinite, or beyond 10²⁰.
     NotFinite,
 }
 
@@ -64,11 +111,15 @@ impl TimeStamp {
         Ok(Self { picoseconds: sign * picoseconds })
     }
 
-    /// The time since `start`, rounded to 1 µs; none if negative or beyond 64 bits.
-    pub(super) fn microseconds_since(self, start: Self) -> Option<u64> {
-        let picoseconds = self.picoseconds - start.picoseconds;
-        let half = PICOSECONDS_PER_MICROSECOND / 2;
-        u64::try_from((picoseconds + half).div_euclid(PICOSECONDS_PER_MICROSECOND)).ok()
+    /// The time since `start`, rounded to 1 µs, both in `unit`; none if negative or beyond 64 bits.
+    pub(super) fn microseconds_since(self, start: Self, unit: TimeUnit) -> Option<u64> {
+        let microsecond = PICOSECONDS_PER_MICROSECOND * unit.per_second();
+        u64::try_from((self.since(start) + microsecond / 2).div_euclid(microsecond)).ok()
+    }
+
+    /// The time since `start`, picoseconds if the unit is the second.
+    pub(super) fn since(self, start: Self) -> i128 {
+        self.picoseconds - start.picoseconds
     }
 }
 
@@ -85,7 +136,25 @@ mod tests {
 
     fn microseconds(start: &str, end: &str) -> Option<u64> {
         let (start, end) = (TimeStamp::parse(start).unwrap(), TimeStamp::parse(end).unwrap());
-        end.microseconds_since(start)
+        end.microseconds_since(start, TimeUnit::Second)
+    }
+
+    #[test]
+    fn times_since_1970_in_small_units_are_read_without_loss() {
+        let unit = |text| TimeUnit::of(TimeStamp::parse(text).unwrap());
+        for (first, second, expected) in [
+            ("1700000000000000000", "1700000000000001000", TimeUnit::Nanosecond),
+            ("1700000000000000", "1700000000000001", TimeUnit::Microsecond),
+            ("1700000000000", "1700000000000.001", TimeUnit::Millisecond),
+            ("1700000000", "1700000000.000001", TimeUnit::Second),
+        ] {
+            assert_eq!(unit(first), expected, "{first}");
+            let stamps = [first, second].map(|text| TimeStamp::parse(text).unwrap());
+            assert_eq!(stamps[1].microseconds_since(stamps[0], expected), Some(1), "{first}");
+        }
+        for relative in ["0", "100", "-5", "1e6", "12345678901"] {
+            assert_eq!(unit(relative), TimeUnit::Second, "{relative}");
+        }
     }
 
     #[test]
@@ -128,7 +197,7 @@ mod tests {
             ("nan", TimeError::NotFinite),
             ("-inf", TimeError::NotFinite),
             ("1e400", TimeError::NotFinite),
-            ("1e18", TimeError::NotFinite),
+            ("1e20", TimeError::NotFinite),
         ] {
             assert_eq!(TimeStamp::parse(text), Err(expected), "{text:?}");
         }

@@ -27,8 +27,8 @@ const BIAS_SIGMA_RAD_S: f64 = 0.05;
 /// Prior sigma of drag rates, 1/s: of objects of a tenth of a metre and a hundred grams in air, 0.1 to
 /// 0.2. In orbit there is none, and it is estimated only where the residuals show it.
 const DRAG_SIGMA_PER_S: f64 = 0.2;
-/// Slices of work after each sample. A pass over 512 blocks then takes 32 samples.
-const SLICES_PER_STEP: u32 = 16;
+/// Slices of work after each sample. A pass over 512 blocks then takes 8 samples.
+const SLICES_PER_STEP: u32 = 64;
 
 /// The estimator with the unknowns that the craft asks for.
 pub fn set_up<T: Real, const W: usize>(

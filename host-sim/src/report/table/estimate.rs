@@ -1,5 +1,7 @@
 //! Tables of `replay` and `run`: the estimate, with truth and bound if they are known.
 
+use std::collections::BTreeMap;
+
 use super::cells::{DIGITS, EMPTY, UNOBSERVED, decimals, element, heading, or, short, vector};
 use crate::input::ELEMENT_NAMES;
 use crate::report::columns::Columns;
@@ -85,6 +87,9 @@ fn summary(report: &ReplayReport) -> String {
         (false, _) => "no: no rigid body has this tensor",
     };
     let mut lines = heading("estimator", &format!("{}, {}", report.estimator, report.precision));
+    if !report.skipped_rows.is_empty() {
+        lines += &heading("rows skipped", &counts(&report.skipped_rows));
+    }
     lines += &heading("samples", &samples(report));
     lines += &heading("status", &report.status.to_string());
     lines += &heading("observed", &observed);
@@ -134,14 +139,18 @@ fn times(count: usize, times_s: &[f64]) -> String {
 
 /// Accepted samples, and rejected samples by reason.
 fn samples(report: &ReplayReport) -> String {
-    let reasons: Vec<String> = (report.rejected.iter())
-        .filter(|(_, count)| **count > 0)
-        .map(|(reason, count)| format!("{count} {reason}"))
-        .collect();
-    let reasons =
-        if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let rejected = report.rejected_total();
+    let reasons = match rejected {
+        0 => String::new(),
+        _ => format!(" ({})", counts(&report.rejected)),
+    };
     format!("{}, {} accepted, {rejected} rejected{reasons}", report.samples, report.accepted)
+}
+
+/// Counts by reason, as `2 spike, 1 stuck`; reasons that did not occur are left out.
+fn counts(by_reason: &BTreeMap<String, u64>) -> String {
+    let counts = by_reason.iter().filter(|(_, count)| **count > 0);
+    counts.map(|(reason, count)| format!("{count} {reason}")).collect::<Vec<_>>().join(", ")
 }
 
 /// RMS residual, and the result of the test for white noise.
@@ -209,6 +218,7 @@ jyz       0.60160    0.60150  -1.00e-4  -0.0166   0.000860  0.000854        -0.1
         report.disturbance_torque_n_m = Some([1.5e-6, -2e-7, 0.0]);
         report.gyro_bias_rad_s = Some([0.01, -0.02, 0.003]);
         (report.gaps, report.changes) = (vec![12.3], (1..8).map(f64::from).collect());
+        report.skipped_rows.insert("incomplete".to_owned(), 1);
         report.element_observed[4] = false;
         report.observed_directions = 5;
         report.status = Status::Partial;
@@ -216,6 +226,7 @@ jyz       0.60160    0.60150  -1.00e-4  -0.0166   0.000860  0.000854        -0.1
             replay(&report),
             "\
 estimator           joint-ekf, f32
+rows skipped        1 incomplete
 samples             6001, 5998 accepted, 3 rejected (2 spike, 1 stuck)
 status              partial
 observed            5 of 6 directions, scale observed

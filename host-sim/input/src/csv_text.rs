@@ -1,0 +1,71 @@
+//! Parts of a CSV text: cells, a header in a comment, line numbers.
+
+use csv::StringRecord;
+
+/// The cells without quotes around them, without empty ones beyond the last column, and without those
+/// from a NUL on: a file that loses power ends in zeros.
+pub(crate) fn cells_of(cells: &StringRecord, columns: usize) -> StringRecord {
+    let whole = cells.iter().take_while(|cell| !cell.contains('\0'));
+    let mut kept: Vec<&str> = whole.map(unquoted).collect();
+    while kept.len() > columns && kept.last().is_some_and(|cell| cell.is_empty()) {
+        kept.pop();
+    }
+    StringRecord::from(kept)
+}
+
+/// A cell without quotes around it.
+pub(crate) fn unquoted(cell: &str) -> &str {
+    let inner = cell.strip_prefix('"').and_then(|cell| cell.strip_suffix('"'));
+    inner.map_or(cell, str::trim)
+}
+
+/// True for cells that are all numbers.
+pub(crate) fn is_numbers(cells: &StringRecord) -> bool {
+    let mut filled = cells.iter().filter(|cell| !cell.is_empty()).peekable();
+    filled.peek().is_some() && filled.all(|cell| cell.parse::<f64>().is_ok())
+}
+
+/// Line and names of the last comment before `line`, if it has as many names as there are columns.
+pub(crate) fn header_comment(text: &str, line: u64, columns: usize) -> Option<(u64, Vec<String>)> {
+    let before = (1..line).zip(text.lines());
+    let comments = before.filter_map(|(line, text)| Some((line, text.trim().strip_prefix('#')?)));
+    let (line, names) = comments.last()?;
+    let names: Vec<String> = names.split(',').map(|name| name.trim().to_owned()).collect();
+    (names.len() == columns && columns > 1).then_some((line, names))
+}
+
+/// Line numbers of byte offsets, ascending.
+///
+/// The CSV reader reports the offset at which its search for a record started. That offset precedes
+/// skipped comments, empty lines and the second half of a CRLF, so the reader's own line numbers are
+/// too small.
+pub(crate) struct LineCounter<'a> {
+    text: &'a [u8],
+    counted: usize,
+    line: u64,
+}
+
+impl<'a> LineCounter<'a> {
+    /// The first line.
+    pub(crate) fn new(text: &'a str) -> Self {
+        Self { text: text.as_bytes(), counted: 0, line: 1 }
+    }
+
+    /// The line of the first cell at or after `byte`. The offsets of successive calls must ascend.
+    pub(crate) fn line_at(&mut self, byte: u64) -> u64 {
+        let mut is_comment = false;
+        while let Some(&character) = self.text.get(self.counted) {
+            let is_line_end = matches!(character, b'\n' | b'\r');
+            let is_searched = self.counted as u64 >= byte;
+            let is_line_start =
+                self.counted == 0 || matches!(self.text[self.counted - 1], b'\n' | b'\r');
+            is_comment = !is_line_end && (is_comment || (is_line_start && character == b'#'));
+            if is_searched && !is_line_end && !is_comment {
+                break;
+            }
+            self.counted += 1;
+            self.line += u64::from(character == b'\n');
+        }
+        self.line
+    }
+}
