@@ -47,8 +47,10 @@ impl<T: Real> Past<T> {
         let share = self.per_kg_m2 * sigma_kg_m2;
         let variance = share * share;
         if variance > T::zero() {
-            for (place, times) in [1.0, 1.0, 2.0, 2.0, 2.0, 3.0].into_iter().enumerate() {
-                self.information.walk(place, variance * T::lit(times));
+            let (twice, thrice) = (variance * T::lit(2.0), variance * T::lit(3.0));
+            let of_each = [variance, variance, twice, twice, twice, thrice];
+            for (place, variance) in of_each.into_iter().enumerate() {
+                self.information.walk(place, variance);
             }
         }
     }

@@ -53,7 +53,7 @@ mod scale;
 #[cfg(test)]
 mod tests;
 
-use crate::math::{Vec3, scalar::Real};
+use crate::math::{Vec3, component, scalar::Real};
 use crate::persist::{Blank, Persist};
 use noise::Noise;
 use predictor::{History, Predictor, Reading};
@@ -347,7 +347,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
 
     /// Variance of a scale, not below that of the known noise and of the reading's rounding, rad²/s².
     fn variance(&self, scale: &Scale<T>, axis: usize, rate_rad_s: &Vec3<T>) -> T {
-        let rounding = T::EPSILON * rate_rad_s[axis];
+        let rounding = T::EPSILON * component(rate_rad_s, axis);
         let floor = self.floor_rad_s * self.floor_rad_s;
         scale.variance(axis).max(floor).max(rounding * rounding)
     }

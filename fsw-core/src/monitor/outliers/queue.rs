@@ -137,7 +137,9 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
             rate_rad_s = bridged(&before, &after, count).or(unjudged).unwrap_or(rate_rad_s);
         }
         let len = self.len();
-        self.places.copy_within(1..len, 0);
+        for i in 1..PLACES {
+            self.places[i - 1] = self.places[i];
+        }
         self.before = before;
         self.judged = judged.saturating_sub(1) as u8;
         self.len = (len - 1) as u8;
