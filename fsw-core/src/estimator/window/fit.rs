@@ -32,6 +32,10 @@ const LARGEST_DAMPING: f64 = 1e4;
 /// Smallest principal moment over the trace of a point that is tried.
 const LEAST_MOMENT: f64 = 1e-5;
 
+/// Scale of the robust weights over the noise in the first pass from a new start: no block is an outlier
+/// yet.
+pub const UNKNOWN_SCALE: f64 = 1e6;
+
 /// Start of a descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Attempt {
@@ -137,6 +141,11 @@ impl<T: Real, const U: usize> Descent<T, U> {
         self.is_near = decrement < T::lit(NEAR) + self.rounding(beliefs);
         let is_settled = decrement < T::lit(SETTLED)
             || self.is_near && decrement > T::lit(0.3) * self.last_decrement;
+        let is_first = self.pass.scale_rad_s > beliefs.noise_rad_s * T::lit(0.5 * UNKNOWN_SCALE);
+        if is_settled && is_first {
+            // Once more, with weights.
+            return Next::Pass(self.pass.point);
+        }
         if is_settled || self.passes >= MOST_PASSES {
             return Next::End { is_settled };
         }

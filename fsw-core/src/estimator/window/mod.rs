@@ -151,6 +151,9 @@ struct Schedule {
 
 crate::persist!([] Schedule { blocks, fitted, quiet, due_at, is_final });
 
+/// Noise over the stated one that is still taken for noise: data sheets are wrong by less, and what
+/// exceeds it is a fault.
+const MOST_UNDERSTATED: f64 = 2.5;
 /// Blocks at which a window is fitted for the first time, without being asked to.
 const FIRST_FIT_BLOCKS: u32 = 8;
 
@@ -295,9 +298,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         noise.max(floor).max(T::lit(1e-15))
     }
 
-    /// Noise against which residuals are judged, rad/s: the larger of stated and measured.
+    /// Noise against which residuals are judged, rad/s: the larger of stated and measured, up to
+    /// [`MOST_UNDERSTATED`] times the stated one.
     fn reference_rad_s(&self) -> T {
-        self.noise_rad_s().max(self.outliers.noise_rad_s())
+        let noise = self.noise_rad_s();
+        let measured = self.outliers.noise_rad_s();
+        match self.config.gyro_noise_rad_s {
+            Some(_) => noise.max(measured.min(noise * T::lit(MOST_UNDERSTATED))),
+            None => noise,
+        }
     }
 
     /// All knowledge beside the blocks.

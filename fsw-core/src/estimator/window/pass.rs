@@ -56,9 +56,10 @@ pub struct Residuals<T: Real> {
     pub products: T,
     /// Robust cost `Σ min(u², K²) s²`.
     pub cost: T,
-    /// Blocks at reduced weight; the block after the last of them.
+    /// Blocks at reduced weight; the present run of them, and the longest one.
     pub low: u32,
-    pub after_low: u32,
+    run: Run,
+    pub longest: Run,
     /// Cumulative sum of Page's test, the block at which it began to rise, and whether it has exceeded
     /// its limit.
     sum: T,
@@ -69,8 +70,38 @@ pub struct Residuals<T: Real> {
 }
 
 crate::persist!([T: Real] Residuals<T> {
-    blocks, rows, squares, products, cost, low, after_low, sum, rise, is_contradicted, last, histogram
+    blocks, rows, squares, products, cost, low, run, longest, sum, rise, is_contradicted, last, histogram
 } if |this| this.squares >= T::zero());
+
+/// Run of blocks at reduced weight, with gaps of up to three blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// First block, and the one after the last.
+    pub from: usize,
+    pub after: usize,
+    /// Number of blocks at reduced weight.
+    pub count: u32,
+}
+
+crate::persist!([] Run { from, after, count });
+
+/// Blocks of full weight that end a run.
+const RUN_GAP: usize = 4;
+
+impl Run {
+    fn none() -> Self {
+        Self { from: 0, after: 0, count: 0 }
+    }
+
+    /// The run with one more block.
+    fn with(self, block: usize) -> Self {
+        if self.count > 0 && block < self.after.saturating_add(RUN_GAP) {
+            Self { after: block + 1, count: self.count.saturating_add(1), ..self }
+        } else {
+            Self { from: block, after: block + 1, count: 1 }
+        }
+    }
+}
 
 impl<T: Real> Residuals<T> {
     /// No residuals.
@@ -82,7 +113,8 @@ impl<T: Real> Residuals<T> {
             products: T::zero(),
             cost: T::zero(),
             low: 0,
-            after_low: 0,
+            run: Run::none(),
+            longest: Run::none(),
             sum: T::zero(),
             rise: 0,
             is_contradicted: false,
@@ -127,7 +159,7 @@ impl<T: Real> Residuals<T> {
     }
 
     /// Takes in `n |r|²` of a block in units of the histogram; returns the block's weight.
-    fn weigh(&mut self, square: T, unit_rad_s: T, scale_rad_s: T) -> T {
+    fn weigh(&mut self, block: usize, square: T, unit_rad_s: T, scale_rad_s: T) -> T {
         let of_unit = square / (unit_rad_s * unit_rad_s);
         let exponent = ((of_unit.to_f32().to_bits() >> 23) & 0xff) as i32 - 127;
         let octave = (exponent - FIRST_OCTAVE).clamp(0, OCTAVES as i32 - 1) as usize;
@@ -137,7 +169,10 @@ impl<T: Real> Residuals<T> {
         self.cost += square.min(most);
         if square > most {
             self.low = self.low.saturating_add(1);
-            self.after_low = self.blocks;
+            self.run = self.run.with(block);
+            if self.run.count >= self.longest.count {
+                self.longest = self.run;
+            }
             most / square
         } else {
             T::one()
@@ -266,7 +301,8 @@ impl<T: Real, const U: usize> Pass<T, U> {
         let apart = span.block.rate_rad_s - self.trajectory.mean_rate_rad_s(&crossing);
         let n = span.block.weight;
         let square = apart.dot(&apart) * n;
-        let weight = n * self.residuals.weigh(square, self.unit_rad_s, self.scale_rad_s);
+        let robust = self.residuals.weigh(self.next, square, self.unit_rad_s, self.scale_rad_s);
+        let weight = n * robust;
         let before = self.residuals.squares;
         for axis in 0..3 {
             let row = self.trajectory.mean_sensitivity(&crossing, axis);
