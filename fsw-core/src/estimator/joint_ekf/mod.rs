@@ -37,7 +37,7 @@
 //! |---|---|---|
 //! | first sample | the prior's, or alignment | [`Reset::FirstSample`] |
 //! | alignment complete | the alignment's | [`Reset::Aligned`] |
-//! | gap longer than `gate.max_gap_us` | rate of the sample; inertia unchanged | [`Reset::Gap`] |
+//! | gap longer than `gate.max_gap_us` | rate of the sample; inertia unchanged | [`Reset::Gap`], [`Reset::Clock`] |
 //! | lock-out: spikes in a row | alignment without a prior | [`Reset::Lockout`] |
 //! | a number not finite, `J` singular | the prior's, or alignment | [`Reset::Diverged`] |
 //!
@@ -321,7 +321,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
                 self.form.restart_rate(self.config.noise_variance());
             }
         }
-        Outcome::Reset(Reset::Gap)
+        Outcome::Reset(self.gate.cause_of_gap().into())
     }
 
     /// After a lock-out the prior is dropped; the last inertia is reported until the alignment

@@ -29,7 +29,7 @@
 //! |---|---|---|
 //! | body in motion, no balance | waits | [`Coasting::WaitingForRest`] |
 //! | first sample at rest | balance of the wheels | [`Reset::FirstSample`] |
-//! | gap with a torque | waits for rest; sums unchanged | [`Reset::Gap`] |
+//! | gap with a torque | waits for rest; sums unchanged | [`Reset::Gap`], [`Reset::Clock`] |
 //! | momentum not finite | waits for rest; sums unchanged | [`Reset::Diverged`] |
 //! | no usable attitude | unchanged | [`Coasting::NoAttitude`] |
 //!
@@ -156,7 +156,7 @@ impl<T: Real, const W: usize> Momentum<T, W> {
         };
         if last.has_unknown_impulse(&now, self.config.gate.max_gap_us) {
             self.balance = self.is_at_rest(&sample.rate_rad_s).then_some(now);
-            return Outcome::Reset(Reset::Gap);
+            return Outcome::Reset(if last.is_before(&now) { Reset::Gap } else { Reset::Clock });
         }
         self.balance = last.advanced_to(&now);
         let Some(balance) = self.balance else {
