@@ -100,7 +100,7 @@ use crate::estimator::Estimator;
 use crate::gate::{Gate, Rejection, Verdict};
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::innovation::Innovation;
-use crate::monitor::observability::{Observed, observed};
+use crate::monitor::observability::{Observed, observed, range_before_data};
 use crate::outcome::{Coasting, Outcome, Reset};
 use crate::sample::Sample;
 use crate::tensor::Inertia;
@@ -226,10 +226,11 @@ impl<T: Real, const W: usize> Estimator<T, W> for Momentum<T, W> {
         let Config { method, gyro_noise_rad_s, prior, .. } = &self.config;
         let model = ErrorModel::new(&self.sums, *gyro_noise_rad_s, prior.as_ref());
         let (elements, covariance_kg2_m4) = model.solve(*method);
-        let range = &model.prior().sigma_kg_m2;
+        let inertia = Inertia::new(elements);
+        let range = &range_before_data(&inertia, &model.prior().sigma_kg_m2);
         let by_the_data = observed(&model.least_squares_covariance(), range);
         Estimate {
-            inertia: Inertia::new(elements),
+            inertia,
             covariance_kg2_m4,
             observed: by_the_data,
             status: self.status(&by_the_data, &observed(&covariance_kg2_m4, range)),

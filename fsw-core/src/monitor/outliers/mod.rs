@@ -255,6 +255,11 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
         self.noise.interrupt();
     }
 
+    /// Time since the sample before (s) and payload of each sample that has not been returned.
+    pub fn pending(&self) -> impl Iterator<Item = (T, P)> {
+        self.queue.pending()
+    }
+
     /// Number of refused samples. Saturates.
     pub fn refused(&self) -> u32 {
         self.refused

@@ -96,6 +96,11 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         }
     }
 
+    /// Time since the sample before (s) and payload of each sample.
+    pub(super) fn pending(&self) -> impl Iterator<Item = (T, P)> {
+        self.from(0).map(|place| (place.elapsed_s, place.payload))
+    }
+
     /// The first sample without a verdict: time since the sample before (s) and rate.
     pub(super) fn next(&self) -> Option<(T, Vec3<T>)> {
         let place = self.sample(self.judged())?;
