@@ -35,9 +35,14 @@ const LIMIT: f64 = 20.0;
 /// Largest sum. The sum falls by k a sample once the fault has ended: ten samples to the limit.
 const LARGEST: f64 = 25.0;
 
-/// Shifted samples in a row that make a lock-out: the memory of the innovation statistics, 26 s at
-/// 10 Hz. The prediction bridges faults that are shorter.
-const LOCKOUT_AFTER: u16 = 256;
+/// Shifted samples that make a lock-out. The prediction bridges faults that are shorter: 20 s at
+/// 10 Hz, and the samples until the sums have fallen.
+const LOCKOUT_AFTER: u16 = 212;
+
+/// Consistent samples that cancel a shifted one in the count for a lock-out. A changed body shows in
+/// parts of the motion, so that a shift may pause; a share of one shifted sample in 17 remains
+/// without a lock-out.
+const PAUSE: u16 = 16;
 
 /// Decision on one innovation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,15 +77,17 @@ pub enum Decision {
 pub struct ShiftTest<T: Real> {
     /// Sums of positive and of negative shifts, in sigmas.
     sums: [Vec3<T>; 2],
-    /// Shifted samples in a row.
-    run: u16,
+    /// The last innovation was shifted.
+    is_shifted: bool,
+    /// Shifted samples less their share of the consistent ones, in units of `1 / PAUSE`.
+    count: u16,
 }
 
-crate::persist!([T: Real] ShiftTest<T> { sums, run });
+crate::persist!([T: Real] ShiftTest<T> { sums, is_shifted, count });
 
 impl<T: Real> Default for ShiftTest<T> {
     fn default() -> Self {
-        Self { sums: [Vec3::zeros(); 2], run: 0 }
+        Self { sums: [Vec3::zeros(); 2], is_shifted: false, count: 0 }
     }
 }
 
@@ -92,7 +99,7 @@ impl<T: Real> ShiftTest<T> {
 
     /// True where the last innovation was shifted.
     pub fn is_shifted(&self) -> bool {
-        self.run > 0
+        self.is_shifted
     }
 
     /// Adds an innovation, for gyro noise of `noise_rad_s`, one sigma.
@@ -113,12 +120,13 @@ impl<T: Real> ShiftTest<T> {
                 }
             }
         }
-        self.run = if is_shifted { self.run.saturating_add(1) } else { 0 };
-        match self.run {
-            0 => Decision::Consistent,
-            1..LOCKOUT_AFTER => Decision::Shifted,
-            _ => Decision::LockOut,
+        self.is_shifted = is_shifted;
+        if !is_shifted {
+            self.count = self.count.saturating_sub(1);
+            return Decision::Consistent;
         }
+        self.count = self.count.saturating_add(PAUSE);
+        if self.count < LOCKOUT_AFTER * PAUSE { Decision::Shifted } else { Decision::LockOut }
     }
 }
 
@@ -149,9 +157,9 @@ mod tests {
 
     #[test]
     fn the_end_of_a_fault_ends_the_shift() {
-        let found = decisions((0..400).map(|k| if k < 200 { 5.0 } else { 0.0 }));
+        let found = decisions((0..200).map(|k| if k < 50 { 5.0 } else { 0.0 }));
         let end = found.iter().rposition(|d| *d == Decision::Shifted).unwrap();
-        assert!((200..212).contains(&end), "{end}");
+        assert!((50..62).contains(&end), "{end}");
     }
 
     #[test]
@@ -159,6 +167,15 @@ mod tests {
         let found = decisions([3.0; 300]);
         let first = found.iter().position(|d| *d == Decision::LockOut);
         assert_eq!(first, Some(8 + usize::from(LOCKOUT_AFTER) - 1));
+    }
+
+    /// Fault of nine samples in every 100, and in every 400.
+    #[test]
+    fn a_shift_with_pauses_locks_out() {
+        let every =
+            |period: u32| decisions((0..8000).map(|k| if k % period < 9 { 6.0 } else { 0.0 }));
+        assert!(every(100).contains(&Decision::LockOut));
+        assert!(!every(400).contains(&Decision::LockOut));
     }
 
     /// A single spike of six sigmas, an infinity and a NaN.

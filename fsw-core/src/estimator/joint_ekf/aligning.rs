@@ -106,7 +106,7 @@ impl<T: Real> Aligning<T> {
         let [Some(first), Some(second), None] = steps else {
             return Progress::Continues;
         };
-        let measured_rad_s = self.outliers.noise_rad_s();
+        let measured_rad_s = || self.outliers.noise_rad_s();
         match Start::from_motion(alignment, prior, noise_rad_s, measured_rad_s) {
             Err(reason) => {
                 // These data cannot lead to a start: the next ones may.

@@ -196,9 +196,10 @@ impl<T: Real> Alignment<T> {
     /// `LARGEST_RESIDUAL` and its deviations, times the variance of a row.
     pub fn is_explained(&self, inertia: &Inertia<T>, noise_rad_s: T) -> bool {
         let rows = T::count(self.samples) * T::lit(3.0);
-        let deviation = (T::lit(2.0) / rows).sqrt();
-        let limit = T::lit(LARGEST_RESIDUAL) + T::lit(RESIDUAL_DEVIATIONS) * deviation;
-        self.squares <= rows * row_variance(inertia, noise_rad_s) * limit
+        let mean = self.squares / (rows * row_variance(inertia, noise_rad_s));
+        let excess = mean - T::lit(LARGEST_RESIDUAL);
+        let largest = T::lit(2.0 * RESIDUAL_DEVIATIONS * RESIDUAL_DEVIATIONS);
+        excess <= T::zero() || excess * excess * rows <= largest
     }
 
     /// Rate and inertia at the last sample from `(H₀, j)`: `J ω = H₀ + y − I j`, I the integral of

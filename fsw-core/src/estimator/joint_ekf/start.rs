@@ -76,7 +76,7 @@ impl<T: Real> Start<T> {
     }
 
     /// From the motion since the start, for gyro noise of `noise_rad_s` (one sigma per sample). The
-    /// residuals may be those of the measured noise, `measured_rad_s`, where that is larger.
+    /// residuals may be those of the measured noise, `measured_rad_s`, instead.
     ///
     /// The range of each element is the prior's sigma, or that of a body of the estimated size.
     ///
@@ -88,7 +88,7 @@ impl<T: Real> Start<T> {
         alignment: &Alignment<T>,
         prior: Option<&Prior<T>>,
         noise_rad_s: T,
-        measured_rad_s: T,
+        measured_rad_s: impl FnOnce() -> T,
     ) -> Result<Self, NoStart> {
         let solution = alignment.solve(noise_rad_s).ok_or(NoStart::TooLittleMotion)?;
         let mut covariance = solution.covariance;
@@ -98,9 +98,9 @@ impl<T: Real> Start<T> {
         if !(3..9).all(|i| covariance.variance(i) < largest * largest) {
             return Err(NoStart::TooLittleMotion);
         }
-        let is_explained =
-            alignment.is_explained(&solution.inertia, noise_rad_s.max(measured_rad_s));
-        if !is_explained || !solution.inertia.is_physical() {
+        let is_explained = |noise_rad_s| alignment.is_explained(&solution.inertia, noise_rad_s);
+        let is_contradicted = !is_explained(noise_rad_s) && !is_explained(measured_rad_s());
+        if is_contradicted || !solution.inertia.is_physical() {
             return Err(NoStart::Contradiction);
         }
         let range_kg_m2 = prior.unwrap_or(&Prior::of_size(mean_moment)).sigma_kg_m2;

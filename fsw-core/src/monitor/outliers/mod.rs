@@ -26,7 +26,7 @@
 //! * **Left** neighbours are accepted readings, **right** ones the readings that follow, without
 //!   frames of three equal values far from the last accepted reading: 0, −1 count and full scale
 //!   are what a bus without an answer returns. Such frames are refused themselves.
-//! * **Scale**: running median of `e²`, see [`Scale`](scale::Scale); never below the known
+//! * **Scale**: running median of `e²`, module `scale`; never below the known
 //!   noise, nor below the rounding of the reading. Curvature of the motion is part of it.
 //! * **Run limit**: after 16 refused readings the motion has changed, not the gyro. The next one is
 //!   accepted, and the scales start over.
