@@ -44,7 +44,7 @@
 //!
 //! # Cost
 //!
-//! On a Cortex-M4F about 1,300 instructions a sample, up to 4,500 where five samples leave after a burst,
+//! On a Cortex-M4F about 1,400 instructions a sample, up to 4,500 where five samples leave after a burst,
 //! which the caller spreads by calls of [`ready`](OutlierGate::ready). 624 bytes in `f32` with a payload
 //! of six numbers.
 
