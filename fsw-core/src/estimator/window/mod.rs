@@ -487,7 +487,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
             Verdict::Gap => {
                 self.end_stretch();
                 self.begin_stretch(sample);
-                return Outcome::Reset(Reset::Gap);
+                return Outcome::Reset(self.gate.cause_of_gap().into());
             }
             Verdict::After { elapsed_us } => {
                 self.push(sample, T::seconds(elapsed_us));

@@ -56,16 +56,19 @@ impl<T: Real> Scale<T> {
     /// out, so that the scale of quantised readings stays at a quantum.
     #[inline]
     pub(super) fn follow(&mut self, axis: usize, squared_error: T, samples: u8) {
-        if !squared_error.is_finite() || squared_error <= T::zero() {
+        let is_positive = |x: T| x > T::zero() && x < T::MAX;
+        if !is_positive(squared_error) {
             return;
         }
         let median = &mut self.squared_median[axis];
-        if !(median.is_finite() && *median > T::zero()) {
+        if !is_positive(*median) {
             *median = squared_error;
             return;
         }
-        let [up, down] = STEP[usize::from(samples >= START_SAMPLES)];
-        *median *= T::lit(if squared_error > *median { up } else { down });
+        // Literals of both steps: a conversion of the chosen one would be a library call.
+        let [first, later] = STEP.map(|step| step.map(T::lit));
+        let [up, down] = if samples < START_SAMPLES { first } else { later };
+        *median *= if squared_error > *median { up } else { down };
     }
 }
 
