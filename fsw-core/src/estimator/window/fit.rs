@@ -24,6 +24,9 @@ use crate::math::{Vec3, largest_component, scalar::Real};
 const SETTLED: f64 = 1e-3;
 /// Decrement below which steps that no longer shrink end it: rounding, not the model, moves them.
 const NEAR: f64 = 0.3;
+/// Rounding errors, in ε, of the inverse of a tensor that changes by less: some of the nine products in each
+/// of its elements.
+const ROUNDINGS: f64 = 4.0;
 /// Passes of a descent at most. From linear starts of random spacecraft it takes 4 to 8.
 const MOST_PASSES: u8 = 25;
 /// First damping, as a share of each column's norm, and the largest one.
@@ -138,6 +141,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
         let Some((step, decrement)) = solve(&self.pass, beliefs, T::zero()) else {
             return Next::End { is_settled: false };
         };
+        self.pass.decrement = decrement;
         self.is_near = decrement < T::lit(NEAR) + self.rounding(beliefs);
         let is_settled = decrement < T::lit(SETTLED)
             || self.is_near && decrement > T::lit(0.3) * self.last_decrement;
@@ -194,7 +198,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
         Next::End { is_settled: false }
     }
 
-    /// Decrement that rounding of the unknowns alone makes, σ².
+    /// Decrement that rounding of the unknowns and of the inverse tensor alone makes, σ².
     fn rounding(&self, beliefs: &Beliefs<'_, T>) -> T {
         let factor = &self.pass.factor;
         let size = |column: usize| match column {
@@ -203,7 +207,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
         };
         let mut sum = T::zero();
         for column in (0..FIRST_GROUP).chain(shape_of(U)..shape_of(U) + 5) {
-            let rounded = size(column) * T::EPSILON;
+            let rounded = size(column) * T::EPSILON * T::lit(ROUNDINGS);
             sum += information_on(factor, column) * rounded * rounded;
         }
         sum / (beliefs.noise_rad_s * beliefs.noise_rad_s)

@@ -220,11 +220,13 @@ pub struct Pass<T: Real, const U: usize> {
     pub scale_rad_s: T,
     /// One sigma of a sample for the watch, rad/s.
     pub watch_rad_s: T,
+    /// Newton decrement with which the descent ended, σ²: distance to the minimum that rounding leaves.
+    pub decrement: T,
 }
 
 crate::persist!([T: Real, const U: usize] Pass<T, U> {
     point, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
-    watch_rad_s
+    watch_rad_s, decrement
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
 impl<T: Real, const U: usize> Pass<T, U> {
@@ -240,6 +242,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
             unit_rad_s: T::one(),
             scale_rad_s: T::one(),
             watch_rad_s: T::one(),
+            decrement: T::zero(),
         }
     }
 

@@ -449,6 +449,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
             return self.answer(descent.from, front);
         }
+        #[cfg(feature="dbg")] { extern crate std; let r=&front.pass.residuals; std::eprintln!("fit {}..{} good {is_good} shape {is_shape_observed} contradicted {} rise {} low {} blocks {} typ {:?} settled {is_settled} attempt {:?} noise {:?} rms {:?} turn {:?}", descent.from, front.pass.next, r.is_contradicted, r.rise, r.low, self.schedule.blocks, r.typical(front.pass.unit_rad_s), descent.attempt, front.pass.unit_rad_s, (r.squares/T::count(r.rows.max(1))).sqrt(), self.stretch().turn_rad); }
         self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
         let is_revised = is_good
             && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
@@ -572,7 +573,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     pub(super) fn window_alone(&self, pass: &Pass<T, U>) -> (SquareRootInformation<T, 6>, T) {
         let mut factor = pass.factor;
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
-        let sigma = self.sigma_of_sample(&pass.residuals);
+        let sigma = self.sigma_of_sample(pass);
         beliefs.noise_rad_s = sigma;
         beliefs.add_groups(&mut factor, &pass.point);
         (last_six(&factor), sigma)
