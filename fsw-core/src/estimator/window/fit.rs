@@ -71,11 +71,14 @@ pub struct Descent<T: Real, const U: usize> {
     is_near: bool,
     /// True in a pass that repeats the accepted point for a damped step.
     is_repeated: bool,
+    /// True in the pass that judges the residuals at the solution, and the step to it.
+    is_final: bool,
+    pub final_step: [T; U],
     passes: u8,
 }
 
 crate::persist!([T: Real, const U: usize] Descent<T, U> {
-    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, passes
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, is_final, final_step, passes
 });
 
 /// Consequence of a completed pass.
@@ -83,6 +86,9 @@ crate::persist!([T: Real, const U: usize] Descent<T, U> {
 pub enum Next<T: Real> {
     /// Another pass about this point.
     Pass(Point<T>),
+    /// The same pass again, with residuals judged at the solution: at the step that is below the
+    /// rounding of the point.
+    Final,
     /// The descent has ended at the point of the pass, settled or not.
     End {
         is_settled: bool,
@@ -106,6 +112,8 @@ impl<T: Real, const U: usize> Descent<T, U> {
             last_decrement: T::MAX,
             is_near: false,
             is_repeated: false,
+            is_final: false,
+            final_step: [T::zero(); U],
             passes: 0,
         }
     }
@@ -118,6 +126,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
         self.last_decrement = T::MAX;
         self.is_near = false;
         self.is_repeated = false;
+        self.is_final = false;
         self.passes = 0;
     }
 
@@ -150,8 +159,13 @@ impl<T: Real, const U: usize> Descent<T, U> {
             // Once more, with weights.
             return Next::Pass(self.pass.point);
         }
-        if is_settled || self.passes >= MOST_PASSES {
-            return Next::End { is_settled };
+        if is_settled && !self.is_final && decrement > T::lit(SETTLED) {
+            self.is_final = true;
+            self.final_step = step;
+            return Next::Final;
+        }
+        if is_settled || self.is_final || self.passes >= MOST_PASSES {
+            return Next::End { is_settled: is_settled || self.is_final };
         }
         if !self.is_repeated {
             self.last_decrement = decrement;

@@ -207,6 +207,9 @@ impl<T: Real> Residuals<T> {
 pub struct Pass<T: Real, const U: usize> {
     /// Point of linearisation.
     pub point: Point<T>,
+    /// Step from the point to the solution as far as it is known, where it is below the rounding of the
+    /// point: residuals are judged there.
+    pub offset: [T; U],
     pub trajectory: Trajectory<T, U>,
     /// Information of the blocks on a step from the point.
     pub factor: SquareRootInformation<T, U>,
@@ -225,7 +228,7 @@ pub struct Pass<T: Real, const U: usize> {
 }
 
 crate::persist!([T: Real, const U: usize] Pass<T, U> {
-    point, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
+    point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
     watch_rad_s, decrement
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
@@ -234,6 +237,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
     pub fn blank() -> Self {
         Self {
             point: Point::sphere(Vec3::zeros()),
+            offset: [T::zero(); U],
             trajectory: Trajectory::blank(),
             factor: SquareRootInformation::default(),
             residuals: Residuals::none(),
@@ -258,6 +262,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
         wheels: &Vec3<T>,
     ) -> bool {
         self.point = *point;
+        self.offset = [T::zero(); U];
         self.seed();
         self.residuals = Residuals { rise: from, ..Residuals::none() };
         self.next = from;
@@ -302,14 +307,19 @@ impl<T: Real, const U: usize> Pass<T, U> {
     pub fn take(&mut self, span: &Span<T>) {
         let crossing = self.trajectory.cross(span);
         let apart = span.block.rate_rad_s - self.trajectory.mean_rate_rad_s(&crossing);
+        let rows: [[T; U]; 3] =
+            core::array::from_fn(|axis| self.trajectory.mean_sensitivity(&crossing, axis));
+        let judged = Vec3::from_fn(|axis, _| {
+            let explained = rows[axis].iter().zip(&self.offset);
+            explained.fold(apart[axis], |left, (s, step)| left - *s * *step)
+        });
         let n = span.block.weight;
-        let square = apart.dot(&apart) * n;
+        let square = judged.dot(&judged) * n;
         let robust = self.residuals.weigh(self.next, square, self.unit_rad_s, self.scale_rad_s);
         let weight = n * robust;
         let before = self.residuals.squares;
-        for axis in 0..3 {
-            let row = self.trajectory.mean_sensitivity(&crossing, axis);
-            let left = self.factor.add_weighted(&row, apart[axis], weight);
+        for (axis, row) in rows.iter().enumerate() {
+            let left = self.factor.add_weighted(row, apart[axis], weight);
             self.residuals.add(axis, left);
         }
         self.next += 1;

@@ -360,6 +360,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 self.begin_pass(&mut descent, &point, unit);
                 self.work = Work::Descent(descent);
             }
+            Next::Final => {
+                let (point, step) = (descent.pass.point, descent.final_step);
+                self.begin_pass(&mut descent, &point, unit);
+                descent.pass.offset = step;
+                self.work = Work::Descent(descent);
+            }
             Next::End { is_settled } => self.after_attempt(descent, is_settled, true),
             Next::Failed => self.after_attempt(descent, false, false),
         }
