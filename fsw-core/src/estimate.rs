@@ -3,7 +3,7 @@
 //! Output of every estimator, at the rate of telemetry.
 
 use crate::math::{Mat, Vec3, scalar::Real};
-use crate::monitor::observability::{Observed, observed};
+use crate::monitor::observability::{Observed, observed, range_before_data};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
@@ -74,7 +74,7 @@ pub struct Estimate<T: Real> {
 
 impl<T: Real> Estimate<T> {
     /// Estimate of the inertia alone. The observed directions are judged against the range of each
-    /// element before the data, kg m², and decide the status.
+    /// element before the data, kg m², limited by [`range_before_data`], and decide the status.
     pub(crate) fn of_inertia(
         inertia: Inertia<T>,
         covariance_kg2_m4: Mat<T, 6, 6>,
@@ -104,7 +104,8 @@ impl<T: Real> Estimate<T> {
 
     /// Observed directions and status, as in [`of_inertia`](Self::of_inertia).
     pub(crate) fn judge(&mut self, range_kg_m2: &[T; 6]) {
-        self.observed = observed(&self.covariance_kg2_m4, range_kg_m2);
+        let range_kg_m2 = range_before_data(&self.inertia, range_kg_m2);
+        self.observed = observed(&self.covariance_kg2_m4, &range_kg_m2);
         self.status = Status::of(&self.observed);
     }
 

@@ -13,6 +13,13 @@
 //! A gap in time is not a rejection: the sample is usable, but the rate cannot be predicted to it
 //! ([`Verdict::Gap`]).
 //!
+//! # Change of the clock
+//!
+//! One time stamp far ahead, or a clock that is set back, leaves all later samples out of order.
+//! Eight such samples in a row, in order among themselves, show a change of the clock: the eighth is
+//! a gap with the cause [`Gap::Clock`], and its time stamp the new reference. Late samples in
+//! between, and rows that are repeated or in the wrong order, do not change the reference.
+//!
 //! The attitude is not checked here, since most estimators do not use it. Spikes are detected
 //! later, against the prediction ([`monitor::spikes`](crate::monitor::spikes)).
 
@@ -70,11 +77,31 @@ pub enum Verdict {
         /// Time since the last usable sample, µs.
         elapsed_us: u64,
     },
-    /// Usable sample after an interval longer than `max_gap_us`.
+    /// Usable sample after an interval longer than `max_gap_us` or after a change of the clock:
+    /// [`Gate::cause_of_gap`].
     Gap,
     /// Unusable sample.
     Rejected(Rejection),
 }
+
+/// Cause of a gap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Gap {
+    /// No usable sample for longer than `max_gap_us`.
+    Interval,
+    /// Change of the clock: the time since the last usable sample is unknown.
+    Clock,
+}
+
+crate::persist!([] enum Gap { 0 => Interval, 1 => Clock });
+
+/// Samples out of order in a row, in order among themselves, that show a change of the clock.
+///
+/// More than a delayed block: the FIFO of a gyro or a packet of telemetry that arrives late holds up
+/// to some samples, and these must not move the reference. A change costs this number of samples,
+/// 0.8 s at 10 Hz, which is below the longest gap of 1 s.
+const RESYNCHRONISED_AFTER: u8 = 8;
 
 /// Reason for the rejection of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,14 +156,34 @@ pub struct Gate<T: Real> {
     last_rate_rad_s: Vec3<T>,
     /// Number of times that it has been repeated.
     repeats: u16,
+    /// Samples out of order in a row that are in order among themselves.
+    late: u8,
+    /// Time stamp of the last of them, µs.
+    late_time_us: u64,
+    cause_of_gap: Gap,
 }
 
-crate::persist!([T: Real] Gate<T> { last_time_us, last_rate_rad_s, repeats; unchanged config });
+crate::persist!([T: Real] Gate<T> {
+    last_time_us, last_rate_rad_s, repeats, late, late_time_us, cause_of_gap; unchanged config
+});
 
 impl<T: Real> Gate<T> {
     /// Gate before the first sample. `config` must have passed [`Config::validate`].
     pub fn new(config: Config<T>) -> Self {
-        Self { config, last_time_us: None, last_rate_rad_s: Vec3::zeros(), repeats: 0 }
+        Self {
+            config,
+            last_time_us: None,
+            last_rate_rad_s: Vec3::zeros(),
+            repeats: 0,
+            late: 0,
+            late_time_us: 0,
+            cause_of_gap: Gap::Interval,
+        }
+    }
+
+    /// Cause of the last [`Verdict::Gap`].
+    pub fn cause_of_gap(&self) -> Gap {
+        self.cause_of_gap
     }
 
     /// Result for one sample, by the checks finite, range, order, stuck, gap in this order.
@@ -147,19 +194,32 @@ impl<T: Real> Gate<T> {
         if sample.rate_rad_s.iter().any(|x| x.abs() >= self.config.range_rad_s) {
             return Verdict::Rejected(Rejection::OutOfRange);
         }
-        if self.last_time_us.is_some_and(|last| sample.time_us <= last) {
+        let is_late = self.last_time_us.is_some_and(|last| sample.time_us <= last);
+        if is_late && !self.is_new_clock(sample.time_us) {
             return Verdict::Rejected(Rejection::OutOfOrder);
         }
         if self.is_stuck(&sample.rate_rad_s) {
             return Verdict::Rejected(Rejection::Stuck);
         }
-        match self.last_time_us.replace(sample.time_us) {
-            None => Verdict::First,
-            Some(last) => match sample.time_us - last {
-                elapsed_us if elapsed_us <= self.config.max_gap_us => Verdict::After { elapsed_us },
-                _ => Verdict::Gap,
-            },
+        self.late = 0;
+        let Some(last) = self.last_time_us.replace(sample.time_us) else {
+            return Verdict::First;
+        };
+        let elapsed_us = sample.time_us.wrapping_sub(last);
+        if !is_late && elapsed_us <= self.config.max_gap_us {
+            return Verdict::After { elapsed_us };
         }
+        self.cause_of_gap = if is_late { Gap::Clock } else { Gap::Interval };
+        Verdict::Gap
+    }
+
+    /// Counts a sample that is not later than the last usable one; true once a run of them shows a
+    /// change of the clock.
+    fn is_new_clock(&mut self, time_us: u64) -> bool {
+        let is_in_order = self.late > 0 && time_us > self.late_time_us;
+        self.late = if is_in_order { self.late.saturating_add(1) } else { 1 };
+        self.late_time_us = time_us;
+        self.late >= RESYNCHRONISED_AFTER
     }
 
     /// Counts repetitions of a reading.
@@ -177,6 +237,7 @@ impl<T: Real> Gate<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec::Vec;
 
     fn sample(time_us: u64, x: f32) -> Sample<f32, 1> {
         Sample {
@@ -198,6 +259,63 @@ mod tests {
         assert_eq!(gate.check(&sample(50, 0.3)), Verdict::Rejected(Rejection::OutOfOrder));
         assert_eq!(gate.check(&sample(205, 0.3)), Verdict::After { elapsed_us: 100 });
         assert_eq!(gate.check(&sample(2_000_000, 0.4)), Verdict::Gap);
+    }
+
+    /// Verdicts on samples of these times, each with another reading.
+    fn verdicts(gate: &mut Gate<f32>, times_us: impl IntoIterator<Item = u64>) -> Vec<Verdict> {
+        let rate = |k: usize| 0.1 + 0.001 * k as f32;
+        let samples = times_us.into_iter().enumerate().map(|(k, time_us)| sample(time_us, rate(k)));
+        samples.map(|sample| gate.check(&sample)).collect()
+    }
+
+    const DAY_US: u64 = 86_400_000_000;
+    const LATE: Verdict = Verdict::Rejected(Rejection::OutOfOrder);
+
+    /// Seven samples rejected, then a gap and the old rhythm.
+    #[test]
+    fn one_stamp_a_day_ahead_costs_eight_samples() {
+        let mut gate = Gate::new(Config::default());
+        let times = (0..20).map(|k| if k == 3 { DAY_US } else { 1000 * k });
+        let found = verdicts(&mut gate, times);
+        assert_eq!(found[3], Verdict::Gap);
+        assert_eq!(found[4..11], [LATE; 7]);
+        assert_eq!((found[11], gate.cause_of_gap()), (Verdict::Gap, Gap::Clock));
+        assert_eq!(found[12..], [Verdict::After { elapsed_us: 1000 }; 8]);
+    }
+
+    /// A clock that is set back by a day, and one that starts at zero again.
+    #[test]
+    fn a_clock_that_is_set_back_becomes_the_reference() {
+        for back in [DAY_US, 2 * DAY_US] {
+            let mut gate = Gate::new(Config::default());
+            let times = (0..30).map(|k| 2 * DAY_US + 1000 * k - if k < 10 { 0 } else { back });
+            let found = verdicts(&mut gate, times);
+            assert_eq!(found[10..17], [LATE; 7]);
+            assert_eq!((found[17], gate.cause_of_gap()), (Verdict::Gap, Gap::Clock));
+            assert_eq!(found[18..], [Verdict::After { elapsed_us: 1000 }; 12]);
+        }
+    }
+
+    /// A block of seven that arrives late, the same row many times, a descending order.
+    #[test]
+    fn late_samples_do_not_move_the_reference() {
+        let mut gate = Gate::new(Config::default());
+        assert_eq!(verdicts(&mut gate, [9000])[0], Verdict::First);
+        assert_eq!(verdicts(&mut gate, (0..7).map(|k| 1000 * k)), [LATE; 7]);
+        assert_eq!(verdicts(&mut gate, [10_000]), [Verdict::After { elapsed_us: 1000 }]);
+        assert_eq!(verdicts(&mut gate, [10_000; 50]), [LATE; 50]);
+        assert_eq!(verdicts(&mut gate, (0..50).map(|k| 9000 - 10 * k)), [LATE; 50]);
+        assert_eq!(verdicts(&mut gate, [11_000]), [Verdict::After { elapsed_us: 1000 }]);
+    }
+
+    /// A gap after a change of the clock has its own cause.
+    #[test]
+    fn the_cause_is_that_of_the_last_gap() {
+        let mut gate = Gate::new(Config::default());
+        verdicts(&mut gate, (0..20).map(|k| if k < 10 { DAY_US + k } else { k }));
+        assert_eq!(gate.cause_of_gap(), Gap::Clock);
+        assert_eq!(verdicts(&mut gate, [DAY_US]), [Verdict::Gap]);
+        assert_eq!(gate.cause_of_gap(), Gap::Interval);
     }
 
     /// The interval to the last usable sample includes rejected samples.

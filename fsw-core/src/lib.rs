@@ -254,6 +254,9 @@
 //!   Algorithms*, 3rd edition, Addison-Wesley, 1997.
 //! * \[Laurent2000\] B. Laurent, P. Massart, *Adaptive estimation of a quadratic functional by model
 //!   selection*, Ann. Stat. 28, 1302-1338, 2000.
+//! * \[Page1954\] E. S. Page, *Continuous inspection schemes*, Biometrika 41, 100-115, 1954.
+//! * \[Siegmund1985\] D. Siegmund, *Sequential Analysis: Tests and Confidence Intervals*, Springer,
+//!   1985.
 //! * \[Marsaglia2003\] G. Marsaglia, *Xorshift RNGs*, J. Stat. Softw. 8(14), 2003.
 //!
 //! Hardware and links:

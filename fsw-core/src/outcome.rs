@@ -15,6 +15,7 @@
 //! | `Reset(FirstSample)` | from the sample | prior | accepted |
 //! | `Reset(Aligned)` | updated | first estimate | accepted |
 //! | `Reset(Gap)` | from the sample | kept | accepted, `gap_resets` |
+//! | `Reset(Clock)` | from the sample | kept | accepted, `clock_resets` |
 //! | `Reset(Lockout)` | from the sample | discarded | accepted, `lockout_resets` |
 //! | `Reset(Changed)` | updated | earlier data discarded | accepted, `change_resets` |
 //! | `Reset(Diverged)` | from the sample | discarded | accepted, `divergence_resets` |
@@ -23,7 +24,7 @@
 //! valid.
 
 use crate::attitude::NoAttitude;
-use crate::gate::Rejection;
+use crate::gate::{self, Rejection};
 
 /// Outcome of one step.
 ///
@@ -77,6 +78,8 @@ pub enum Reset {
     Aligned,
     /// Interval too long for a prediction: the rate is initialised, the inertia is kept.
     Gap,
+    /// Change of the clock, by a run of samples out of order: as after a gap.
+    Clock,
     /// Series of spikes that only a wrong estimate explains (a deployment, a docking): the whole
     /// state is initialised from the motion, and the prior is discarded.
     Lockout,
@@ -88,8 +91,18 @@ pub enum Reset {
 }
 
 crate::persist!([] enum Reset {
-    0 => FirstSample, 1 => Aligned, 2 => Gap, 3 => Lockout, 4 => Changed, 5 => Diverged
+    0 => FirstSample, 1 => Aligned, 2 => Gap, 3 => Lockout, 4 => Changed, 5 => Diverged, 6 => Clock
 });
+
+/// Reset after a gap, by its cause.
+impl From<gate::Gap> for Reset {
+    fn from(cause: gate::Gap) -> Self {
+        match cause {
+            gate::Gap::Interval => Self::Gap,
+            gate::Gap::Clock => Self::Clock,
+        }
+    }
+}
 
 impl Outcome {
     /// Name of the outcome and its reason in logs and telemetry.
@@ -105,6 +118,7 @@ impl Outcome {
             Self::Reset(Reset::FirstSample) => "reset_first_sample",
             Self::Reset(Reset::Aligned) => "reset_aligned",
             Self::Reset(Reset::Gap) => "reset_gap",
+            Self::Reset(Reset::Clock) => "reset_clock",
             Self::Reset(Reset::Lockout) => "reset_lockout",
             Self::Reset(Reset::Changed) => "reset_changed",
             Self::Reset(Reset::Diverged) => "reset_diverged",
@@ -167,6 +181,8 @@ pub struct OutcomeCounts {
     pub waiting_for_rest: u32,
     /// Resets after a gap in time.
     pub gap_resets: u32,
+    /// Resets after a change of the clock.
+    pub clock_resets: u32,
     /// Resets after a series of spikes.
     pub lockout_resets: u32,
     /// Resets of an inertia that newer data contradict.
@@ -190,6 +206,7 @@ impl OutcomeCounts {
             Outcome::Coasting(Coasting::NoAttitude(_)) => &mut self.no_attitude,
             Outcome::Coasting(Coasting::WaitingForRest) => &mut self.waiting_for_rest,
             Outcome::Reset(Reset::Gap) => &mut self.gap_resets,
+            Outcome::Reset(Reset::Clock) => &mut self.clock_resets,
             Outcome::Reset(Reset::Lockout) => &mut self.lockout_resets,
             Outcome::Reset(Reset::Changed) => &mut self.change_resets,
             Outcome::Reset(Reset::Diverged) => &mut self.divergence_resets,

@@ -31,7 +31,7 @@
 //! // Four wheels, single precision, bytes.
 //! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 38 * 1024);
 //! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 40 * 1024);
-//! assert!(size_of::<JointEkfUd<f32, 4>>() <= 1536);
+//! assert!(size_of::<JointEkfUd<f32, 4>>() <= 2048);
 //! assert!(size_of::<EkfSgf<f32, 4>>() <= 2048);
 //! assert!(size_of::<Momentum<f32, 4>>() <= 512);
 //! ```

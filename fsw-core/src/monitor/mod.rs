@@ -5,6 +5,7 @@
 //! | [`outliers`] | raw gyro samples | accepted, or refused and bridged; gyro noise |
 //! | [`innovation`] | innovations and their variances | consistent or not; residual RMS |
 //! | [`spikes`] | squared test ratio of each innovation | accept, reject, lock out |
+//! | [`shift`] | innovations and their variances | accept, coast, lock out |
 //! | [`observability`] | covariance, range before the data | observed directions, 0 to 6 |
 //! | [`nearest_physical`] | tensor, covariance | nearest tensor that a body can have |
 //!
@@ -15,4 +16,5 @@ pub mod innovation;
 pub mod nearest_physical;
 pub mod observability;
 pub mod outliers;
+pub mod shift;
 pub mod spikes;

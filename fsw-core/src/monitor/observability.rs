@@ -6,8 +6,15 @@
 //! Each element is scaled by its prior sigma, `P'ᵢₖ = Pᵢₖ / (σ₀ᵢ σ₀ₖ)`, so that a tensor of 1e-5 kg
 //! m² and one of 1e3 are judged alike. A direction, an eigenvector of P', is observed once the data
 //! have reduced its sigma to a tenth: eigenvalue below 0.01.
+//!
+//! A sigma of many times the moments is no statement about the body, and a reduction of it to the
+//! size of the moments is none about the data: [`range_before_data`] limits the yardstick to the
+//! range of a body of the estimated size. With a prior of 1 ± 30 kg m² an estimate of 1 ± 1 is
+//! thus unobserved, and one of 1 ± 0.09 observed.
 
 use crate::math::{Mat, eigen::symmetric_eigen, scalar::Real};
+use crate::prior::Prior;
+use crate::tensor::Inertia;
 
 /// Ratio of posterior to prior sigma below which a direction is observed.
 const OBSERVED_RATIO: f64 = 0.1;
@@ -24,8 +31,27 @@ pub struct Observed {
     pub scale: bool,
 }
 
-/// Observed directions from the covariance of the six elements (kg² m⁴) and the prior sigma of each
-/// (kg m², positive).
+/// Range of each element before the data, kg m²: the prior's sigma, but not above that of a body of
+/// the estimated size, [`Prior::of_size`] with the mean moment `tr(J) / 3`.
+///
+/// Zeros where the mean moment is not positive: nothing is then observed.
+///
+/// ```
+/// use fsw_core::Inertia;
+/// use fsw_core::monitor::observability::range_before_data;
+///
+/// let estimate = Inertia::new([1.0, 2.0, 3.0, 0.1, 0.0, 0.0f64]);
+/// let range_kg_m2 = range_before_data(&estimate, &[30.0, 30.0, 0.5, 10.0, 0.2, 10.0]);
+/// assert_eq!(range_kg_m2, [2.0, 2.0, 0.5, 1.0, 0.2, 1.0]);
+/// ```
+pub fn range_before_data<T: Real>(estimate: &Inertia<T>, prior_sigma: &[T; 6]) -> [T; 6] {
+    let mean_moment = estimate.trace_kg_m2() * T::lit(1.0 / 3.0);
+    let largest = Prior::of_size(mean_moment.max(T::zero())).sigma_kg_m2;
+    core::array::from_fn(|i| prior_sigma[i].min(largest[i]))
+}
+
+/// Observed directions from the covariance of the six elements (kg² m⁴) and the range of each before
+/// the data (kg m²); nothing where a range is not positive.
 ///
 /// The trace counts as observed by `tᵀ P t / tᵀ diag(σ₀²) t < 0.01`, `t = (1 1 1 0 0 0)`.
 ///
@@ -44,6 +70,9 @@ pub struct Observed {
 /// ```
 #[inline(never)]
 pub fn observed<T: Real>(covariance: &Mat<T, 6, 6>, prior_sigma: &[T; 6]) -> Observed {
+    if !prior_sigma.iter().all(|sigma| *sigma > T::zero()) {
+        return Observed::default();
+    }
     let mut scaled = Mat::<T, 6, 6>::zeros();
     for i in 0..6 {
         for k in 0..6 {
@@ -97,6 +126,31 @@ mod tests {
         assert_eq!(o.directions, 1);
         assert_eq!(o.element, [false; 6]);
         assert!(!o.scale);
+    }
+
+    /// Covariance of the prior, and that of a body of the prior's size: no data.
+    #[test]
+    fn a_prior_far_above_its_moments_observes_nothing() {
+        for times in [10.0, 30.0, 1e4] {
+            let inertia = [1.0, 1.2, 1.4, 0.1, -0.1, 0.05f64];
+            let sigma = inertia.map(|_| 1.2 * times);
+            let range = range_before_data(&Inertia::new(inertia), &sigma);
+            for sigma in [sigma, Prior::of_size(1.2).sigma_kg_m2] {
+                let covariance = Mat::<f64, 6, 6>::from_diagonal(&sigma.map(|s| s * s).into());
+                assert_eq!(observed(&covariance, &range), Observed::default());
+            }
+            let known = Mat::<f64, 6, 6>::identity() * (0.05 * 0.05);
+            assert_eq!(observed(&known, &range).directions, 6);
+        }
+    }
+
+    /// Estimate without a positive trace.
+    #[test]
+    fn an_impossible_size_observes_nothing() {
+        for moment in [0.0f32, -1.0, f32::NAN] {
+            let range = range_before_data(&Inertia::spherical(moment), &[1.0; 6]);
+            assert_eq!(observed(&Mat::<f32, 6, 6>::zeros(), &range), Observed::default());
+        }
     }
 
     /// Prior sigma of 3e-8 kg m², in single precision.

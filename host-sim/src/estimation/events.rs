@@ -8,9 +8,9 @@ use fsw_core::{Coasting, Outcome, Reset};
 /// samples late.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Events {
-    /// Restarts of the whole state: it was not finite, or too many spikes came in a row.
+    /// Restarts: the state was not finite, too many spikes came in a row, or the motion was interrupted.
     pub restarts_us: Vec<u64>,
-    /// Gaps in time that are too long for a prediction; the inertia was kept.
+    /// Gaps in time that are too long for a prediction, and clocks that were set; the inertia was kept.
     pub gaps_us: Vec<u64>,
     /// Changes: the earlier inertia was discarded because new data contradicted it.
     pub changes_us: Vec<u64>,
@@ -19,18 +19,13 @@ pub struct Events {
 }
 
 impl Events {
-    /// Adds the outcome of the step at this time. A series of spikes that ends in a restart is a
-    /// restart and a change.
+    /// Adds the outcome of the step at this time.
     pub fn add(&mut self, time_us: u64, outcome: &Outcome) {
         match outcome {
             Outcome::Coasting(Coasting::Spike) => self.spikes_us.push(time_us),
-            Outcome::Reset(Reset::Gap) => self.gaps_us.push(time_us),
+            Outcome::Reset(Reset::Gap | Reset::Clock) => self.gaps_us.push(time_us),
             Outcome::Reset(Reset::Changed) => self.changes_us.push(time_us),
-            Outcome::Reset(Reset::Diverged) => self.restarts_us.push(time_us),
-            Outcome::Reset(Reset::Lockout) => {
-                self.restarts_us.push(time_us);
-                self.changes_us.push(time_us);
-            }
+            Outcome::Reset(Reset::Diverged | Reset::Lockout) => self.restarts_us.push(time_us),
             Outcome::Updated
             | Outcome::Coasting(_)
             | Outcome::Reset(Reset::FirstSample | Reset::Aligned) => {}
@@ -60,7 +55,7 @@ mod tests {
         let expected = Events {
             restarts_us: vec![4, 6],
             gaps_us: vec![2],
-            changes_us: vec![4, 5],
+            changes_us: vec![5],
             spikes_us: vec![1],
         };
         assert_eq!(events, expected);

@@ -87,6 +87,7 @@ const STATUS: StatusReport = StatusReport {
         no_attitude: 0,
         waiting_for_rest: 0,
         gap_resets: 1,
+        clock_resets: 0,
         lockout_resets: 0,
         change_resets: 0,
         divergence_resets: 0,

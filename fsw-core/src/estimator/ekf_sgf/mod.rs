@@ -25,7 +25,7 @@
 //! | event | state afterwards | outcome |
 //! |---|---|---|
 //! | first sample | nominal inertia, empty sums | [`Reset::FirstSample`] |
-//! | gap longer than `gate.max_gap_us` | rate of the sample; sums unchanged | [`Reset::Gap`] |
+//! | gap longer than `gate.max_gap_us` | rate of the sample; sums unchanged | [`Reset::Gap`], [`Reset::Clock`] |
 //! | lock-out: spikes in a row | nominal inertia, empty sums | [`Reset::Lockout`] |
 //! | a number not finite | nominal inertia, empty sums | [`Reset::Diverged`] |
 //! | uneven sample interval | empty window; sums unchanged | [`Coasting::Refilling`] |
@@ -279,7 +279,7 @@ impl<T: Real, const W: usize, const C: usize> Estimator<T, W> for EkfSgf<T, W, C
             }
             Verdict::Gap => {
                 self.restart_rate(sample);
-                Outcome::Reset(Reset::Gap)
+                Outcome::Reset(self.gate.cause_of_gap().into())
             }
             Verdict::After { elapsed_us } => {
                 let duration_s = T::seconds(elapsed_us);

@@ -31,7 +31,7 @@
 //! Ours: \[Bellar2019\] starts from a given inertia. The method is derived in this file.
 
 use super::Prior;
-use crate::dynamics::interval::{Drive, Interval};
+use crate::dynamics::interval::Drive;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::ud::Ud;
 use crate::math::{Mat, Vec3, scalar::Real};
@@ -45,11 +45,19 @@ const CORRECTION_PASSES: usize = 8;
 /// motion does not stand out of the noise, and the correction would converge slowly or not at all.
 const LARGEST_CORRECTION: f64 = 0.2;
 
+/// Largest mean square of the residuals, in variances of a row, of a motion that the model explains:
+/// 1.2, and five standard deviations of the mean square of n white residuals, `√(2 / n)`. The margin
+/// of 0.2 is twice the error of a measured noise, and the noise of the integrals.
+const LARGEST_RESIDUAL: f64 = 1.2;
+const RESIDUAL_DEVIATIONS: f64 = 5.0;
+
 /// Accumulated least squares: three rows a sample in a triangular factor for `j`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alignment<T: Real> {
     /// `Σ (M − M̄)ᵀ (M − M̄)` as its square root, rad²/s², and the right-hand side.
     information: SquareRootInformation<T, 6>,
+    /// Sum of the squared residuals, (N m s)².
+    squares: T,
     samples: u32,
     /// `M̄`, rad/s.
     mean_regressor: Mat<T, 3, 6>,
@@ -63,7 +71,7 @@ pub struct Alignment<T: Real> {
 }
 
 crate::persist!([T: Real] Alignment<T> {
-    information, samples, mean_regressor, mean_impulse_n_m_s, regressor_integral, impulse_n_m_s,
+    information, squares, samples, mean_regressor, mean_impulse_n_m_s, regressor_integral, impulse_n_m_s,
     last
 });
 
@@ -107,6 +115,7 @@ impl<T: Real> Alignment<T> {
         Self {
             information: prior
                 .map_or_else(SquareRootInformation::default, |p| prior_rows(p, noise_rad_s)),
+            squares: T::zero(),
             samples: 1,
             mean_regressor: regressor(rate_rad_s),
             mean_impulse_n_m_s: -last.wheel_momentum_n_m_s,
@@ -116,15 +125,18 @@ impl<T: Real> Alignment<T> {
         }
     }
 
-    /// Adds the sample at the end of `interval`: both integrals by the trapezoidal rule,
-    /// `∫ f dt += ½ (f₀ + f₁) Δt`, then three rows.
-    pub fn add(&mut self, rate_rad_s: &Vec3<T>, interval: &Interval<T>) {
-        let half_dt = interval.duration_s * T::lit(0.5);
-        let now = Integrands::at(rate_rad_s, &interval.end);
+    /// Adds the sample `elapsed_s` after the one before: both integrals by the trapezoidal rule,
+    /// `∫ f dt += ½ (f₀ + f₁) Δt`, then three rows. The rate of an outlier, bridged by its
+    /// neighbours, enters the integrals alone.
+    pub fn add(&mut self, rate_rad_s: &Vec3<T>, drive: &Drive<T>, elapsed_s: T, is_accepted: bool) {
+        let half_dt = elapsed_s * T::lit(0.5);
+        let now = Integrands::at(rate_rad_s, drive);
         self.regressor_integral += (self.last.regressor + now.regressor) * half_dt;
         self.impulse_n_m_s += (self.last.torque_n_m + now.torque_n_m) * half_dt;
         self.last = now;
-        self.add_rows(rate_rad_s);
+        if is_accepted {
+            self.add_rows(rate_rad_s);
+        }
     }
 
     /// Adds three rows as deviations from the mean of the n before them, with weight `n / (n + 1)`:
@@ -140,7 +152,7 @@ impl<T: Real> Alignment<T> {
         self.mean_impulse_n_m_s += y * share;
         for r in 0..3 {
             let row = core::array::from_fn(|c| off[(r, c)]);
-            self.information.add_weighted(&row, y[r], weight);
+            self.squares += self.information.add_weighted(&row, y[r], weight).square();
         }
     }
 
@@ -178,6 +190,16 @@ impl<T: Real> Alignment<T> {
             j = core::array::from_fn(|i| biased[i] + correction[i]);
         }
         self.at_last_sample(&Inertia::new(j), &covariance, noise_rad_s)
+    }
+
+    /// True if the residuals are those of gyro noise, for this solution: their mean square is below
+    /// `LARGEST_RESIDUAL` and its deviations, times the variance of a row.
+    pub fn is_explained(&self, inertia: &Inertia<T>, noise_rad_s: T) -> bool {
+        let rows = T::count(self.samples) * T::lit(3.0);
+        let mean = self.squares / (rows * row_variance(inertia, noise_rad_s));
+        let excess = mean - T::lit(LARGEST_RESIDUAL);
+        let largest = T::lit(2.0 * RESIDUAL_DEVIATIONS * RESIDUAL_DEVIATIONS);
+        excess <= T::zero() || excess * excess * rows <= largest
     }
 
     /// Rate and inertia at the last sample from `(H₀, j)`: `J ω = H₀ + y − I j`, I the integral of
@@ -256,7 +278,7 @@ fn row_variance<T: Real>(inertia: &Inertia<T>, noise_rad_s: T) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::{gyrostat::Gyrostat, step::runge_kutta_4};
+    use crate::dynamics::{gyrostat::Gyrostat, interval::Interval, step::runge_kutta_4};
 
     const INERTIA: [f64; 6] = [1.5, 1.2, 1.8, 0.1, -0.2, 0.05];
     const STEP_S: f64 = 0.01;
@@ -285,9 +307,7 @@ mod tests {
             let (start, middle, end) = (drive(t), drive(t + STEP_S / 2.0), drive(t + STEP_S));
             let interval = Interval { duration_s: STEP_S, start, middle, end };
             rate = runge_kutta_4(&body, &rate, &interval);
-            let (start, middle, end) = (narrow(start), narrow(middle), narrow(end));
-            let interval = Interval { duration_s: T::lit(STEP_S), start, middle, end };
-            alignment.add(&cast(&rate), &interval);
+            alignment.add(&cast(&rate), &narrow(end), T::lit(STEP_S), true);
         }
         alignment
     }
@@ -336,7 +356,7 @@ mod tests {
             rate = runge_kutta_4(&body, &rate, &interval);
             integral += (before + gyroscopic_regressor(&rate)) * (STEP_S / 2.0);
             rows.push(row(&rate, &integral));
-            alignment.add(&rate, &interval);
+            alignment.add(&rate, &end, STEP_S, true);
         }
         let mut information = Mat::<f64, 9, 9>::zeros();
         for m in &rows {

@@ -19,12 +19,13 @@
 //! One step:
 //!
 //! ```text
-//!  sample ─► gate ─► predict ─► innovation ─► spike gate ─► update ─► Outcome
-//!                    x⁻, P⁻     ν = y − ω⁻    ν² ≤ 6² S?    x⁺, P⁺
+//!  sample ─► gate ─► predict ─► innovation ─► spike gate ─► shift test ─► update ─► Outcome
+//!                    x⁻, P⁻     ν = y − ω⁻    ν² ≤ 6² S?    mean of ν?    x⁺, P⁺
 //! ```
 //!
 //! Before that, without a prior or from a vague one, [`alignment`] estimates the first state from
-//! the motion itself.
+//! the motion itself. Its samples pass an outlier gate ([`monitor::outliers`](crate::monitor::outliers))
+//! and are two samples late; a refused one is the outcome [`Coasting::Spike`] of that step.
 //!
 //! Two forms of the same filter are chosen by type:
 //!
@@ -37,8 +38,8 @@
 //! |---|---|---|
 //! | first sample | the prior's, or alignment | [`Reset::FirstSample`] |
 //! | alignment complete | the alignment's | [`Reset::Aligned`] |
-//! | gap longer than `gate.max_gap_us` | rate of the sample; inertia unchanged | [`Reset::Gap`] |
-//! | lock-out: spikes in a row | alignment without a prior | [`Reset::Lockout`] |
+//! | gap longer than `gate.max_gap_us` | rate of the sample; inertia unchanged | [`Reset::Gap`], [`Reset::Clock`] |
+//! | lock-out: spikes in a row, a persistent shift | alignment without a prior | [`Reset::Lockout`] |
 //! | a number not finite, `J` singular | the prior's, or alignment | [`Reset::Diverged`] |
 //!
 //! # Departures and assumptions
@@ -94,6 +95,7 @@
 //! # Ok::<(), fsw_core::ConfigError>(())
 //! ```
 
+mod aligning;
 pub mod alignment;
 pub mod as_published;
 pub mod config;
@@ -116,13 +118,14 @@ use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::innovation::{Innovation, InnovationMonitor};
+use crate::monitor::shift::{self, ShiftTest};
 use crate::monitor::spikes::{Decision, SpikeGate};
 use crate::outcome::{Coasting, Outcome, Reset};
 use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
-use alignment::Alignment;
-use start::{NoStart, Start};
+use aligning::{Aligning, Pending, Progress};
+use start::Start;
 
 /// The filter as printed: AB2 propagation, first-order transition, `(1 − K H) P`.
 pub type JointEkfPublished<T, const W: usize> = JointEkf<T, AsPublished<T>, W>;
@@ -135,20 +138,18 @@ enum Phase<T: Real> {
     /// No usable sample yet.
     Waiting,
     /// No prior, or a vague one: motion is accumulated for the first state.
-    Aligning {
-        /// Least squares over the motion since the start.
-        alignment: Alignment<T>,
-        /// The motion determines a tensor that no rigid body has.
-        contradicts_model: bool,
-    },
+    Aligning(Aligning<T>),
+    /// Aligned: the state is that of the last judged sample.
+    Joining(Pending<T>),
     /// Filtering.
     Tracking,
 }
 
 crate::persist!([T: Real] enum Phase<T> {
     0 => Waiting,
-    1 => Aligning { alignment: Alignment<T>, contradicts_model: bool },
-    2 => Tracking
+    1 => Aligning(aligning: Aligning<T>),
+    2 => Joining(pending: Pending<T>),
+    3 => Tracking
 });
 
 /// The nine-state filter, W wheels, its covariance in form F.
@@ -168,13 +169,14 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
     /// Covariance of the state.
     form: F,
     spikes: SpikeGate,
+    shift: ShiftTest<T>,
     monitor: InnovationMonitor<T>,
     /// Innovation of the last sample, if that was predicted.
     innovation: Option<Innovation<T>>,
 }
 
 crate::persist!([T: Real, F: Form<T> + Persist, const W: usize] JointEkf<T, F, W> {
-    config, gate, drive, phase, prior, range_kg_m2, state, form, spikes, monitor, innovation;
+    config, gate, drive, phase, prior, range_kg_m2, state, form, spikes, shift, monitor, innovation;
     unchanged wheels
 });
 
@@ -195,6 +197,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             state: start.state,
             form: F::new(&start.covariance),
             spikes: SpikeGate::default(),
+            shift: ShiftTest::default(),
             monitor: InnovationMonitor::default(),
             innovation: None,
             config,
@@ -223,7 +226,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// \[Bellar2019\] Eqs. (18) to (22), with the gate between. A rejected sample leaves the
     /// prediction as the state.
     fn track(&mut self, sample: &Sample<T, W>, interval: &Interval<T>) -> Outcome {
-        if self.form.predict(&mut self.state, interval, &self.config).is_none() {
+        if self.predict(interval).is_none() {
             return self.restart_diverged(sample);
         }
         let innovation = self.innovation_of(&sample.rate_rad_s);
@@ -233,7 +236,14 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             return self.restart_diverged(sample);
         }
         match self.spikes.judge(ratio, &self.config.spikes) {
-            Decision::Accept => self.update(sample, &innovation),
+            Decision::Accept => match self.judge_shift(&innovation) {
+                shift::Decision::Consistent => self.update(sample, &innovation),
+                shift::Decision::Shifted => {
+                    self.monitor.refuse(&innovation);
+                    Outcome::Coasting(Coasting::Spike)
+                }
+                shift::Decision::LockOut => self.restart_locked_out(sample),
+            },
             Decision::Reject => {
                 self.monitor.refuse(&innovation);
                 Outcome::Coasting(Coasting::Spike)
@@ -242,6 +252,28 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
                 self.monitor.refuse(&innovation);
                 self.restart_locked_out(sample)
             }
+        }
+    }
+
+    /// Prediction over the interval to the present sample; the first one after an alignment starts
+    /// at its last judged sample.
+    fn predict(&mut self, interval: &Interval<T>) -> Option<()> {
+        let Phase::Joining(pending) = self.phase else {
+            return self.form.predict(&mut self.state, interval, &self.config);
+        };
+        self.phase = Phase::Tracking;
+        let predict = |state: &mut State<T>, interval: &Interval<T>, config: &Config<T>| {
+            self.form.predict(state, interval, config)
+        };
+        pending.predict(&mut self.state, interval, predict, &self.config)
+    }
+
+    /// Shift test of an innovation; none where the spike gate is disabled.
+    fn judge_shift(&mut self, innovation: &Innovation<T>) -> shift::Decision {
+        if self.config.spikes.limit_sigma < T::MAX {
+            self.shift.judge(innovation, self.config.gyro_noise_rad_s)
+        } else {
+            shift::Decision::Consistent
         }
     }
 
@@ -268,23 +300,20 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     }
 
     /// Adds the sample to the alignment, and starts tracking once that determines the inertia.
-    fn align(&mut self, sample: &Sample<T, W>, interval: &Interval<T>) -> Outcome {
+    fn align(&mut self, sample: &Sample<T, W>, elapsed_s: T) -> Outcome {
         self.state.rate_rad_s = sample.rate_rad_s;
-        let Phase::Aligning { alignment, contradicts_model } = &mut self.phase else {
+        let drive = sample.drive(&self.wheels);
+        let Phase::Aligning(aligning) = &mut self.phase else {
             return Outcome::Coasting(Coasting::Aligning);
         };
-        alignment.add(&sample.rate_rad_s, interval);
-        if !start::is_due(alignment) {
-            return Outcome::Coasting(Coasting::Aligning);
-        }
-        let noise = self.config.gyro_noise_rad_s;
-        match Start::from_motion(alignment, self.prior.as_ref(), noise) {
-            Err(reason) => {
-                *contradicts_model = reason == NoStart::NotPhysical;
-                Outcome::Coasting(Coasting::Aligning)
-            }
-            Ok(start) => {
+        let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
+        match aligning.step((&sample.rate_rad_s, &drive), elapsed_s, noise, prior) {
+            Progress::Continues => Outcome::Coasting(Coasting::Aligning),
+            Progress::Refused => Outcome::Coasting(Coasting::Spike),
+            Progress::Aligned(start, pending) => {
                 self.track_from(start);
+                self.phase = Phase::Joining(pending);
+                self.state.rate_rad_s = sample.rate_rad_s;
                 Outcome::Reset(Reset::Aligned)
             }
         }
@@ -296,9 +325,8 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.drive.restart(drive);
         self.track_from(Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
         if self.prior.is_none_or(|prior| prior.is_vague(self.config.align_above)) {
-            let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
-            let alignment = Alignment::new(&sample.rate_rad_s, &drive, noise, prior);
-            self.phase = Phase::Aligning { alignment, contradicts_model: false };
+            let noise = self.config.gyro_noise_rad_s;
+            self.phase = Phase::Aligning(Aligning::begin(&sample.rate_rad_s, &drive, noise));
         }
     }
 
@@ -308,6 +336,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.form = F::new(&start.covariance);
         self.range_kg_m2 = start.range_kg_m2;
         self.spikes.restart();
+        self.shift.restart();
         self.phase = Phase::Tracking;
     }
 
@@ -315,13 +344,15 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     fn restart_rate(&mut self, sample: &Sample<T, W>) -> Outcome {
         self.drive.restart(sample.drive(&self.wheels));
         match self.phase {
-            Phase::Waiting | Phase::Aligning { .. } => self.begin(sample),
-            Phase::Tracking => {
+            Phase::Waiting | Phase::Aligning(_) => self.begin(sample),
+            Phase::Joining(_) | Phase::Tracking => {
+                self.phase = Phase::Tracking;
+                self.shift.restart();
                 self.state.rate_rad_s = sample.rate_rad_s;
                 self.form.restart_rate(self.config.noise_variance());
             }
         }
-        Outcome::Reset(Reset::Gap)
+        Outcome::Reset(self.gate.cause_of_gap().into())
     }
 
     /// After a lock-out the prior is dropped; the last inertia is reported until the alignment
@@ -344,13 +375,13 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// The status, where the phase or the innovations decide it rather than the observed
     /// directions.
     fn status(&self) -> Option<Status> {
-        if !self.monitor.is_consistent() {
+        if !self.monitor.is_consistent() || self.shift.is_shifted() {
             return Some(Status::Diverged);
         }
-        match self.phase {
-            Phase::Aligning { contradicts_model: true, .. } => Some(Status::Diverged),
-            Phase::Waiting | Phase::Aligning { .. } => Some(Status::Unobservable),
-            Phase::Tracking => None,
+        match &self.phase {
+            Phase::Aligning(aligning) if aligning.contradicts_model() => Some(Status::Diverged),
+            Phase::Waiting | Phase::Aligning(_) => Some(Status::Unobservable),
+            Phase::Joining(_) | Phase::Tracking => None,
         }
     }
 }
@@ -369,8 +400,10 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
                 let duration_s = T::seconds(elapsed_us);
                 let interval = self.drive.advance(sample.drive(&self.wheels), duration_s);
                 match self.phase {
-                    Phase::Aligning { .. } => self.align(sample, &interval),
-                    Phase::Waiting | Phase::Tracking => self.track(sample, &interval),
+                    Phase::Aligning(_) => self.align(sample, duration_s),
+                    Phase::Waiting | Phase::Joining(_) | Phase::Tracking => {
+                        self.track(sample, &interval)
+                    }
                 }
             }
         }

@@ -44,9 +44,9 @@ pub(super) struct Start<T: Real> {
 pub(super) enum NoStart {
     /// The motion does not yet determine all six elements well enough.
     TooLittleMotion,
-    /// The motion determines a tensor that no rigid body has: wrong signs, axes or units in the
-    /// data, or an unmodelled torque.
-    NotPhysical,
+    /// The motion determines a tensor that no rigid body has, or leaves residuals above the noise:
+    /// a fault of the gyro within it, wrong signs, axes or units, an unmodelled torque.
+    Contradiction,
 }
 
 impl<T: Real> Start<T> {
@@ -75,17 +75,20 @@ impl<T: Real> Start<T> {
         }
     }
 
-    /// From the motion since the start, for gyro noise of `noise_rad_s` (one sigma per sample).
+    /// From the motion since the start, for gyro noise of `noise_rad_s` (one sigma per sample). The
+    /// residuals may be those of the measured noise, `measured_rad_s`, instead.
     ///
     /// The range of each element is the prior's sigma, or that of a body of the estimated size.
     ///
     /// # Errors
     /// [`NoStart::TooLittleMotion`] while an element's sigma exceeds a tenth of the mean moment;
-    /// [`NoStart::NotPhysical`] where the tensor is then not physical.
+    /// [`NoStart::Contradiction`] where the tensor is then not physical or the residuals are not
+    /// explained.
     pub fn from_motion(
         alignment: &Alignment<T>,
         prior: Option<&Prior<T>>,
         noise_rad_s: T,
+        measured_rad_s: impl FnOnce() -> T,
     ) -> Result<Self, NoStart> {
         let solution = alignment.solve(noise_rad_s).ok_or(NoStart::TooLittleMotion)?;
         let mut covariance = solution.covariance;
@@ -95,8 +98,10 @@ impl<T: Real> Start<T> {
         if !(3..9).all(|i| covariance.variance(i) < largest * largest) {
             return Err(NoStart::TooLittleMotion);
         }
-        if !solution.inertia.is_physical() {
-            return Err(NoStart::NotPhysical);
+        let is_explained = |noise_rad_s| alignment.is_explained(&solution.inertia, noise_rad_s);
+        let is_contradicted = !is_explained(noise_rad_s) && !is_explained(measured_rad_s());
+        if is_contradicted || !solution.inertia.is_physical() {
+            return Err(NoStart::Contradiction);
         }
         let range_kg_m2 = prior.unwrap_or(&Prior::of_size(mean_moment)).sigma_kg_m2;
         let state = State { rate_rad_s: solution.rate_rad_s, inertia: solution.inertia };

@@ -4,6 +4,7 @@ use super::*;
 use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
 use crate::gate::Rejection;
 use crate::monitor::observability::Observed;
+use crate::outcome::OutcomeCounts;
 use proptest::prelude::*;
 use std::vec::Vec;
 
@@ -142,5 +143,128 @@ proptest! {
         prop_assert!(estimate.inertia.elements_kg_m2().iter().all(|x| x.is_finite()));
         prop_assert!(estimate.sigma_kg_m2().iter().all(|x| x.is_finite()));
         prop_assert!(filter.state().iter().all(|x| x.is_finite()));
+    }
+}
+
+/// Body and noise of the STSAT-3 spin-up: kg m², rad/s.
+const STSAT: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
+const STSAT_NOISE_RAD_S: f64 = 1.8e-4;
+/// Accepted error of a converged estimate, sigmas: 3e-6 of consistent ones exceed it.
+const CONSISTENT: f64 = 5.0;
+
+/// The STSAT-3 body from rest under known torques without noise: ten minutes at 10 Hz.
+fn spin_up() -> Vec<Sample<f32, 0>> {
+    let flight = TestFlight {
+        inertia_kg_m2: STSAT,
+        initial_rate_rad_s: Vec3::zeros(),
+        wheels: WheelArray::<f64, 0>::new([], []).unwrap(),
+        period_us: PERIOD_US,
+        samples: 6000,
+    };
+    flight.fly(|_| [], |t| tumbling_torque_n_m(0.3 * t) * if t < 5.0 { 0.0 } else { 1.0 })
+}
+
+/// Adds white noise, by xorshift and Box-Muller.
+fn with_noise(mut samples: Vec<Sample<f32, 0>>, seed: u64) -> Vec<Sample<f32, 0>> {
+    let mut x = (seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut flat = || {
+        x ^= x << 13;
+        x ^= x >> 7;
+        x ^= x << 17;
+        ((x >> 11) as f64 / (1u64 << 53) as f64).max(1e-300)
+    };
+    for sample in &mut samples {
+        for axis in 0..3 {
+            let (a, b) = (flat(), flat());
+            let normal = libm::sqrt(-2.0 * libm::log(a)) * libm::cos(core::f64::consts::TAU * b);
+            sample.rate_rad_s[axis] += (STSAT_NOISE_RAD_S * normal) as f32;
+        }
+    }
+    samples
+}
+
+/// Status at the end, largest error in sigmas, counts.
+fn fly(samples: &[Sample<f32, 0>]) -> (Status, f64, OutcomeCounts) {
+    let wheels = WheelArray::new([], []).unwrap();
+    let mut filter = JointEkfUd::new(Config::new(STSAT_NOISE_RAD_S as f32), wheels).unwrap();
+    let mut counts = OutcomeCounts::default();
+    samples.iter().for_each(|sample| counts.add(&filter.step(sample)));
+    let estimate = filter.estimate();
+    let (found, sigma) = (estimate.inertia.elements_kg_m2(), estimate.sigma_kg_m2());
+    let errors = (0..6).map(|i| (f64::from(found[i]) - STSAT[i]).abs() / f64::from(sigma[i]));
+    (estimate.status, errors.fold(0.0, f64::max), counts)
+}
+
+/// One spike of 20, 100 and 1000 sigma among the first 220 samples, most of them before the
+/// alignment ends.
+#[test]
+fn a_spike_before_the_end_of_the_alignment_is_without_effect() {
+    let clean = spin_up();
+    for k in 0..60u64 {
+        let mut samples = with_noise(clean[..1500].to_vec(), k);
+        let (place, axis) = ((k * 37) as usize % 220, k as usize % 3);
+        let sigmas = [20.0, 100.0, 1000.0][k as usize / 3 % 3];
+        samples[place].rate_rad_s[axis] += (sigmas * STSAT_NOISE_RAD_S) as f32;
+        let (status, error, counts) = fly(&samples);
+        assert_eq!((status, counts.lockout_resets), (Status::Converged, 0), "{place} {sigmas}");
+        assert!(error < CONSISTENT, "{place} {sigmas}: {error}");
+        assert!(place < 3 || counts.spike >= 1, "{place} {sigmas}");
+    }
+}
+
+/// 20 s of a shifted axis, or of one that sticks: no estimate is converged and wrong, neither soon
+/// after the fault nor at the end, and at the end all are converged.
+#[test]
+fn a_fault_of_one_axis_is_never_converged_and_wrong() {
+    let clean = spin_up();
+    for k in 0..36u64 {
+        let mut samples = with_noise(clean[..4000].to_vec(), k);
+        let (start, axis) = (800 + (k as usize * 37) % 1000, k as usize % 3);
+        let stuck = samples[start].rate_rad_s[axis];
+        for sample in &mut samples[start..start + 200] {
+            match [1.0f32, 2.0, 3.0, 5.0, 10.0, 0.0][k as usize / 3 % 6] {
+                0.0 => sample.rate_rad_s[axis] = stuck,
+                sigmas => sample.rate_rad_s[axis] += sigmas * STSAT_NOISE_RAD_S as f32,
+            }
+        }
+        for end in [start + 100, start + 235, start + 250, start + 700, 4000] {
+            let (status, error, _) = fly(&samples[..end]);
+            assert!(status != Status::Converged || error < CONSISTENT, "{k} {end}: {error}");
+            assert!(status == Status::Converged || end < 4000, "{k}");
+        }
+    }
+}
+
+/// A clean flight: no sample is refused in ten minutes.
+#[test]
+fn white_noise_raises_no_alarm() {
+    let clean = spin_up();
+    for seed in 0..10 {
+        let (status, error, counts) = fly(&with_noise(clean.clone(), seed));
+        assert_eq!((status, counts.spike, counts.lockout_resets), (Status::Converged, 0, 0));
+        assert!(error < CONSISTENT);
+    }
+}
+
+/// A prior of 1 ± 30 kg m², one sample and a minute at rest.
+#[test]
+fn a_vague_prior_observes_nothing_at_rest() {
+    let prior = Prior { inertia_kg_m2: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], sigma_kg_m2: [30.0; 6] };
+    let config = Config { prior: Some(prior), ..Config::new(NOISE_RAD_S as f32) };
+    for align_above in [0.2, f32::MAX] {
+        let config = Config { align_above, ..config };
+        let wheels = WheelArray::new([], []).unwrap();
+        let mut filter = JointEkfUd::<f32, 0>::new(config, wheels).unwrap();
+        let sample = Sample { rate_rad_s: Vec3::zeros(), ..flight(INERTIA)[0] };
+        for k in 0..600 {
+            let noise = 1e-5 * (k % 7) as f32;
+            let rate_rad_s = Vec3::new(noise, 2e-5 - noise, 0.5 * noise);
+            filter.step(&Sample { time_us: k * PERIOD_US, rate_rad_s, ..sample });
+            if k == 0 || k == 599 {
+                let estimate = filter.estimate();
+                assert_eq!(estimate.status, Status::Unobservable);
+                assert_eq!(estimate.observed, Observed::default());
+            }
+        }
     }
 }

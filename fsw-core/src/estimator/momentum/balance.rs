@@ -41,11 +41,11 @@ impl<T: Real> Balance<T> {
         }
     }
 
-    /// True if the impulse between the two is unknown: a torque, and longer than `max_gap_us`.
-    /// Without torque the momentum is conserved across any gap.
+    /// True if the impulse between the two is unknown: a torque, and longer than `max_gap_us` or
+    /// across a change of the clock. Without torque the momentum is conserved across any gap.
     pub(super) fn has_unknown_impulse(&self, now: &Self, max_gap_us: u64) -> bool {
         let has_torque = [self.torque_n_m, now.torque_n_m].iter().any(|t| *t != Vec3::zeros());
-        has_torque && self.elapsed_us(now) > max_gap_us
+        has_torque && (self.elapsed_us(now) > max_gap_us || !self.is_before(now))
     }
 
     /// The balance at the time and with the torque of `now`: `H + ½ (τ₀ + τ₁) Δt`. `None` where the
@@ -64,6 +64,11 @@ impl<T: Real> Balance<T> {
         wheel_momentum_n_m_s: &Vec3<T>,
     ) -> Vec3<T> {
         to_body * self.momentum_n_m_s - wheel_momentum_n_m_s
+    }
+
+    /// False after a change of the clock.
+    pub(super) fn is_before(&self, now: &Self) -> bool {
+        self.time_us < now.time_us
     }
 
     fn elapsed_us(&self, now: &Self) -> u64 {

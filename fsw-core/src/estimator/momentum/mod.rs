@@ -29,7 +29,7 @@
 //! |---|---|---|
 //! | body in motion, no balance | waits | [`Coasting::WaitingForRest`] |
 //! | first sample at rest | balance of the wheels | [`Reset::FirstSample`] |
-//! | gap with a torque | waits for rest; sums unchanged | [`Reset::Gap`] |
+//! | gap with a torque | waits for rest; sums unchanged | [`Reset::Gap`], [`Reset::Clock`] |
 //! | momentum not finite | waits for rest; sums unchanged | [`Reset::Diverged`] |
 //! | no usable attitude | unchanged | [`Coasting::NoAttitude`] |
 //!
@@ -100,7 +100,7 @@ use crate::estimator::Estimator;
 use crate::gate::{Gate, Rejection, Verdict};
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::innovation::Innovation;
-use crate::monitor::observability::{Observed, observed};
+use crate::monitor::observability::{Observed, observed, range_before_data};
 use crate::outcome::{Coasting, Outcome, Reset};
 use crate::sample::Sample;
 use crate::tensor::Inertia;
@@ -156,7 +156,7 @@ impl<T: Real, const W: usize> Momentum<T, W> {
         };
         if last.has_unknown_impulse(&now, self.config.gate.max_gap_us) {
             self.balance = self.is_at_rest(&sample.rate_rad_s).then_some(now);
-            return Outcome::Reset(Reset::Gap);
+            return Outcome::Reset(if last.is_before(&now) { Reset::Gap } else { Reset::Clock });
         }
         self.balance = last.advanced_to(&now);
         let Some(balance) = self.balance else {
@@ -226,10 +226,11 @@ impl<T: Real, const W: usize> Estimator<T, W> for Momentum<T, W> {
         let Config { method, gyro_noise_rad_s, prior, .. } = &self.config;
         let model = ErrorModel::new(&self.sums, *gyro_noise_rad_s, prior.as_ref());
         let (elements, covariance_kg2_m4) = model.solve(*method);
-        let range = &model.prior().sigma_kg_m2;
+        let inertia = Inertia::new(elements);
+        let range = &range_before_data(&inertia, &model.prior().sigma_kg_m2);
         let by_the_data = observed(&model.least_squares_covariance(), range);
         Estimate {
-            inertia: Inertia::new(elements),
+            inertia,
             covariance_kg2_m4,
             observed: by_the_data,
             status: self.status(&by_the_data, &observed(&covariance_kg2_m4, range)),

@@ -24,6 +24,9 @@ use crate::math::{Vec3, largest_component, scalar::Real};
 const SETTLED: f64 = 1e-3;
 /// Decrement below which steps that no longer shrink end it: rounding, not the model, moves them.
 const NEAR: f64 = 0.3;
+/// Rounding errors, in ε, of the inverse of a tensor that changes by less: some of the nine products in each
+/// of its elements.
+const ROUNDINGS: f64 = 4.0;
 /// Passes of a descent at most. From linear starts of random spacecraft it takes 4 to 8.
 const MOST_PASSES: u8 = 25;
 /// First damping, as a share of each column's norm, and the largest one.
@@ -31,6 +34,10 @@ const FIRST_DAMPING: f64 = 0.01;
 const LARGEST_DAMPING: f64 = 1e4;
 /// Smallest principal moment over the trace of a point that is tried.
 const LEAST_MOMENT: f64 = 1e-5;
+
+/// Scale of the robust weights over the noise in the first pass from a new start: no block is an outlier
+/// yet.
+pub const UNKNOWN_SCALE: f64 = 1e6;
 
 /// Start of a descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,11 +71,14 @@ pub struct Descent<T: Real, const U: usize> {
     is_near: bool,
     /// True in a pass that repeats the accepted point for a damped step.
     is_repeated: bool,
+    /// True in the pass that judges the residuals at the solution, and the step to it.
+    is_final: bool,
+    pub final_step: [T; U],
     passes: u8,
 }
 
 crate::persist!([T: Real, const U: usize] Descent<T, U> {
-    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, passes
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, is_final, final_step, passes
 });
 
 /// Consequence of a completed pass.
@@ -76,6 +86,9 @@ crate::persist!([T: Real, const U: usize] Descent<T, U> {
 pub enum Next<T: Real> {
     /// Another pass about this point.
     Pass(Point<T>),
+    /// The same pass again, with residuals judged at the solution: at the step that is below the
+    /// rounding of the point.
+    Final,
     /// The descent has ended at the point of the pass, settled or not.
     End {
         is_settled: bool,
@@ -99,6 +112,8 @@ impl<T: Real, const U: usize> Descent<T, U> {
             last_decrement: T::MAX,
             is_near: false,
             is_repeated: false,
+            is_final: false,
+            final_step: [T::zero(); U],
             passes: 0,
         }
     }
@@ -111,6 +126,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
         self.last_decrement = T::MAX;
         self.is_near = false;
         self.is_repeated = false;
+        self.is_final = false;
         self.passes = 0;
     }
 
@@ -134,11 +150,22 @@ impl<T: Real, const U: usize> Descent<T, U> {
         let Some((step, decrement)) = solve(&self.pass, beliefs, T::zero()) else {
             return Next::End { is_settled: false };
         };
+        self.pass.decrement = decrement;
         self.is_near = decrement < T::lit(NEAR) + self.rounding(beliefs);
         let is_settled = decrement < T::lit(SETTLED)
             || self.is_near && decrement > T::lit(0.3) * self.last_decrement;
-        if is_settled || self.passes >= MOST_PASSES {
-            return Next::End { is_settled };
+        let is_first = self.pass.scale_rad_s > beliefs.noise_rad_s * T::lit(0.5 * UNKNOWN_SCALE);
+        if is_settled && is_first {
+            // Once more, with weights.
+            return Next::Pass(self.pass.point);
+        }
+        if is_settled && !self.is_final && decrement > T::lit(SETTLED) {
+            self.is_final = true;
+            self.final_step = step;
+            return Next::Final;
+        }
+        if is_settled || self.is_final || self.passes >= MOST_PASSES {
+            return Next::End { is_settled: is_settled || self.is_final };
         }
         if !self.is_repeated {
             self.last_decrement = decrement;
@@ -185,7 +212,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
         Next::End { is_settled: false }
     }
 
-    /// Decrement that rounding of the unknowns alone makes, σ².
+    /// Decrement that rounding of the unknowns and of the inverse tensor alone makes, σ².
     fn rounding(&self, beliefs: &Beliefs<'_, T>) -> T {
         let factor = &self.pass.factor;
         let size = |column: usize| match column {
@@ -194,7 +221,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
         };
         let mut sum = T::zero();
         for column in (0..FIRST_GROUP).chain(shape_of(U)..shape_of(U) + 5) {
-            let rounded = size(column) * T::EPSILON;
+            let rounded = size(column) * T::EPSILON * T::lit(ROUNDINGS);
             sum += information_on(factor, column) * rounded * rounded;
         }
         sum / (beliefs.noise_rad_s * beliefs.noise_rad_s)

@@ -17,9 +17,11 @@ use crate::outcome::Reset;
 /// Fewest blocks that are fitted apart.
 const FEWEST: usize = 12;
 /// Attempts with the blocks after a contradiction before the model is taken to be wrong.
-const MOST_ATTEMPTS: u8 = 8;
+const MOST_ATTEMPTS: u8 = 12;
+/// Blocks at reduced weight in a row that are not outliers.
+const LONG_RUN: u32 = 5;
 /// Clean blocks after an interruption until the residuals are called white again.
-const CLEAN_BLOCKS: u32 = 48;
+const CLEAN_BLOCKS: u32 = 24;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵.
 const CONTRADICTED: f64 = 33.0;
 
@@ -40,8 +42,20 @@ pub struct Inquiry<T: Real> {
 crate::persist!([T: Real] Inquiry<T> { rise, before, has_before, has_asked, attempts });
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
-    /// Begins or continues an inquiry, for a contradiction that begins at a block.
-    pub(super) fn inquire(&mut self, rise: usize) {
+    /// Begins or continues an inquiry after a fit that is settled, but does not explain all blocks.
+    ///
+    /// Blocks at reduced weight that ended some blocks ago are a fault that is over: what comes after it is
+    /// fitted. Otherwise all blocks since the contradiction are.
+    pub(super) fn inquire(&mut self, fit: &Front<T, U>) {
+        let residuals = &fit.pass.residuals;
+        let run = residuals.longest;
+        let is_long = run.count >= LONG_RUN;
+        if !fit.is_settled || !residuals.is_contradicted && !is_long {
+            return;
+        }
+        let begin = if is_long { run.from } else { residuals.rise };
+        let is_over = is_long && run.after + FEWEST <= fit.pass.next;
+        let rise = if is_over { run.after } else { begin };
         let inquiry = self.inquiry.get_or_insert(Inquiry {
             rise,
             before: None,
@@ -49,10 +63,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             has_asked: false,
             attempts: 0,
         });
-        if !inquiry.has_before && inquiry.rise >= FEWEST {
+        inquiry.rise = rise;
+        if !inquiry.has_before && begin >= FEWEST {
             inquiry.has_asked = true;
-            let end = inquiry.rise;
-            return self.begin_start(0, end, None);
+            return self.begin_start(0, begin, None);
         }
         inquiry.has_before = true;
         self.ask_after();
@@ -84,7 +98,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let before = self.information_of(&fit);
         let Some(inquiry) = &mut self.inquiry else { return };
         inquiry.has_asked = false;
-        #[cfg(feature="dbg")] { extern crate std; std::eprintln!("answer from {from} to {} good {is_good} shape {} contradicted {} rise {} low {} after {} blocks {} typ {:?} settled {}", fit.pass.next, fit.is_shape_observed, fit.pass.residuals.is_contradicted, fit.pass.residuals.rise, fit.pass.residuals.low, fit.pass.residuals.after_low, self.schedule.blocks, fit.pass.residuals.typical(fit.pass.unit_rad_s)/fit.pass.unit_rad_s, fit.is_settled); }
         if !inquiry.has_before {
             inquiry.has_before = true;
             inquiry.before = before.filter(|_| is_good);
@@ -93,14 +106,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if is_good && fit.is_shape_observed {
             return self.separate(from, fit);
         }
-        let residuals = &fit.pass.residuals;
         let since = fit.pass.next.saturating_sub(from) as u32;
-        if !is_good {
-            // A fault that lasts: the blocks after its end may be sound.
-            let after_low = from + residuals.after_low as usize;
-            let later = if residuals.is_contradicted { residuals.rise } else { after_low };
-            inquiry.rise = inquiry.rise.max(later);
-        }
         self.schedule.due_at = self.schedule.blocks.saturating_add((since / 4).max(4));
     }
 

@@ -151,6 +151,13 @@ struct Schedule {
 
 crate::persist!([] Schedule { blocks, fitted, quiet, due_at, is_final });
 
+/// Noise over the stated one that is still taken for noise: data sheets are wrong by less, and what
+/// exceeds it is a fault.
+const MOST_UNDERSTATED: f64 = 2.5;
+/// Shift of the predicted rate by rounding that ends a window, in σ of a sample, and the angle that a window
+/// may turn in any case, rad.
+const PHASE_SHARE: f64 = 0.3;
+const LEAST_TURN_RAD: f64 = 30.0;
 /// Blocks at which a window is fitted for the first time, without being asked to.
 const FIRST_FIT_BLOCKS: u32 = 8;
 
@@ -295,9 +302,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         noise.max(floor).max(T::lit(1e-15))
     }
 
-    /// Noise against which residuals are judged, rad/s: the larger of stated and measured.
+    /// Noise against which residuals are judged, rad/s: the larger of stated and measured, up to
+    /// [`MOST_UNDERSTATED`] times the stated one.
     fn reference_rad_s(&self) -> T {
-        self.noise_rad_s().max(self.outliers.noise_rad_s())
+        let noise = self.noise_rad_s();
+        let measured = self.outliers.noise_rad_s();
+        match self.config.gyro_noise_rad_s {
+            Some(_) => noise.max(measured.min(noise * T::lit(MOST_UNDERSTATED))),
+            None => noise,
+        }
     }
 
     /// All knowledge beside the blocks.
@@ -390,6 +403,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         if self.front.is_some() && !self.is_quiet && self.excitation.is_over(self.config.quiet_s) {
             self.close_window();
+        } else if self.closing.is_none() && self.has_turned_too_far() {
+            self.end_stretch();
         }
     }
 
@@ -397,6 +412,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.open.note(block);
         self.blocks.push(block);
         self.schedule.blocks = self.schedule.blocks.saturating_add(1);
+    }
+
+    /// True where the body has turned so far in this window that rounding of the tensor shifts the phase of
+    /// the predicted motion by a share of the noise.
+    ///
+    /// A tensor rounded by ε shifts the phase by up to ε times the angle, and the rate by that share of
+    /// itself: the angle at which this is [`PHASE_SHARE`] σ, and one turn of the body at least, ends a window.
+    /// In double precision it is out of reach.
+    fn has_turned_too_far(&self) -> bool {
+        let share = T::lit(PHASE_SHARE) * self.noise_rad_s();
+        let most = share / (self.largest_rad_s * T::EPSILON);
+        self.open.turn_rad > most.max(T::lit(LEAST_TURN_RAD))
     }
 
     /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command. What follows
@@ -460,7 +487,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
             Verdict::Gap => {
                 self.end_stretch();
                 self.begin_stretch(sample);
-                return Outcome::Reset(Reset::Gap);
+                return Outcome::Reset(self.gate.cause_of_gap().into());
             }
             Verdict::After { elapsed_us } => {
                 self.push(sample, T::seconds(elapsed_us));

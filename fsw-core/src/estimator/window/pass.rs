@@ -56,9 +56,10 @@ pub struct Residuals<T: Real> {
     pub products: T,
     /// Robust cost `Σ min(u², K²) s²`.
     pub cost: T,
-    /// Blocks at reduced weight; the block after the last of them.
+    /// Blocks at reduced weight; the present run of them, and the longest one.
     pub low: u32,
-    pub after_low: u32,
+    run: Run,
+    pub longest: Run,
     /// Cumulative sum of Page's test, the block at which it began to rise, and whether it has exceeded
     /// its limit.
     sum: T,
@@ -69,8 +70,38 @@ pub struct Residuals<T: Real> {
 }
 
 crate::persist!([T: Real] Residuals<T> {
-    blocks, rows, squares, products, cost, low, after_low, sum, rise, is_contradicted, last, histogram
+    blocks, rows, squares, products, cost, low, run, longest, sum, rise, is_contradicted, last, histogram
 } if |this| this.squares >= T::zero());
+
+/// Run of blocks at reduced weight, with gaps of up to three blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// First block, and the one after the last.
+    pub from: usize,
+    pub after: usize,
+    /// Number of blocks at reduced weight.
+    pub count: u32,
+}
+
+crate::persist!([] Run { from, after, count });
+
+/// Blocks of full weight that end a run.
+const RUN_GAP: usize = 4;
+
+impl Run {
+    fn none() -> Self {
+        Self { from: 0, after: 0, count: 0 }
+    }
+
+    /// The run with one more block.
+    fn with(self, block: usize) -> Self {
+        if self.count > 0 && block < self.after.saturating_add(RUN_GAP) {
+            Self { after: block + 1, count: self.count.saturating_add(1), ..self }
+        } else {
+            Self { from: block, after: block + 1, count: 1 }
+        }
+    }
+}
 
 impl<T: Real> Residuals<T> {
     /// No residuals.
@@ -82,7 +113,8 @@ impl<T: Real> Residuals<T> {
             products: T::zero(),
             cost: T::zero(),
             low: 0,
-            after_low: 0,
+            run: Run::none(),
+            longest: Run::none(),
             sum: T::zero(),
             rise: 0,
             is_contradicted: false,
@@ -127,7 +159,7 @@ impl<T: Real> Residuals<T> {
     }
 
     /// Takes in `n |r|²` of a block in units of the histogram; returns the block's weight.
-    fn weigh(&mut self, square: T, unit_rad_s: T, scale_rad_s: T) -> T {
+    fn weigh(&mut self, block: usize, square: T, unit_rad_s: T, scale_rad_s: T) -> T {
         let of_unit = square / (unit_rad_s * unit_rad_s);
         let exponent = ((of_unit.to_f32().to_bits() >> 23) & 0xff) as i32 - 127;
         let octave = (exponent - FIRST_OCTAVE).clamp(0, OCTAVES as i32 - 1) as usize;
@@ -137,7 +169,10 @@ impl<T: Real> Residuals<T> {
         self.cost += square.min(most);
         if square > most {
             self.low = self.low.saturating_add(1);
-            self.after_low = self.blocks;
+            self.run = self.run.with(block);
+            if self.run.count >= self.longest.count {
+                self.longest = self.run;
+            }
             most / square
         } else {
             T::one()
@@ -172,6 +207,9 @@ impl<T: Real> Residuals<T> {
 pub struct Pass<T: Real, const U: usize> {
     /// Point of linearisation.
     pub point: Point<T>,
+    /// Step from the point to the solution as far as it is known, where it is below the rounding of the
+    /// point: residuals are judged there.
+    pub offset: [T; U],
     pub trajectory: Trajectory<T, U>,
     /// Information of the blocks on a step from the point.
     pub factor: SquareRootInformation<T, U>,
@@ -185,11 +223,13 @@ pub struct Pass<T: Real, const U: usize> {
     pub scale_rad_s: T,
     /// One sigma of a sample for the watch, rad/s.
     pub watch_rad_s: T,
+    /// Newton decrement with which the descent ended, σ²: distance to the minimum that rounding leaves.
+    pub decrement: T,
 }
 
 crate::persist!([T: Real, const U: usize] Pass<T, U> {
-    point, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
-    watch_rad_s
+    point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
+    watch_rad_s, decrement
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
 impl<T: Real, const U: usize> Pass<T, U> {
@@ -197,6 +237,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
     pub fn blank() -> Self {
         Self {
             point: Point::sphere(Vec3::zeros()),
+            offset: [T::zero(); U],
             trajectory: Trajectory::blank(),
             factor: SquareRootInformation::default(),
             residuals: Residuals::none(),
@@ -205,6 +246,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
             unit_rad_s: T::one(),
             scale_rad_s: T::one(),
             watch_rad_s: T::one(),
+            decrement: T::zero(),
         }
     }
 
@@ -220,6 +262,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
         wheels: &Vec3<T>,
     ) -> bool {
         self.point = *point;
+        self.offset = [T::zero(); U];
         self.seed();
         self.residuals = Residuals { rise: from, ..Residuals::none() };
         self.next = from;
@@ -264,13 +307,19 @@ impl<T: Real, const U: usize> Pass<T, U> {
     pub fn take(&mut self, span: &Span<T>) {
         let crossing = self.trajectory.cross(span);
         let apart = span.block.rate_rad_s - self.trajectory.mean_rate_rad_s(&crossing);
+        let rows: [[T; U]; 3] =
+            core::array::from_fn(|axis| self.trajectory.mean_sensitivity(&crossing, axis));
+        let judged = Vec3::from_fn(|axis, _| {
+            let explained = rows[axis].iter().zip(&self.offset);
+            explained.fold(apart[axis], |left, (s, step)| left - *s * *step)
+        });
         let n = span.block.weight;
-        let square = apart.dot(&apart) * n;
-        let weight = n * self.residuals.weigh(square, self.unit_rad_s, self.scale_rad_s);
+        let square = judged.dot(&judged) * n;
+        let robust = self.residuals.weigh(self.next, square, self.unit_rad_s, self.scale_rad_s);
+        let weight = n * robust;
         let before = self.residuals.squares;
-        for axis in 0..3 {
-            let row = self.trajectory.mean_sensitivity(&crossing, axis);
-            let left = self.factor.add_weighted(&row, apart[axis], weight);
+        for (axis, row) in rows.iter().enumerate() {
+            let left = self.factor.add_weighted(row, apart[axis], weight);
             self.residuals.add(axis, left);
         }
         self.next += 1;

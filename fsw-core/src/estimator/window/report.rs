@@ -222,8 +222,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// One sigma of a sample for the covariance, rad/s: stated or measured noise and residuals, weighted by
     /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
-    /// block to block, so that fewer of them are independent.
-    pub(super) fn sigma_of_sample(&self, residuals: &Residuals<T>) -> T {
+    /// block to block, so that fewer of them are independent;
+    /// and by the distance to the minimum that rounding leaves.
+    pub(super) fn sigma_of_sample(&self, pass: &Pass<T, U>) -> T {
+        let residuals = &pass.residuals;
+        let unsettled = T::one() + pass.decrement / T::count(U as u32);
         let noise = self.noise_rad_s();
         let weight = match self.config.gyro_noise_rad_s {
             Some(_) => T::lit(STATED_DEGREES),
@@ -237,7 +240,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         } else {
             T::one()
         };
-        (variance * inflation).sqrt().max(self.largest_rad_s * (T::EPSILON + T::EPSILON))
+        (variance * inflation * unsettled).sqrt().max(self.largest_rad_s * (T::EPSILON + T::EPSILON))
     }
 
     /// Result of the tests for white residuals: of their size against the noise, of their correlation,

@@ -92,15 +92,18 @@ pub struct Stretch<T: Real> {
     pub wheels_span_n_m_s: T,
     /// True if external torque was known to act.
     pub has_torque: bool,
+    /// Angle turned, `∫ |ω| dt`, rad.
+    pub turn_rad: T,
 }
 
-crate::persist!([T: Real] Stretch<T> { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque });
+crate::persist!([T: Real] Stretch<T> { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad });
 
 impl<T: Real> Stretch<T> {
     /// Stretch that begins with this wheel momentum, N m s.
     pub fn new(wheels_n_m_s: Vec3<T>) -> Self {
         let (rest, wheels_span_n_m_s) = (Rest::none(), T::zero());
-        Self { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque: false }
+        let (has_torque, turn_rad) = (false, T::zero());
+        Self { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad }
     }
 
     /// Adds a block before the first one to the rest.
@@ -114,6 +117,7 @@ impl<T: Real> Stretch<T> {
         let change = largest_component(&(block.wheels_n_m_s - self.wheels_n_m_s));
         self.wheels_span_n_m_s = self.wheels_span_n_m_s.max(change);
         self.has_torque |= block.impulse_n_m_s != Vec3::zeros();
+        self.turn_rad += block.turn_square().sqrt();
     }
 }
 

@@ -194,7 +194,8 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         }
         let share = T::one() / T::count(steps);
         // The impulse already has all of what the turning of g makes of it.
-        let turned = block.rate_rad_s.cross(&block.beyond_ramp_n_m_s);
+        let mean_beyond = block.beyond_ramp_n_m_s * span.of_samples();
+        let turned = block.rate_rad_s.cross(&mean_beyond);
         let known_torque = block.impulse_n_m_s * (T::one() / dt) + turned;
         let none = Vec3::zeros();
         Crossing {
@@ -208,7 +209,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
             known_torque,
             torque: known_torque * model.scale + model.torque,
             wheels: span.wheels_within(),
-            beyond_ramp: block.beyond_ramp_n_m_s * T::lit(6.0),
+            beyond_ramp: mean_beyond * T::lit(6.0),
             mean: none,
             change: none,
             mean_rate: none,
@@ -463,13 +464,17 @@ impl<T: Real> Model<T> {
 }
 
 impl<T: Real> Span<T> {
+    /// Mean over time of a parabola `s (1 − s)` over that of its samples, `1 / (1 + 1 / 2 N²)`.
+    fn of_samples(&self) -> T {
+        T::one() / (T::one() + T::lit(0.5) / (self.samples * self.samples))
+    }
+
     /// Coefficients of the parabola of wheel momentum through both ends, of the right mean over the
-    /// samples: that of `s (1 − s)` is `(1 + 1 / 2 N²) / 6`.
+    /// samples.
     fn wheels_within(&self) -> [Vec3<T>; 3] {
         let (start, end) = (self.wheels_at_start, self.block.wheels_end_n_m_s);
-        let n = self.samples;
-        let of_samples = T::lit(6.0) / (T::one() + T::lit(0.5) / (n * n));
-        let bulge = (self.block.wheels_n_m_s - (start + end) * T::lit(0.5)) * of_samples;
+        let beyond_line = self.block.wheels_n_m_s - (start + end) * T::lit(0.5);
+        let bulge = beyond_line * (self.of_samples() * T::lit(6.0));
         [start, end - start + bulge, -bulge]
     }
 }

@@ -215,9 +215,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         let unit = front.pass.unit_per_kg_m2;
         let Some(span) = self.blocks.span(next, &stretch, unit, period_s) else { return false };
-        let was_contradicted = front.pass.residuals.is_contradicted;
+        let residuals = &front.pass.residuals;
+        let was_contradicted = residuals.is_contradicted || residuals.has_many_low();
         front.pass.take(&span);
-        let is_contradicted = front.pass.residuals.is_contradicted;
+        let residuals = &front.pass.residuals;
+        let is_contradicted = residuals.is_contradicted || residuals.has_many_low();
         if !front.pass.is_finite() {
             self.front = None;
             self.schedule.due_at = self.schedule.blocks;
@@ -361,9 +363,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let stretch = self.start_of(descent.from);
         let noise = self.noise_rad_s();
         let pass = &mut descent.pass;
-        let is_first = pass.residuals.blocks == 0;
-        let typical = pass.residuals.typical(pass.unit_rad_s);
-        pass.scale_rad_s = if is_first { noise * T::lit(1e6) } else { typical.max(noise) };
+        let typical = match (&self.front, pass.residuals.blocks) {
+            (Some(front), 0) if descent.attempt == Attempt::Carried => {
+                front.pass.residuals.typical(front.pass.unit_rad_s)
+            }
+            (_, 0) => noise * T::lit(super::fit::UNKNOWN_SCALE),
+            _ => pass.residuals.typical(pass.unit_rad_s),
+        };
+        pass.scale_rad_s = typical.max(noise);
         pass.watch_rad_s = pass.scale_rad_s.max(self.reference_rad_s());
         pass.unit_rad_s = noise;
         pass.unit_per_kg_m2 = unit;
@@ -385,6 +392,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 self.begin_pass(&mut descent, &point, unit);
                 self.work = Work::Descent(descent);
             }
+            Next::Final => {
+                let (point, step) = (descent.pass.point, descent.final_step);
+                self.begin_pass(&mut descent, &point, unit);
+                descent.pass.offset = step;
+                self.work = Work::Descent(descent);
+            }
             Next::End { is_settled } => self.after_attempt(descent, is_settled, true),
             Next::Failed => self.after_attempt(descent, false, false),
         }
@@ -397,7 +410,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         // A change within the blocks is not a matter of where the descent starts.
         let is_sound_start =
             descent.attempt == Attempt::Carried || self.inquiry.is_some_and(|i| i.has_asked);
-        let is_changed = is_settled && is_sound_start && descent.pass.residuals.is_contradicted;
+        let residuals = &descent.pass.residuals;
+        let is_changed = is_settled
+            && is_sound_start
+            && (residuals.is_contradicted || residuals.has_many_low());
         if is_good || is_changed || descent.attempt == Attempt::Best {
             return self.end_fit(descent, is_settled);
         }
@@ -471,18 +487,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
             return self.answer(descent.from, front);
         }
+        #[cfg(feature="dbg")] { extern crate std; let r=&front.pass.residuals; std::eprintln!("fit {}..{} good {is_good} shape {is_shape_observed} contradicted {} rise {} low {} blocks {} typ {:?} settled {is_settled} attempt {:?} noise {:?} rms {:?} turn {:?}", descent.from, front.pass.next, r.is_contradicted, r.rise, r.low, self.schedule.blocks, r.typical(front.pass.unit_rad_s), descent.attempt, front.pass.unit_rad_s, (r.squares/T::count(r.rows.max(1))).sqrt(), self.stretch().turn_rad); }
         self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
         let is_revised = is_good
             && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
         if is_revised {
             self.schedule.due_at = self.schedule.blocks;
         }
-        #[cfg(feature="dbg")] { extern crate std; std::eprintln!("fit to {} good {is_good} shape {} contradicted {} rise {} low {} blocks {} typ {:?} settled {}", front.pass.next, front.is_shape_observed, front.pass.residuals.is_contradicted, front.pass.residuals.rise, front.pass.residuals.low, self.schedule.blocks, front.pass.residuals.typical(front.pass.unit_rad_s)/front.pass.unit_rad_s, front.is_settled); }
         self.front = Some(front);
         if is_good {
             self.inquiry = None;
-        } else if front.pass.residuals.is_contradicted {
-            self.inquire(front.pass.residuals.rise);
+        } else {
+            self.inquire(&front);
         }
     }
 
@@ -595,7 +611,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     pub(super) fn window_alone(&self, pass: &Pass<T, U>) -> (SquareRootInformation<T, 6>, T) {
         let mut factor = pass.factor;
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
-        let sigma = self.sigma_of_sample(&pass.residuals);
+        let sigma = self.sigma_of_sample(pass);
         beliefs.noise_rad_s = sigma;
         beliefs.add_groups(&mut factor, &pass.point);
         (last_six(&factor), sigma)

@@ -28,6 +28,13 @@
 //! division per unknown, no square root, and two products per element (\[Gentleman1973\], Algorithm
 //! AS 75).
 //!
+//! # Range
+//!
+//! | pivot `dᵢ + w x²` | treatment | `f32`, unit weight |
+//! |---|---|---|
+//! | inverse not finite | element without information: no rotation | below 5e-20, no other equation |
+//! | infinite or NaN | rest of the equation left out | above 1e19 |
+//!
 //! # Work
 //!
 //! | operation | products |
@@ -163,8 +170,12 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
             let above = &mut self.factor[I];
             let weighted = weight * x;
             let pivot = above[I] + weighted * x;
-            if x != T::zero() && pivot != T::zero() {
-                let one_over = T::one() / pivot;
+            let is_in_range = pivot < T::MAX;
+            if !is_in_range {
+                return RecursiveResidual::nothing();
+            }
+            let one_over = T::one() / pivot;
+            if x != T::zero() && one_over < T::MAX {
                 let share = weighted * one_over;
                 weight *= above[I] * one_over;
                 above[I] = pivot;
@@ -191,8 +202,13 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
             let x = rest[I];
             let above = &self.factor[I];
             let pivot = above[I] + weight * x * x;
-            if x != T::zero() && pivot != T::zero() {
-                weight *= above[I] / pivot;
+            let is_in_range = pivot < T::MAX;
+            if !is_in_range {
+                return RecursiveResidual::nothing();
+            }
+            let one_over = T::one() / pivot;
+            if x != T::zero() && one_over < T::MAX {
+                weight *= above[I] * one_over;
                 for k in I + 1..N {
                     rest[k] -= x * above[k];
                 }
@@ -465,6 +481,59 @@ mod tests {
         added.add_weighted(&[1.0, 0.0], 3.0, 2.0);
         added.add_weighted(&[0.0, 1.0], 5.0, 7.0);
         assert_eq!(SquareRootInformation::of_each([3.0, 5.0], [2.0, 7.0]), added);
+    }
+
+    /// The inverse of (1e-20)² overflows in single precision.
+    #[test]
+    fn a_pivot_without_a_finite_inverse_is_no_information() {
+        let mut s = SquareRootInformation::<f32, 2>::default();
+        for tiny in [1e-20, 3e-20, -1e-38] {
+            s.add([tiny, 1.0], 1.0);
+        }
+        assert_eq!((s.rank(), s.solve_with_last::<1>(&[1.0])), (1, None));
+        s.add([1e30, 1.0], 1.0);
+        s.add([1.0, 1.0], 3.0);
+        let [x, y] = s.solve().unwrap();
+        assert!((x - 2.0).abs() < 1e-5 && (y - 1.0).abs() < 1e-5, "{x} {y}");
+    }
+
+    proptest! {
+        /// Rows of magnitudes from 1e-38 to 1e38, elements within a decade of each other: the factor
+        /// stays finite, and ordinary equations are solved afterwards.
+        #[test]
+        fn any_magnitude_leaves_a_finite_factor(
+            rows in prop::collection::vec(
+                (-38.0..38.0f32, prop::array::uniform4(-10.0..10.0f32)), 1..20),
+        ) {
+            let mut s = SquareRootInformation::<f32, 3>::default();
+            for (exponent, [a, b, c, y]) in rows {
+                let size = 10f32.powf(exponent);
+                s.add([a * size, b * size, c * size], y * size);
+                prop_assert!(s.factor.iter().flatten().all(|x| x.is_finite()), "{s:?}");
+                prop_assert!(s.right_hand_side.iter().all(|x| x.is_finite()), "{s:?}");
+            }
+            if let Some(x) = s.solve() {
+                prop_assert!(x.iter().all(|x| x.is_finite()));
+            }
+            if let Some(variances) = s.variances() {
+                prop_assert!(variances.iter().all(|x| x.is_finite() && *x >= 0.0));
+            }
+        }
+
+        /// Every element of another magnitude: a solution is finite, or none.
+        #[test]
+        fn a_solution_is_finite_or_none(
+            rows in prop::collection::vec(prop::array::uniform4(-38.0..38.0f32), 1..20),
+        ) {
+            let mut s = SquareRootInformation::<f32, 3>::default();
+            for row in rows {
+                let [a, b, c, y] = row.map(|exponent| 10f32.powf(exponent));
+                s.add([a, b, c], y);
+                let is_finite = |x: [f32; 3]| x.iter().all(|x| x.is_finite());
+                prop_assert!(s.solve().is_none_or(is_finite));
+                prop_assert!(s.variances().is_none_or(is_finite));
+            }
+        }
     }
 
     /// One equation for two unknowns.

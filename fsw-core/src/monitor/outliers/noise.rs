@@ -121,11 +121,12 @@ impl<T: Real> Mean<T> {
     fn add(&mut self, squares: &Vec3<T>, variance: &Vec3<T>) {
         let mut sum = T::zero();
         for axis in 0..3 {
-            sum += squares[axis].min(variance[axis] * T::lit(CLIP));
+            let limit = variance[axis] * T::lit(CLIP);
+            sum += if squares[axis] > limit { limit } else { squares[axis] };
         }
         self.count = self.count.saturating_add(1).min(MEMORY);
         let step = (sum * T::lit(1.0 / 3.0) - self.square) / T::count(self.count.into());
         let square = self.square + step;
-        self.square = if square.is_finite() { square.max(T::zero()) } else { T::zero() };
+        self.square = if square.is_finite() && square > T::zero() { square } else { T::zero() };
     }
 }

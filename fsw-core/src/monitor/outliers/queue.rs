@@ -23,10 +23,12 @@ crate::persist!([T: Real, P: crate::persist::Persist + Blank] Place<T, P> {
     elapsed_s, rate_rad_s, payload, is_accepted
 });
 
-/// First in, first out; the first `judged` of `len` samples have a verdict.
+/// First in, first out, in a circle of places; the first `judged` of `len` samples have a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Queue<T: Real, P> {
     places: [Place<T, P>; PLACES],
+    /// Place of the first sample.
+    first: u8,
     len: u8,
     judged: u8,
     /// Accepted readings before the first sample of the queue.
@@ -34,8 +36,10 @@ pub(super) struct Queue<T: Real, P> {
 }
 
 crate::persist!([T: Real, P: crate::persist::Persist + Blank] Queue<T, P> {
-    places, len, judged, before
-} if |this| usize::from(this.len) <= PLACES && this.judged <= this.len);
+    places, first, len, judged, before
+} if |this| {
+    usize::from(this.first) < PLACES && usize::from(this.len) <= PLACES && this.judged <= this.len
+});
 
 impl<T: Real, P: Copy + Blank> Queue<T, P> {
     /// No sample.
@@ -46,17 +50,31 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
             payload: P::blank(),
             is_accepted: false,
         };
-        Self { places: [place; PLACES], len: 0, judged: 0, before: History::empty() }
-    }
-
-    /// The samples in use.
-    fn samples(&self) -> &[Place<T, P>] {
-        self.places.get(..usize::from(self.len)).unwrap_or(&self.places)
+        Self { places: [place; PLACES], first: 0, len: 0, judged: 0, before: History::empty() }
     }
 
     /// Number of samples.
     pub(super) fn len(&self) -> usize {
-        self.samples().len()
+        usize::from(self.len).min(PLACES)
+    }
+
+    /// The samples from one on, in order.
+    fn from(&self, sample: usize) -> impl Iterator<Item = &Place<T, P>> {
+        let index = self.index(sample);
+        let after = self.places.get(index..).unwrap_or(&[]);
+        let before = self.places.get(..index).unwrap_or(&[]);
+        after.iter().chain(before).take(self.len().saturating_sub(sample))
+    }
+
+    /// Place of a sample.
+    fn index(&self, sample: usize) -> usize {
+        let index = usize::from(self.first).min(PLACES) + sample;
+        if index < PLACES { index } else { index - PLACES }
+    }
+
+    /// One sample.
+    fn sample(&self, sample: usize) -> Option<&Place<T, P>> {
+        self.places.get(self.index(sample)).filter(|_| sample < self.len())
     }
 
     /// Number of samples with a verdict.
@@ -71,25 +89,30 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
 
     /// Adds a sample. The caller takes one out first where all places are in use.
     pub(super) fn add(&mut self, elapsed_s: T, rate_rad_s: Vec3<T>, payload: P) {
-        let index = self.len();
-        if let Some(place) = self.places.get_mut(index) {
+        let (len, index) = (self.len(), self.index(self.len()));
+        if let Some(place) = self.places.get_mut(index).filter(|_| len < PLACES) {
             *place = Place { elapsed_s, rate_rad_s, payload, is_accepted: false };
-            self.len = (index + 1) as u8;
+            self.len = (len + 1) as u8;
         }
+    }
+
+    /// Time since the sample before (s) and payload of each sample.
+    pub(super) fn pending(&self) -> impl Iterator<Item = (T, P)> {
+        self.from(0).map(|place| (place.elapsed_s, place.payload))
     }
 
     /// The first sample without a verdict: time since the sample before (s) and rate.
     pub(super) fn next(&self) -> Option<(T, Vec3<T>)> {
-        let place = self.samples().get(self.judged())?;
+        let place = self.sample(self.judged())?;
         Some((place.elapsed_s, place.rate_rad_s))
     }
 
     /// Gives the first sample without a verdict its verdict.
     pub(super) fn judge(&mut self, is_accepted: bool) {
-        let index = self.judged();
-        if let Some(place) = self.places.get_mut(index).filter(|_| index < usize::from(self.len)) {
+        let (judged, index) = (self.judged(), self.index(self.judged()));
+        if let Some(place) = self.places.get_mut(index).filter(|_| judged < usize::from(self.len)) {
             place.is_accepted = is_accepted;
-            self.judged = (index + 1) as u8;
+            self.judged = (judged + 1) as u8;
         }
     }
 
@@ -99,8 +122,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         &self,
         is_usable: impl Fn(&Vec3<T>) -> bool,
     ) -> ([Reading<T>; 3], usize) {
-        let rest = self.samples().get(self.judged() + 1..).unwrap_or(&[]);
-        collect(rest.iter().map(|p| (p, is_usable(&p.rate_rad_s))))
+        collect(self.from(self.judged() + 1).map(|p| (p, is_usable(&p.rate_rad_s))))
     }
 
     /// All readings that are `is_usable`, up to the number of places. Times relative to the sample
@@ -109,40 +131,42 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         &self,
         is_usable: impl Fn(&Vec3<T>) -> bool,
     ) -> ([Reading<T>; PLACES], usize) {
-        collect(self.samples().iter().map(|p| (p, is_usable(&p.rate_rad_s))))
+        collect(self.from(0).map(|p| (p, is_usable(&p.rate_rad_s))))
     }
 
     /// First rate that is `is_usable`.
     pub(super) fn first_rate(&self, is_usable: impl Fn(&Vec3<T>) -> bool) -> Option<Vec3<T>> {
-        self.samples().iter().map(|p| p.rate_rad_s).find(is_usable)
+        self.from(0).map(|p| p.rate_rad_s).find(is_usable)
     }
 
     /// Takes the first sample, if it is judged and, where it was refused, two samples after it are
     /// accepted. `must` takes it in any case.
     pub(super) fn take(&mut self, must: bool) -> Option<Judged<T, P>> {
-        let Place { elapsed_s, mut rate_rad_s, payload, is_accepted } = *self.samples().first()?;
         let judged = self.judged();
-        let is_accepted = is_accepted && judged > 0;
+        if judged == 0 && !must {
+            return None;
+        }
+        let first = self.sample(0)?;
+        let is_accepted = first.is_accepted && judged > 0;
+        let mut rate_rad_s = first.rate_rad_s;
         let mut before = self.before;
-        before.advance(elapsed_s);
+        before.advance(first.elapsed_s);
         if is_accepted {
             before.add(&rate_rad_s);
         } else {
-            let after = self.samples().get(1..judged).unwrap_or(&[]);
-            let (after, count) = collect(after.iter().map(|p| (p, p.is_accepted)));
+            let after = self.from(1).take(judged.saturating_sub(1));
+            let (after, count) = collect(after.map(|p| (p, p.is_accepted)));
             if !must && count < 2 {
                 return None;
             }
-            let unjudged = self.samples().get(judged).map(|place| place.rate_rad_s);
+            let unjudged = self.sample(judged).map(|place| place.rate_rad_s);
             rate_rad_s = bridged(&before, &after, count).or(unjudged).unwrap_or(rate_rad_s);
         }
-        let len = self.len();
-        for i in 1..PLACES {
-            self.places[i - 1] = self.places[i];
-        }
+        let (elapsed_s, payload) = (first.elapsed_s, first.payload);
         self.before = before;
+        self.first = self.index(1) as u8;
         self.judged = judged.saturating_sub(1) as u8;
-        self.len = (len - 1) as u8;
+        self.len = self.len().saturating_sub(1) as u8;
         Some(Judged { elapsed_s, rate_rad_s, payload, is_accepted })
     }
 }

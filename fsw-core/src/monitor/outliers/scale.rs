@@ -1,7 +1,7 @@
 //! Running scale of a prediction error: its median by a recursive tracker, one for each axis.
 
 use super::predictor::{Predictor, Reading};
-use crate::math::{Vec3, component, scalar::Real};
+use crate::math::{Vec3, scalar::Real};
 
 /// Squared sigma over squared median of a normal distribution's magnitude, `1 / 0.6745²`.
 const SQUARED_SIGMA_OVER_MEDIAN: f64 = 2.198;
@@ -47,7 +47,7 @@ impl<T: Real> Scale<T> {
 
     /// Variance of a normal error of this scale, rad²/s².
     pub(super) fn variance(&self, axis: usize) -> T {
-        component(&self.squared_median, axis) * T::lit(SQUARED_SIGMA_OVER_MEDIAN)
+        self.squared_median[axis] * T::lit(SQUARED_SIGMA_OVER_MEDIAN)
     }
 
     /// Follows the squared error on one axis, rad²/s².
@@ -56,21 +56,19 @@ impl<T: Real> Scale<T> {
     /// out, so that the scale of quantised readings stays at a quantum.
     #[inline]
     pub(super) fn follow(&mut self, axis: usize, squared_error: T, samples: u8) {
-        if !squared_error.is_finite() || squared_error <= T::zero() {
+        let is_positive = |x: T| x > T::zero() && x < T::MAX;
+        if !is_positive(squared_error) {
             return;
         }
-        let Some(median) = self.squared_median.as_mut_slice().get_mut(axis) else { return };
-        if !(median.is_finite() && *median > T::zero()) {
+        let median = &mut self.squared_median[axis];
+        if !is_positive(*median) {
             *median = squared_error;
             return;
         }
-        let [[up_at_first, down_at_first], [up, down]] = STEP;
-        *median *= match (samples >= START_SAMPLES, squared_error > *median) {
-            (false, true) => T::lit(up_at_first),
-            (false, false) => T::lit(down_at_first),
-            (true, true) => T::lit(up),
-            (true, false) => T::lit(down),
-        };
+        // Literals of both steps: a conversion of the chosen one would be a library call.
+        let [first, later] = STEP.map(|step| step.map(T::lit));
+        let [up, down] = if samples < START_SAMPLES { first } else { later };
+        *median *= if squared_error > *median { up } else { down };
     }
 }
 

@@ -108,6 +108,7 @@ codes! { Outcome {
     35 "reset_lockout" => Reset(Reset::Lockout);
     36 "reset_changed" => Reset(Reset::Changed);
     37 "reset_diverged" => Reset(Reset::Diverged);
+    38 "reset_clock" => Reset(Reset::Clock);
 } }
 
 #[cfg(test)]

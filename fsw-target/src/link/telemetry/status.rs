@@ -88,6 +88,8 @@ record! { OutcomeCounts {
     waiting_for_rest: u32, "–";
     /// Resets after a gap in time.
     gap_resets: u32, "–";
+    /// Resets after a change of the clock.
+    clock_resets: u32, "–";
     /// Resets after consecutive spikes.
     lockout_resets: u32, "–";
     /// Resets of the carried estimate, contradicted by new data.
