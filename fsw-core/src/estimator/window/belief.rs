@@ -26,6 +26,9 @@ pub const SCALE_SIGMA: f64 = 2.3;
 /// Information of a constraint over that of the data on the same unknown.
 const CONSTRAINT: f64 = 1e5;
 
+/// Variance of each coordinate of shape and scale after a random walk of the elements, over `κ² σ²`.
+pub const WALKED: [f64; 6] = [1.0, 1.0, 2.0, 2.0, 2.0, 3.0];
+
 /// Information of earlier windows on the inertia, of unit variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Past<T: Real> {
@@ -47,7 +50,7 @@ impl<T: Real> Past<T> {
         let share = self.per_kg_m2 * sigma_kg_m2;
         let variance = share * share;
         if variance > T::zero() {
-            for (place, times) in [1.0, 1.0, 2.0, 2.0, 2.0, 3.0].into_iter().enumerate() {
+            for (place, times) in WALKED.into_iter().enumerate() {
                 self.information.walk(place, variance * T::lit(times));
             }
         }

@@ -62,6 +62,8 @@ const DRAG_SHOWN: f64 = 26.0;
 /// One sigma of a gyro bias that is allowed for beside drag, rad/s: a steady rate against the air and a
 /// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
+/// Mean square of the walk within a window, over its variance.
+const MOST_WALKED: f64 = 0.5;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
 /// other.
 const CONTRADICTED: f64 = 33.0;
@@ -188,13 +190,37 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         front.pass.take(&span);
         let residuals = &front.pass.residuals;
         let is_contradicted = residuals.is_contradicted || residuals.has_many_low();
-        if !front.pass.is_finite() {
+        let pass = front.pass;
+        if !pass.is_finite() {
             self.front = None;
             self.schedule.due_at = self.schedule.blocks;
+        } else if self.closing.is_none() && self.has_walked_too_far(&pass) {
+            self.end_stretch();
         } else if is_contradicted && !was_contradicted {
             self.schedule.due_at = self.schedule.blocks;
         }
         true
+    }
+
+    /// True where the inertia may have walked by more than the sigma of a window since it began: its mean over
+    /// the window is no longer its value.
+    ///
+    /// The expected square of the walk in sigmas is `Σ Iᵢᵢ σᵢ²(t)` over the six coordinates, with I the
+    /// information of the window.
+    fn has_walked_too_far(&self, pass: &Pass<T, U>) -> bool {
+        let walk = self.config.inertia_walk_kg_m2_sqrt_s;
+        if walk <= T::zero() {
+            return false;
+        }
+        let share = walk * pass.unit_per_kg_m2 * pass.point.scale;
+        let variance = share * share * self.open.duration_s;
+        let six = last_six(&pass.factor);
+        let mut square = T::zero();
+        for (k, times) in super::belief::WALKED.into_iter().enumerate() {
+            square += super::belief::information_on(&six, k) * T::lit(times);
+        }
+        let noise = self.noise_rad_s();
+        square * variance > T::lit(6.0 * MOST_WALKED) * (noise * noise)
     }
 
     /// Begins a fit over all blocks.
@@ -229,14 +255,23 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Some((point, unit))
     }
 
+    /// Begins a linear start, without a disturbance torque first.
     pub(super) fn begin_start(&mut self, from: usize, end: usize, chosen: Option<Chosen<T>>) {
+        self.begin_start_with(false, from, end, chosen);
+    }
+
+    fn begin_start_with(
+        &mut self,
+        has_torque: bool,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T>>,
+    ) {
         let mut stretch = self.stretch();
         if from > 0 {
             stretch = self.stretch_from(from);
         }
         let blocks = (from..end).filter_map(|i| self.blocks.block(i));
-        let has_torque = self.groups.place.iter().flatten();
-        let has_torque = has_torque.clone().any(|g| matches!(g, (Group::Torque, Belief::Within(_))));
         let linear = LinearStart::new(blocks, &stretch, from, self.blocks.usual(), has_torque);
         self.work = Work::Start { linear, from, end, chosen };
     }
@@ -298,7 +333,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
         }
         self.set_initial_rate(&mut point, from, unit);
-        let mut descent = Descent::new(from, end, Attempt::Linear);
+        let attempt = if linear.has_torque { Attempt::Torque } else { Attempt::Linear };
+        let mut descent = Descent::new(from, end, attempt);
         descent.linear = Some(point);
         descent.chosen = chosen;
         self.begin_pass(&mut descent, &point, unit);
@@ -399,7 +435,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let (from, end) = (descent.from, descent.end);
         let attempt = match (descent.attempt, descent.linear) {
             (Attempt::Carried, _) => return self.begin_start(from, end, descent.chosen),
-            (Attempt::Linear, Some(_)) => Attempt::Sphere,
+            (Attempt::Linear, _) if self.solves_for_torque() => {
+                return self.begin_start_with(true, from, end, descent.chosen);
+            }
+            (Attempt::Linear | Attempt::Torque, Some(_)) => Attempt::Sphere,
             (Attempt::Sphere, Some(_)) if self.has_other_start() => Attempt::Prior,
             _ => Attempt::Best,
         };
@@ -423,6 +462,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         self.begin_pass(&mut descent, &point, unit);
         self.work = Work::Descent(descent);
+    }
+
+    fn solves_for_torque(&self) -> bool {
+        let is_solved = |at: &Option<(Group, Belief<T>)>| {
+            matches!(at, Some((Group::Torque, Belief::Within(_))))
+        };
+        self.groups.place.iter().any(is_solved)
     }
 
     fn has_other_start(&self) -> bool {
@@ -546,7 +592,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let past = super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
         if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
             self.past = Some(past);
-            self.past_age_s = T::zero();
+            // The mean over the window is a third of it away from its end in variance.
+            self.past_age_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
             self.unit_per_kg_m2 = past.per_kg_m2;
         }
     }
