@@ -18,7 +18,7 @@
 //! # Life of a window
 //!
 //! A window opens with the first sample, and with the first motion after a rest. Its blocks are fitted
-//! anew each time their number has grown by half ([`fit`]): the result is the *front*, which takes in further
+//! anew each time their number has grown by half (module `fit`): the result is the *front*, which takes in further
 //! blocks as they come. A window ends at rest, after a gap, by command, or where storage is full of
 //! blocks that turn far. Its information on the inertia joins that of the windows before it, unless a
 //! chi-square test finds that the two contradict each other: then the inertia has changed.
@@ -26,7 +26,7 @@
 //! # Changes
 //!
 //! A cumulative sum of recursive residuals shows a change in mid-manoeuvre. The blocks before and after it
-//! are then fitted apart ([`inquiry`]). Where both are explained and their tensors contradict each other,
+//! are then fitted apart (module `inquiry`). Where both are explained and their tensors contradict each other,
 //! the inertia has changed, and what came before is discarded. Where the tensors agree, the motion was
 //! interrupted, and both are kept. Where the blocks are not explained, the model is wrong: the estimate
 //! says so, and nothing is discarded.
