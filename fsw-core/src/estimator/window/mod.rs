@@ -275,12 +275,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Ends the window. Its fit is completed by the work that follows, or by [`finish`](Self::finish), and
     /// the estimate is that of the window until then. A new one opens with the next motion.
     pub fn close_window(&mut self) {
+        self.drain();
         self.end_stretch();
         self.is_quiet = true;
     }
 
     /// Opens a window at the next sample, whether anything moves or not. A window that is open ends.
     pub fn open_window(&mut self) {
+        self.drain();
         self.end_stretch();
         self.is_quiet = false;
     }
@@ -402,7 +404,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.blocks.set_usual(T::count(self.config.block_samples));
         }
         if self.front.is_some() && !self.is_quiet && self.excitation.is_over(self.config.quiet_s) {
-            self.close_window();
+            self.end_stretch();
+            self.is_quiet = true;
         } else if self.closing.is_none() && self.has_turned_too_far() {
             self.end_stretch();
         }
@@ -418,7 +421,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// the predicted motion by a share of the noise.
     ///
     /// A tensor rounded by ε shifts the phase by up to ε times the angle, and the rate by that share of
-    /// itself: the angle at which this is [`PHASE_SHARE`] σ, and one turn of the body at least, ends a window.
+    /// itself: the angle at which this is [`PHASE_SHARE`] σ, and [`LEAST_TURN_RAD`] at least, ends a window.
     /// In double precision it is out of reach.
     fn has_turned_too_far(&self) -> bool {
         let share = T::lit(PHASE_SHARE) * self.noise_rad_s();
@@ -429,7 +432,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command. What follows
     /// begins another one.
     fn end_stretch(&mut self) {
-        self.drain();
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);
         }
@@ -485,6 +487,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
                 return Outcome::Reset(Reset::FirstSample);
             }
             Verdict::Gap => {
+                self.drain();
                 self.end_stretch();
                 self.begin_stretch(sample);
                 return Outcome::Reset(self.gate.cause_of_gap().into());

@@ -63,7 +63,7 @@ const DRAG_SHOWN: f64 = 26.0;
 /// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 /// Mean square of the walk within a window, over its variance.
-const MOST_WALKED: f64 = 0.5;
+const MOST_WALKED: f64 = 0.15;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
 /// other.
 const CONTRADICTED: f64 = 33.0;
@@ -79,17 +79,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if slices > 0 && self.is_idle() { Remaining::Nothing } else { Remaining::Some }
     }
 
-    /// Completes all work on the samples so far, those in the present block included.
+    /// Completes all work on the samples so far, those in the present block included: first of a window that
+    /// is closing, then of the open one.
     pub(super) fn complete(&mut self) {
         self.drain();
-        if self.closing.is_none()
-            && let Some(block) = self.averager.as_mut().and_then(super::Averager::finish)
-        {
+        if let Some(block) = self.averager.as_mut().and_then(super::Averager::finish) {
             self.add_block(&block);
         }
-        let is_worth_it = self.closing.is_some() || !self.is_quiet;
-        self.schedule.is_final = is_worth_it && self.schedule.fitted != self.schedule.blocks;
-        self.work(MOST_SLICES);
+        for _ in 0..2 {
+            let is_worth_it = self.closing.is_some() || !self.is_quiet;
+            self.schedule.is_final =
+                is_worth_it && self.schedule.fitted != self.schedule.blocks;
+            self.work(MOST_SLICES);
+        }
     }
 
     /// True where no slice is left.
