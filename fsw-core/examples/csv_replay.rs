@@ -98,6 +98,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let outcome = window.step(&columns.sample(&row?)?);
         counts.add(&outcome);
     }
+    window.finish();
 
     let estimate = window.estimate();
     println!("log        {path}");

@@ -34,6 +34,7 @@ fn main() -> Result<(), ConfigError> {
             attitude: None,
         });
     }
+    window.finish();
     let estimate = window.estimate();
     println!("status     {:?}", estimate.status);
     println!("true       {:9.5?} kg m²", truth.elements_kg_m2());

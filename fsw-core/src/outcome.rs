@@ -16,12 +16,13 @@
 //! | `Reset(Aligned)` | updated | first estimate | accepted |
 //! | `Reset(Gap)` | from the sample | kept | accepted, `gap_resets` |
 //! | `Reset(Clock)` | from the sample | kept | accepted, `clock_resets` |
-//! | `Reset(Lockout)` | from the sample | discarded | accepted, `lockout_resets` |
+//! | `Reset(Lockout)` | from the sample | discarded; `window`: parts that agree are kept | accepted, `lockout_resets` |
 //! | `Reset(Changed)` | updated | earlier data discarded | accepted, `change_resets` |
 //! | `Reset(Diverged)` | from the sample | discarded | accepted, `divergence_resets` |
 //!
 //! After `Lockout`, `Changed` and `Diverged` an inertia taken from an earlier estimate is no longer
-//! valid.
+//! valid. `Lockout` of `window` may be an interruption of the motion alone; its present estimate is
+//! valid in either case.
 
 use crate::attitude::NoAttitude;
 use crate::gate::{self, Rejection};
@@ -55,7 +56,7 @@ pub enum Coasting {
     /// Rejected by the gate.
     Rejected(Rejection),
     /// Difference from the prediction beyond the gyro's noise; the state was predicted without the
-    /// sample.
+    /// sample. A sample refused by an outlier gate is reported two steps later, or more.
     Spike,
     /// Used, but the motion is not yet sufficient for a first estimate.
     Aligning,
@@ -81,12 +82,14 @@ pub enum Reset {
     /// Change of the clock, by a run of samples out of order: as after a gap.
     Clock,
     /// Series of spikes that only a wrong estimate explains (a deployment, a docking): the whole
-    /// state is initialised from the motion, and the prior is discarded.
+    /// state is initialised from the motion, and the prior is discarded. By `window`: interruption of
+    /// the motion; earlier data that agree are kept.
     Lockout,
-    /// Data of a manoeuvre contradict the inertia known before it (a prior, or earlier manoeuvres)
-    /// by a chi-square test: the earlier inertia is discarded.
+    /// Data of a manoeuvre contradict the inertia known before it (a prior, or earlier manoeuvres), or
+    /// their own first part, by a chi-square test: the earlier inertia is discarded.
     Changed,
-    /// State not finite, or inertia without inverse: the whole state is initialised.
+    /// State not finite, or inertia without inverse: the whole state is initialised. By `window`: full
+    /// storage that no fit explains; its blocks are discarded.
     Diverged,
 }
 

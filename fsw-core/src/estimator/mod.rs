@@ -2,7 +2,7 @@
 //!
 //! | module | method | needs | source |
 //! |---|---|---|---|
-//! | [`window`] | batch fit of each manoeuvre as a whole | no prior | ours |
+//! | [`window`] | batch fit of each manoeuvre as a whole, in slices | no prior | ours |
 //! | [`joint_ekf`] | nine-state extended Kalman filter | a prior, or motion to align on | \[Bellar2019\] |
 //! | [`ekf_sgf`] | rate filter, derivative, least squares | a nominal inertia | \[Kim2013\], \[Kim2016\] |
 //! | [`momentum`] | conservation of angular momentum | attitude, start from rest | \[Kim2010\] |
@@ -10,17 +10,18 @@
 //! # Contract of an estimator
 //!
 //! * It owns a [`gate`](crate::gate), and its monitors.
-//! * A step has a bounded amount of work, for any content of the sample.
+//! * A step has a bounded amount of work, for any content of the sample. Work beyond that is cut into
+//!   slices ([`Window::work`](window::Window::work)), and [`Estimator::finish`] completes it.
 //! * No panic for any content of the sample. A state that is no longer finite is reset and reported
-//!   as
-//!   [`Reset::Diverged`](crate::Reset::Diverged).
+//!   as [`Reset::Diverged`](crate::Reset::Diverged).
 //! * The estimate states covariance, observed directions and status at any time, before the first
 //!   sample too.
 //! * Its state implements [`Persist`](crate::persist::Persist) where it flies.
 //!
 //! # Memory
 //!
-//! The state is the size of the type; there is no other memory. A window keeps N blocks of 68 bytes in `f32`.
+//! The state is the size of the type; there is no other memory. A window keeps N blocks of 68 bytes in
+//! `f32`.
 //!
 //! ```
 //! use fsw_core::estimator::ekf_sgf::EkfSgf;

@@ -7,7 +7,7 @@
 //!
 //! One method serves both directions, so that writer and reader cannot disagree: [`Persist::persist`]
 //! hands each word of the state to an [`Archive`], which writes it to the [`Words`] or replaces it by
-//! the word read from there. The transfer works in place. A second copy of a window of 16 KiB would
+//! the word read from there. The transfer works in place. A second copy of a window of 38 KiB would
 //! not fit into the memory of a microcontroller, nor onto its stack.
 //!
 //! * **State** is all that a step changes, and the prior, which a telecommand may change.

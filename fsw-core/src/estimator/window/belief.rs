@@ -26,6 +26,9 @@ pub const SCALE_SIGMA: f64 = 2.3;
 /// Information of a constraint over that of the data on the same unknown.
 const CONSTRAINT: f64 = 1e5;
 
+/// Variance of each coordinate of shape and scale after a random walk of the elements, over `κ² σ²`.
+pub const WALKED: [u32; 6] = [1, 1, 2, 2, 2, 3];
+
 /// Information of earlier windows on the inertia, of unit variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Past<T: Real> {
@@ -47,10 +50,8 @@ impl<T: Real> Past<T> {
         let share = self.per_kg_m2 * sigma_kg_m2;
         let variance = share * share;
         if variance > T::zero() {
-            let (twice, thrice) = (variance * T::lit(2.0), variance * T::lit(3.0));
-            let of_each = [variance, variance, twice, twice, twice, thrice];
-            for (place, variance) in of_each.into_iter().enumerate() {
-                self.information.walk(place, variance);
+            for (place, times) in WALKED.into_iter().enumerate() {
+                self.information.walk(place, variance * T::count(times));
             }
         }
     }

@@ -10,7 +10,8 @@
 //! | attempt | start |
 //! |---|---|
 //! | [`Attempt::Carried`] | solution of the last fit |
-//! | [`Attempt::Linear`] | linear start |
+//! | [`Attempt::Linear`] | linear start without disturbance torque: it is small as a rule |
+//! | [`Attempt::Torque`] | linear start with disturbance torque, where that is an unknown |
 //! | [`Attempt::Sphere`] | equal moments, with the scale of the linear start |
 //! | [`Attempt::Prior`] | the prior, or earlier windows |
 
@@ -44,13 +45,14 @@ pub const UNKNOWN_SCALE: f64 = 1e6;
 pub enum Attempt {
     Carried,
     Linear,
+    Torque,
     Sphere,
     Prior,
     /// The best of the others again, in order to have its factor.
     Best,
 }
 
-crate::persist!([] enum Attempt { 0 => Carried, 1 => Linear, 2 => Sphere, 3 => Prior, 4 => Best });
+crate::persist!([] enum Attempt { 0 => Carried, 1 => Linear, 2 => Torque, 3 => Sphere, 4 => Prior, 5 => Best });
 
 /// Descent in progress.
 #[derive(Clone, Copy, Debug)]

@@ -18,7 +18,7 @@
 //! # Life of a window
 //!
 //! A window opens with the first sample, and with the first motion after a rest. Its blocks are fitted
-//! anew each time their number has grown by half ([`fit`]): the result is the *front*, which takes in further
+//! anew each time their number has grown by half (module `fit`): the result is the *front*, which takes in further
 //! blocks as they come. A window ends at rest, after a gap, by command, or where storage is full of
 //! blocks that turn far. Its information on the inertia joins that of the windows before it, unless a
 //! chi-square test finds that the two contradict each other: then the inertia has changed.
@@ -26,7 +26,7 @@
 //! # Changes
 //!
 //! A cumulative sum of recursive residuals shows a change in mid-manoeuvre. The blocks before and after it
-//! are then fitted apart ([`inquiry`]). Where both are explained and their tensors contradict each other,
+//! are then fitted apart (module `inquiry`). Where both are explained and their tensors contradict each other,
 //! the inertia has changed, and what came before is discarded. Where the tensors agree, the motion was
 //! interrupted, and both are kept. Where the blocks are not explained, the model is wrong: the estimate
 //! says so, and nothing is discarded.
@@ -275,12 +275,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Ends the window. Its fit is completed by the work that follows, or by [`finish`](Self::finish), and
     /// the estimate is that of the window until then. A new one opens with the next motion.
     pub fn close_window(&mut self) {
+        self.drain();
         self.end_stretch();
         self.is_quiet = true;
     }
 
     /// Opens a window at the next sample, whether anything moves or not. A window that is open ends.
     pub fn open_window(&mut self) {
+        self.drain();
         self.end_stretch();
         self.is_quiet = false;
     }
@@ -402,7 +404,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.blocks.set_usual(T::count(self.config.block_samples));
         }
         if self.front.is_some() && !self.is_quiet && self.excitation.is_over(self.config.quiet_s) {
-            self.close_window();
+            self.end_stretch();
+            self.is_quiet = true;
         } else if self.closing.is_none() && self.has_turned_too_far() {
             self.end_stretch();
         }
@@ -418,7 +421,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// the predicted motion by a share of the noise.
     ///
     /// A tensor rounded by ε shifts the phase by up to ε times the angle, and the rate by that share of
-    /// itself: the angle at which this is [`PHASE_SHARE`] σ, and one turn of the body at least, ends a window.
+    /// itself: the angle at which this is [`PHASE_SHARE`] σ, and [`LEAST_TURN_RAD`] at least, ends a window.
     /// In double precision it is out of reach.
     fn has_turned_too_far(&self) -> bool {
         let share = T::lit(PHASE_SHARE) * self.noise_rad_s();
@@ -429,7 +432,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command. What follows
     /// begins another one.
     fn end_stretch(&mut self) {
-        self.drain();
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);
         }
@@ -485,6 +487,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
                 return Outcome::Reset(Reset::FirstSample);
             }
             Verdict::Gap => {
+                self.drain();
                 self.end_stretch();
                 self.begin_stretch(sample);
                 return Outcome::Reset(self.gate.cause_of_gap().into());

@@ -13,9 +13,9 @@
 //!
 //! The squared recursive residuals of a block over their variance have a mean of 3 as long as one tensor
 //! and one motion explain all blocks. Their cumulative sum `c ← max(0, c + min(u², 16) − 3 − 1)` stays low
-//! then; noise alone lifts it above h once in `exp(2 h / 6)` blocks (Page's test with a drift of one and a
-//! variance of six): with h = 60 once in 5·10⁸. The block at which it began to rise estimates the
-//! instant of the change.
+//! then. Noise alone lifts it above h once in `exp(θ h)` blocks, with θ = 0.24 the root of
+//! `E exp(θ (min(u², 16) − 4)) = 1` for chi-square of three degrees of freedom: with h = 75 once in 7·10⁷. The
+//! block at which it began to rise estimates the instant of the change.
 
 use super::trajectory::{Span, Trajectory};
 use super::storage::Rest;
@@ -40,7 +40,7 @@ const EXPECTED: f64 = 4.0;
 /// Largest contribution of a block: an outlier is not a change.
 const MOST: f64 = 16.0;
 /// h.
-const CONTRADICTED: f64 = 60.0;
+const CONTRADICTED: f64 = 75.0;
 /// Range of the seed over that of an unknown.
 const SEED: f64 = 100.0;
 

@@ -35,6 +35,8 @@ const STATED_DEGREES: f64 = 30.0;
 const MEASURED_DEGREES: f64 = 10.0;
 /// Fewest residuals that are tested.
 const ENOUGH_ROWS: u32 = 30;
+/// Largest sigma of the inverse trace over itself that enters the curvature.
+const MOST_CURVED: f64 = 0.6;
 /// Sigma of a torque or bias over its range, below which it is reported.
 const SEEN: f64 = 0.5;
 
@@ -145,11 +147,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let trace = T::one() / (solution.point.scale * unit_per_kg_m2);
         let n = solution.point.over_trace();
         estimate.inertia = Inertia::new(n.map(|n| n * trace));
+        let Some(alone) = solve(window, point, &data) else { return false };
+        let solution = solution.with_curvature(&alone);
         estimate.covariance_kg2_m4 = solution.of_elements();
         if !self.is_finite_and_physical(estimate) {
             return false;
         }
-        let Some(alone) = solve(window, point, &data) else { return false };
         // At the estimate, with the information of the data.
         let alone = Solution { point: solution.point, ..alone };
         let range = Prior::of_size(trace * T::lit(1.0 / 3.0)).sigma_kg_m2;
@@ -303,6 +306,27 @@ fn solve<T: Real>(
 }
 
 impl<T: Real> Solution<T> {
+    /// The solution with the curvature of `tr(J) = 1 / κ` in the sigma of a weakly observed scale.
+    ///
+    /// The data are linear in κ. The sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
+    /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that, as far as
+    /// the scale comes from the data rather than from a prior of the elements.
+    fn with_curvature(mut self, alone: &Self) -> Self {
+        let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale;
+        let (s, of_data) = (relative(&self), relative(alone));
+        let one = T::one();
+        let near = one - s.min(T::lit(MOST_CURVED));
+        let share = (s / of_data).min(one);
+        let factor = one + (one / (near * near) - one) * share * share;
+        if factor.is_finite() {
+            for i in 0..6 {
+                self.covariance[(i, 5)] *= factor;
+                self.covariance[(5, i)] *= factor;
+            }
+        }
+        self
+    }
+
     /// Covariance of the six elements, kg² m⁴, by `∂j/∂q = B / κ` and `∂j/∂x = −j / x`.
     fn of_elements(&self) -> Mat<T, 6, 6> {
         let trace = T::one() / (self.point.scale * self.unit_per_kg_m2);

@@ -39,6 +39,8 @@ const SHRINKS: usize = 20;
 pub struct LinearStart<T: Real> {
     /// Next block.
     pub next: usize,
+    /// True with a disturbance torque among the unknowns.
+    pub has_torque: bool,
     factor: SquareRootInformation<T, COLUMNS>,
     /// Inertial axes of the start from body axes at the end of the last block.
     rotation: Mat<T, 3, 3>,
@@ -51,7 +53,7 @@ pub struct LinearStart<T: Real> {
 }
 
 crate::persist!([T: Real] LinearStart<T> {
-    next, factor, rotation, impulse, by_torque, sizes, noise
+    next, has_torque, factor, rotation, impulse, by_torque, sizes, noise
 });
 
 /// Units in which all columns are near one.
@@ -62,10 +64,9 @@ struct Sizes<T: Real> {
     duration_s: T,
     /// Samples of a block of full weight: a long rest has no more influence than motion.
     samples: T,
-    has_torque: bool,
 }
 
-crate::persist!([T: Real] Sizes<T> { rate_rad_s, drive_n_m_s, duration_s, samples, has_torque });
+crate::persist!([T: Real] Sizes<T> { rate_rad_s, drive_n_m_s, duration_s, samples });
 
 /// Result.
 #[derive(Clone, Copy, Debug)]
@@ -100,10 +101,10 @@ impl<T: Real> LinearStart<T> {
             drive_n_m_s: drive + impulse,
             duration_s,
             samples: usual_samples + usual_samples,
-            has_torque,
         };
         let mut this = Self {
             next: from,
+            has_torque,
             factor: SquareRootInformation::default(),
             rotation: Mat::identity(),
             impulse: Vec3::zeros(),
@@ -149,7 +150,7 @@ impl<T: Real> LinearStart<T> {
         by_torque: &Mat<T, 3, 3>,
         samples: T,
     ) {
-        let Sizes { rate_rad_s, drive_n_m_s, duration_s, samples: most, has_torque } = self.sizes;
+        let Sizes { rate_rad_s, drive_n_m_s, duration_s, samples: most } = self.sizes;
         let weight = samples.min(most) / most;
         self.noise += weight / samples;
         let momentum = middle * regressor(&(rate * (T::one() / rate_rad_s)));
@@ -161,7 +162,7 @@ impl<T: Real> LinearStart<T> {
         for i in 0..3 {
             let mut row = [T::zero(); COLUMNS];
             row[i] = -T::one();
-            if has_torque {
+            if self.has_torque {
                 for k in 0..3 {
                     row[TORQUE + k] = -by_torque[(i, k)] / duration_s;
                 }
@@ -242,7 +243,7 @@ impl<T: Real> LinearStart<T> {
     /// Disturbance torque in units of its columns for known scale and shape.
     fn torque(&self, x: T, n: &[T; 6]) -> Vec3<T> {
         let mut torque = Vec3::zeros();
-        if !self.sizes.has_torque {
+        if !self.has_torque {
             return torque;
         }
         for i in (0..3).rev() {

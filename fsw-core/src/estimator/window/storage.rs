@@ -92,18 +92,19 @@ pub struct Stretch<T: Real> {
     pub wheels_span_n_m_s: T,
     /// True if external torque was known to act.
     pub has_torque: bool,
-    /// Angle turned, `∫ |ω| dt`, rad.
+    /// Angle turned, `∫ |ω| dt`, rad, and duration, s.
     pub turn_rad: T,
+    pub duration_s: T,
 }
 
-crate::persist!([T: Real] Stretch<T> { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad });
+crate::persist!([T: Real] Stretch<T> { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad, duration_s });
 
 impl<T: Real> Stretch<T> {
     /// Stretch that begins with this wheel momentum, N m s.
     pub fn new(wheels_n_m_s: Vec3<T>) -> Self {
         let (rest, wheels_span_n_m_s) = (Rest::none(), T::zero());
-        let (has_torque, turn_rad) = (false, T::zero());
-        Self { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad }
+        let (has_torque, turn_rad, duration_s) = (false, T::zero(), T::zero());
+        Self { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad, duration_s }
     }
 
     /// Adds a block before the first one to the rest.
@@ -118,6 +119,7 @@ impl<T: Real> Stretch<T> {
         self.wheels_span_n_m_s = self.wheels_span_n_m_s.max(change);
         self.has_torque |= block.impulse_n_m_s != Vec3::zeros();
         self.turn_rad += block.turn_square().sqrt();
+        self.duration_s += block.duration_s;
     }
 }
 

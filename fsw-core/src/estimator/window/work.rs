@@ -12,7 +12,7 @@ use super::belief::last_six;
 use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::Front;
 use super::pass::Pass;
-use super::start::LinearStart;
+use super::start::{FirstPoint, LinearStart};
 use super::storage::{Marks, Stretch};
 use super::unknowns::{Belief, Group, Point};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
@@ -63,6 +63,12 @@ pub enum Work<T: Real, const U: usize> {
     Descent(Descent<T, U>),
 }
 
+/// End of the attempts of a fit.
+#[derive(Clone, Copy, Debug)]
+struct Ended {
+    is_settled: bool,
+}
+
 /// Solution of an attempt, its cost in rad²/s², and the unit of its scale, 1/(kg m²).
 pub type Chosen<T> = (Point<T>, (T, T));
 
@@ -85,6 +91,8 @@ const DRAG_SHOWN: f64 = 26.0;
 /// One sigma of a gyro bias that is allowed for beside drag, rad/s: a steady rate against the air and a
 /// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
+/// Mean square of the walk within a window, over its variance.
+const MOST_WALKED: f64 = 0.15;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
 /// other.
 const CONTRADICTED: f64 = 33.0;
@@ -100,17 +108,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if slices > 0 && self.next_slice().is_none() { Remaining::Nothing } else { Remaining::Some }
     }
 
-    /// Completes all work on the samples so far, those in the present block included.
+    /// Completes all work on the samples so far, those in the present block included: first of a window that
+    /// is closing, then of the open one.
     pub(super) fn complete(&mut self) {
         self.drain();
-        if self.closing.is_none()
-            && let Some(block) = self.averager.as_mut().and_then(super::Averager::finish)
-        {
+        if let Some(block) = self.averager.as_mut().and_then(super::Averager::finish) {
             self.add_block(&block);
         }
-        let is_worth_it = self.closing.is_some() || !self.is_quiet;
-        self.schedule.is_final = is_worth_it && self.schedule.fitted != self.schedule.blocks;
-        self.work(MOST_SLICES);
+        for _ in 0..2 {
+            let is_worth_it = self.closing.is_some() || !self.is_quiet;
+            self.schedule.is_final =
+                is_worth_it && self.schedule.fitted != self.schedule.blocks;
+            self.work(MOST_SLICES);
+        }
     }
 
     /// Kind of the slice that is due; `None` where all work has been done.
@@ -223,10 +233,33 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if !front.pass.is_finite() {
             self.front = None;
             self.schedule.due_at = self.schedule.blocks;
+        } else if self.closing.is_none() && self.has_walked_too_far() {
+            self.end_stretch();
         } else if is_contradicted && !was_contradicted {
             self.schedule.due_at = self.schedule.blocks;
         }
         true
+    }
+
+    /// True where the inertia may have walked by more than the sigma of a window since it began: its mean over
+    /// the window is no longer its value.
+    ///
+    /// The expected square of the walk in sigmas is `Σ Iᵢᵢ σᵢ²(t)` over the six coordinates, with I the
+    /// information of the window.
+    fn has_walked_too_far(&self) -> bool {
+        let walk = self.config.inertia_walk_kg_m2_sqrt_s;
+        let Some(Front { pass, .. }) = self.front.as_ref().filter(|_| walk > T::zero()) else {
+            return false;
+        };
+        let share = walk * pass.unit_per_kg_m2 * pass.point.scale;
+        let variance = share * share * self.open.duration_s;
+        let six = last_six(&pass.factor);
+        let mut square = T::zero();
+        for (k, times) in super::belief::WALKED.into_iter().enumerate() {
+            square += super::belief::information_on(&six, k) * T::count(times);
+        }
+        let noise = self.noise_rad_s();
+        square * variance > T::lit(6.0 * MOST_WALKED) * (noise * noise)
     }
 
     /// Begins a fit over all blocks.
@@ -261,14 +294,23 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Some((point, unit))
     }
 
+    /// Begins a linear start, without a disturbance torque first.
     pub(super) fn begin_start(&mut self, from: usize, end: usize, chosen: Option<Chosen<T>>) {
+        self.begin_start_with(false, from, end, chosen);
+    }
+
+    fn begin_start_with(
+        &mut self,
+        has_torque: bool,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T>>,
+    ) {
         let mut stretch = self.stretch();
         if from > 0 {
             stretch = self.stretch_from(from);
         }
         let blocks = (from..end).filter_map(|i| self.blocks.block(i));
-        let has_torque = self.groups.place.iter().flatten();
-        let has_torque = has_torque.clone().any(|g| matches!(g, (Group::Torque, Belief::Within(_))));
         let linear = LinearStart::new(blocks, &stretch, from, self.blocks.usual(), has_torque);
         self.work = Work::Start { linear, from, end, chosen };
     }
@@ -280,33 +322,41 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Stretch { wheels_n_m_s: wheels, rest: super::storage::Rest::none(), ..self.stretch() }
     }
 
-    /// A slice of the fit.
+    /// A slice of the fit. Blocks are taken in where the task lies: a copy of it costs as much as a block.
     fn fit(&mut self) {
-        match core::mem::replace(&mut self.work, Work::Idle) {
-            Work::Idle => {}
-            Work::Start { mut linear, from, end, chosen } => {
-                match self.blocks.block(linear.next).filter(|_| linear.next < end) {
-                    Some(block) => {
-                        linear.take(block);
-                        self.work = Work::Start { linear, from, end, chosen };
-                    }
-                    None => self.begin_descent(&linear, from, end, chosen),
+        let mut span = None;
+        if let Work::Descent(Descent { pass, from, end, .. }) = &self.work
+            && pass.next < *end
+        {
+            let stretch = self.start_of(*from);
+            span = self.blocks.span(pass.next, &stretch, pass.unit_per_kg_m2, self.period_s);
+        }
+        match (&mut self.work, span) {
+            (Work::Idle, _) => {}
+            (Work::Descent(descent), Some(span)) => descent.pass.take(&span),
+            (Work::Descent(_), None) => {
+                // In sequence: each has one copy of a pass on the stack.
+                if let Some(Ended { is_settled }) = self.after_pass() {
+                    self.end_fit(is_settled);
                 }
             }
-            Work::Descent(mut descent) => {
-                let stretch = self.start_of(descent.from);
-                let unit = descent.pass.unit_per_kg_m2;
-                let next = descent.pass.next;
-                let span = self.blocks.span(next, &stretch, unit, self.period_s);
-                match span.filter(|_| next < descent.end) {
-                    Some(span) => {
-                        descent.pass.take(&span);
-                        self.work = Work::Descent(descent);
-                    }
-                    None => self.after_pass(descent),
+            (Work::Start { linear, end, .. }, _) => {
+                match self.blocks.block(linear.next).filter(|_| linear.next < *end) {
+                    Some(block) => linear.take(block),
+                    None => self.end_start(),
                 }
             }
         }
+    }
+
+    /// Solution of the linear start, and descent from it.
+    #[inline(never)]
+    fn end_start(&mut self) {
+        let Work::Start { linear, from, end, chosen } = &self.work else { return };
+        let (from, end, chosen) = (*from, *end, *chosen);
+        let attempt = if linear.has_torque { Attempt::Torque } else { Attempt::Linear };
+        let first = linear.conclude(self.noise_rad_s());
+        self.begin_descent(&first, attempt, from, end, chosen);
     }
 
     fn start_of(&self, from: usize) -> Stretch<T> {
@@ -314,14 +364,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Descent from the linear start.
+    #[inline(never)]
     fn begin_descent(
         &mut self,
-        linear: &LinearStart<T>,
+        first: &FirstPoint<T>,
+        attempt: Attempt,
         from: usize,
         end: usize,
         chosen: Option<Chosen<T>>,
     ) {
-        let first = linear.conclude(self.noise_rad_s());
         let unit = first.per_kg_m2.unwrap_or_else(|| self.known_scale());
         let mut point = Point { shape: first.shape, ..Point::sphere(Vec3::zeros()) };
         for (place, group) in point.group.iter_mut().enumerate() {
@@ -330,7 +381,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
         }
         self.set_initial_rate(&mut point, from, unit);
-        let mut descent = Descent::new(from, end, Attempt::Linear);
+        let mut descent = Descent::new(from, end, attempt);
         descent.linear = Some(point);
         descent.chosen = chosen;
         self.begin_pass(&mut descent, &point, unit);
@@ -359,6 +410,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Begins a pass about a point.
+    #[inline(never)]
     fn begin_pass(&self, descent: &mut Descent<T, U>, point: &Point<T>, unit: T) {
         let stretch = self.start_of(descent.from);
         let noise = self.noise_rad_s();
@@ -383,28 +435,46 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// After a pass over all blocks of a descent.
     #[inline(never)]
-    fn after_pass(&mut self, mut descent: Descent<T, U>) {
+    fn after_pass(&mut self) -> Option<Ended> {
+        let Work::Descent(descent) = &self.work else { return None };
+        let descent = &mut { *descent };
         let unit = descent.pass.unit_per_kg_m2;
         let wheels = self.start_of(descent.from).wheels_n_m_s * unit;
         let next = descent.after_pass(&self.beliefs(unit), &wheels);
         match next {
             Next::Pass(point) => {
-                self.begin_pass(&mut descent, &point, unit);
-                self.work = Work::Descent(descent);
+                self.begin_pass(descent, &point, unit);
+                self.continue_with(descent)
             }
             Next::Final => {
                 let (point, step) = (descent.pass.point, descent.final_step);
-                self.begin_pass(&mut descent, &point, unit);
+                self.begin_pass(descent, &point, unit);
                 descent.pass.offset = step;
-                self.work = Work::Descent(descent);
+                self.continue_with(descent)
             }
             Next::End { is_settled } => self.after_attempt(descent, is_settled, true),
             Next::Failed => self.after_attempt(descent, false, false),
         }
     }
 
+    fn continue_with(&mut self, descent: &Descent<T, U>) -> Option<Ended> {
+        self.work = Work::Descent(*descent);
+        None
+    }
+
+    /// The attempts have ended with the pass of this descent.
+    fn end_with(&mut self, descent: &Descent<T, U>, is_settled: bool) -> Option<Ended> {
+        self.work = Work::Descent(*descent);
+        Some(Ended { is_settled })
+    }
+
     /// After an attempt: another one, or the result.
-    fn after_attempt(&mut self, mut descent: Descent<T, U>, is_settled: bool, is_at_end: bool) {
+    fn after_attempt(
+        &mut self,
+        descent: &mut Descent<T, U>,
+        is_settled: bool,
+        is_at_end: bool,
+    ) -> Option<Ended> {
         let unit = descent.pass.unit_per_kg_m2;
         let is_good = is_settled && self.is_explained(&descent.pass);
         // A change within the blocks is not a matter of where the descent starts.
@@ -415,7 +485,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             && is_sound_start
             && (residuals.is_contradicted || residuals.has_many_low());
         if is_good || is_changed || descent.attempt == Attempt::Best {
-            return self.end_fit(descent, is_settled);
+            return self.end_with(descent, is_settled);
         }
         if is_at_end {
             let cost = descent.pass.residuals.cost
@@ -427,11 +497,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.next_attempt(descent, is_settled)
     }
 
-    fn next_attempt(&mut self, mut descent: Descent<T, U>, is_settled: bool) {
+    fn next_attempt(&mut self, descent: &mut Descent<T, U>, is_settled: bool) -> Option<Ended> {
         let (from, end) = (descent.from, descent.end);
         let attempt = match (descent.attempt, descent.linear) {
-            (Attempt::Carried, _) => return self.begin_start(from, end, descent.chosen),
-            (Attempt::Linear, Some(_)) => Attempt::Sphere,
+            (Attempt::Carried, _) => {
+                self.begin_start(from, end, descent.chosen);
+                return None;
+            }
+            (Attempt::Linear, _) if self.solves_for_torque() => {
+                self.begin_start_with(true, from, end, descent.chosen);
+                return None;
+            }
+            (Attempt::Linear | Attempt::Torque, Some(_)) => Attempt::Sphere,
             (Attempt::Sphere, Some(_)) if self.has_other_start() => Attempt::Prior,
             _ => Attempt::Best,
         };
@@ -450,11 +527,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
             _ => match descent.chosen {
                 Some((chosen, (_, of_chosen))) => (point, unit) = (chosen, of_chosen),
-                None => return self.end_fit(descent, is_settled),
+                None => return self.end_with(descent, is_settled),
             },
         }
-        self.begin_pass(&mut descent, &point, unit);
-        self.work = Work::Descent(descent);
+        self.begin_pass(descent, &point, unit);
+        self.continue_with(descent)
+    }
+
+    fn solves_for_torque(&self) -> bool {
+        let is_solved = |at: &Option<(Group, Belief<T>)>| {
+            matches!(at, Some((Group::Torque, Belief::Within(_))))
+        };
+        self.groups.place.iter().any(is_solved)
     }
 
     fn has_other_start(&self) -> bool {
@@ -480,14 +564,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Result of all attempts: the new front, or an answer to the inquiry.
-    fn end_fit(&mut self, descent: Descent<T, U>, is_settled: bool) {
-        let is_shape_observed = self.is_shape_observed(&descent.pass);
-        let front = Front { pass: descent.pass, is_settled, is_shape_observed };
+    #[inline(never)]
+    fn end_fit(&mut self, is_settled: bool) {
+        let Work::Descent(Descent { pass, from, .. }) = &self.work else { return };
+        let from = *from;
+        let is_shape_observed = self.is_shape_observed(pass);
+        let front = Front { pass: *pass, is_settled, is_shape_observed };
+        self.work = Work::Idle;
         let is_good = self.is_good(&front);
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
-            return self.answer(descent.from, front);
+            return self.answer(from, &front);
         }
-        #[cfg(feature="dbg")] { extern crate std; let r=&front.pass.residuals; std::eprintln!("fit {}..{} good {is_good} shape {is_shape_observed} contradicted {} rise {} low {} blocks {} typ {:?} settled {is_settled} attempt {:?} noise {:?} rms {:?} turn {:?}", descent.from, front.pass.next, r.is_contradicted, r.rise, r.low, self.schedule.blocks, r.typical(front.pass.unit_rad_s), descent.attempt, front.pass.unit_rad_s, (r.squares/T::count(r.rows.max(1))).sqrt(), self.stretch().turn_rad); }
         self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
         let is_revised = is_good
             && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
@@ -578,7 +665,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let past = super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
         if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
             self.past = Some(past);
-            self.past_age_s = T::zero();
+            // The mean over the window is a third of it away from its end in variance.
+            self.past_age_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
             self.unit_per_kg_m2 = past.per_kg_m2;
         }
     }
