@@ -102,7 +102,7 @@ impl<T: Real> LinearStart<T> {
             duration_s,
             samples: usual_samples + usual_samples,
         };
-        let mut this = Self {
+        Self {
             next: from,
             has_torque,
             factor: SquareRootInformation::default(),
@@ -111,13 +111,11 @@ impl<T: Real> LinearStart<T> {
             by_torque: Mat::zeros(),
             sizes,
             noise: T::zero(),
-        };
-        this.add_rest(&start.rest);
-        this
+        }
     }
 
-    /// Rows of the rest before the first block.
-    fn add_rest(&mut self, rest: &Rest<T>) {
+    /// Rows of the rest before the first block: to be added first.
+    pub fn add_rest(&mut self, rest: &Rest<T>) {
         if rest.weight > T::zero() {
             let one = Mat::identity();
             self.add_rows(&one, &rest.rate_rad_s, &rest.wheels_n_m_s, &Mat::zeros(), rest.weight);

@@ -63,10 +63,13 @@ pub enum Work<T: Real, const U: usize> {
     Descent(Descent<T, U>),
 }
 
-/// End of the attempts of a fit.
+/// What follows a pass, other than a further pass.
 #[derive(Clone, Copy, Debug)]
-struct Ended {
-    is_settled: bool,
+enum After<T: Real> {
+    /// Another linear start.
+    Start { has_torque: bool, from: usize, end: usize, chosen: Option<Chosen<T>> },
+    /// The result of all attempts.
+    End { is_settled: bool },
 }
 
 /// Solution of an attempt, its cost in rad²/s², and the unit of its scale, 1/(kg m²).
@@ -196,6 +199,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Makes room in storage: by a sweep, or by a new window where the blocks have no room to merge.
+    #[inline(never)]
     fn make_room(&mut self) {
         // Indices of the task become invalid.
         self.work = Work::Idle;
@@ -263,6 +267,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Begins a fit over all blocks.
+    #[inline(never)]
     fn begin_fit(&mut self) {
         self.schedule.fitted = self.schedule.blocks;
         self.schedule.is_final = false;
@@ -280,6 +285,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Solution of the front as the start of a fit, if its data determine the shape.
+    #[inline(never)]
     fn carried_point(&self) -> Option<(Point<T>, T)> {
         let front = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)?;
         let unit = front.pass.unit_per_kg_m2;
@@ -299,6 +305,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.begin_start_with(false, from, end, chosen);
     }
 
+    #[inline(never)]
     fn begin_start_with(
         &mut self,
         has_torque: bool,
@@ -313,6 +320,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let blocks = (from..end).filter_map(|i| self.blocks.block(i));
         let linear = LinearStart::new(blocks, &stretch, from, self.blocks.usual(), has_torque);
         self.work = Work::Start { linear, from, end, chosen };
+        if let Work::Start { linear, .. } = &mut self.work {
+            linear.add_rest(&stretch.rest);
+        }
     }
 
     /// Stretch that begins with block `from`, which is not the first one.
@@ -335,9 +345,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             (Work::Idle, _) => {}
             (Work::Descent(descent), Some(span)) => descent.pass.take(&span),
             (Work::Descent(_), None) => {
-                // In sequence: each has one copy of a pass on the stack.
-                if let Some(Ended { is_settled }) = self.after_pass() {
-                    self.end_fit(is_settled);
+                // In sequence: each has one copy of a task on the stack.
+                match self.after_pass() {
+                    None => {}
+                    Some(After::End { is_settled }) => self.end_fit(is_settled),
+                    Some(After::Start { has_torque, from, end, chosen }) => {
+                        self.begin_start_with(has_torque, from, end, chosen);
+                    }
                 }
             }
             (Work::Start { linear, end, .. }, _) => {
@@ -399,6 +413,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Momentum of a point from the measured rate at the first block.
+    #[inline(never)]
     fn set_initial_rate(&self, point: &mut Point<T>, from: usize, unit: T) {
         let stretch = self.start_of(from);
         let rate = if stretch.rest.weight > T::zero() {
@@ -435,7 +450,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// After a pass over all blocks of a descent.
     #[inline(never)]
-    fn after_pass(&mut self) -> Option<Ended> {
+    fn after_pass(&mut self) -> Option<After<T>> {
         let Work::Descent(descent) = &self.work else { return None };
         let descent = &mut { *descent };
         let unit = descent.pass.unit_per_kg_m2;
@@ -457,15 +472,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    fn continue_with(&mut self, descent: &Descent<T, U>) -> Option<Ended> {
+    #[inline(never)]
+    fn continue_with(&mut self, descent: &Descent<T, U>) -> Option<After<T>> {
         self.work = Work::Descent(*descent);
         None
     }
 
     /// The attempts have ended with the pass of this descent.
-    fn end_with(&mut self, descent: &Descent<T, U>, is_settled: bool) -> Option<Ended> {
+    fn end_with(&mut self, descent: &Descent<T, U>, is_settled: bool) -> Option<After<T>> {
         self.work = Work::Descent(*descent);
-        Some(Ended { is_settled })
+        Some(After::End { is_settled })
     }
 
     /// After an attempt: another one, or the result.
@@ -474,7 +490,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         descent: &mut Descent<T, U>,
         is_settled: bool,
         is_at_end: bool,
-    ) -> Option<Ended> {
+    ) -> Option<After<T>> {
         let unit = descent.pass.unit_per_kg_m2;
         let is_good = is_settled && self.is_explained(&descent.pass);
         // A change within the blocks is not a matter of where the descent starts.
@@ -497,16 +513,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.next_attempt(descent, is_settled)
     }
 
-    fn next_attempt(&mut self, descent: &mut Descent<T, U>, is_settled: bool) -> Option<Ended> {
+    fn next_attempt(&mut self, descent: &mut Descent<T, U>, is_settled: bool) -> Option<After<T>> {
         let (from, end) = (descent.from, descent.end);
         let attempt = match (descent.attempt, descent.linear) {
             (Attempt::Carried, _) => {
-                self.begin_start(from, end, descent.chosen);
-                return None;
+                return Some(After::Start { has_torque: false, from, end, chosen: descent.chosen });
             }
             (Attempt::Linear, _) if self.solves_for_torque() => {
-                self.begin_start_with(true, from, end, descent.chosen);
-                return None;
+                return Some(After::Start { has_torque: true, from, end, chosen: descent.chosen });
             }
             (Attempt::Linear | Attempt::Torque, Some(_)) => Attempt::Sphere,
             (Attempt::Sphere, Some(_)) if self.has_other_start() => Attempt::Prior,
@@ -597,6 +611,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// True where the sigma of every coordinate of the shape is well below its range.
+    #[inline(never)]
     fn is_shape_observed(&self, pass: &Pass<T, U>) -> bool {
         let mut factor = pass.factor;
         let beliefs = self.beliefs(pass.unit_per_kg_m2);
@@ -608,6 +623,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Drag becomes an unknown where the blocks contradict its absence.
+    #[inline(never)]
     fn lets_drag_loose(&mut self, pass: &Pass<T, U>) -> bool {
         let Some(drag) = self.config.drag_per_s else { return false };
         let mut factor = pass.factor;
@@ -633,6 +649,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Concludes the window that is being closed.
+    #[inline(never)]
     fn conclude(&mut self) {
         let end = self.end();
         if let Some(front) = self.front.take() {
