@@ -63,7 +63,7 @@ const DRAG_SHOWN: f64 = 26.0;
 /// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 /// Mean square of the walk within a window, over its variance.
-const MOST_WALKED: f64 = 0.15;
+const MOST_WALKED: f64 = 0.5;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
 /// other.
 const CONTRADICTED: f64 = 33.0;
@@ -487,9 +487,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         of_past.unwrap_or_else(of_prior)
     }
 
-    /// True where the residuals of a pass agree with the noise, but for outliers.
+    /// True where the residuals of a pass agree with the noise, but for outliers: those at the point, or
+    /// those at the solution of the blocks alone, from which earlier windows and the prior may differ.
     pub(super) fn is_explained(&self, pass: &Pass<T, U>) -> bool {
-        let typical = pass.residuals.typical(pass.unit_rad_s);
+        let at_point = pass.residuals.typical(pass.unit_rad_s);
+        let typical = at_point.min(super::report::rms(&pass.residuals, U));
         typical <= self.reference_rad_s() * T::lit(EXPLAINED)
             && !pass.residuals.has_many_low()
             && pass.is_finite()
@@ -503,7 +505,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
             return self.answer(descent.from, front);
         }
-        #[cfg(feature="dbg")] { extern crate std; let r=&front.pass.residuals; std::eprintln!("fit {}..{} good {is_good} shape {is_shape_observed} contradicted {} rise {} low {} blocks {} typ {:?} settled {is_settled} attempt {:?} noise {:?} rms {:?} turn {:?}", descent.from, front.pass.next, r.is_contradicted, r.rise, r.low, self.schedule.blocks, r.typical(front.pass.unit_rad_s), descent.attempt, front.pass.unit_rad_s, (r.squares/T::count(r.rows.max(1))).sqrt(), self.stretch().turn_rad); }
         self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
         let is_revised = is_good
             && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
