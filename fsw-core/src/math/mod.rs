@@ -54,6 +54,13 @@ pub fn column<T: Real, const R: usize, const C: usize>(
     nalgebra::SVector::from(column)
 }
 
+/// Component `axis` of a vector; zero beyond the third.
+///
+/// Replaces nalgebra's index, which panics where the compiler does not know it.
+pub fn component<T: Real>(v: &Vec3<T>, axis: usize) -> T {
+    v.as_slice().get(axis).copied().unwrap_or(T::zero())
+}
+
 /// Euclidean length, `|v| = √(v · v)`, in the unit of `v`.
 ///
 /// The square must be representable: lengths between 1e-19 and 1e19 in `f32`.

@@ -2,13 +2,15 @@
 
 use crate::counter::Counter;
 use crate::flights::{self, Flight};
+use crate::slices::SliceTally;
 use crate::tally::Tally;
 use fsw_core::estimator::ekf_sgf::{self, EkfSgf};
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
-use fsw_core::estimator::window::{self, Window};
+use fsw_core::estimator::window::{self, Slice, Window};
 use fsw_core::{Coasting, Prior};
 use fsw_core::{ConfigError, Outcome, Sample, Status, WheelArray};
-use fsw_steps::{BLOCKS, Step, Window9, Window12, Window15, Window18};
+use fsw_steps::{BLOCKS, EkfSgfRls, JointEkf, Step, Window9, Window12, Window15, Window18};
+use fsw_target::flight::computer::SLICES_PER_SAMPLE;
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::stand_in::recording::cubesat_pyramid::CRAFT;
 
@@ -36,22 +38,14 @@ const INERTIA_WALK_KG_M2_SQRT_S: f32 = 1e-3 / 60.0;
 pub struct Places {
     /// Tally of the current flight.
     pub tally: Tally,
-    window_9: Option<Window9>,
-    window_12: Option<Window12>,
-    window_15: Option<Window15>,
-    window_18: Option<Window18>,
+    slices: SliceTally,
+    window: AnyWindow,
 }
 
 impl Places {
     /// Places without estimators.
     pub const fn new() -> Self {
-        Self {
-            tally: Tally::new(),
-            window_9: None,
-            window_12: None,
-            window_15: None,
-            window_18: None,
-        }
+        Self { tally: Tally::new(), slices: SliceTally::new(), window: AnyWindow::None }
     }
 }
 
@@ -59,8 +53,8 @@ impl Places {
 pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigError> {
     let wheels = CRAFT.wheels()?;
     let noise = CRAFT.gyro_noise_rad_s;
-    let Places { tally, window_9, window_12, window_15, window_18 } = places;
-    let mut bench = Bench { counter, tally };
+    let Places { tally, slices, window } = places;
+    let mut bench = Bench { counter, tally, slices };
 
     let config = joint_ekf::Config::new(noise);
     let new = |config| move || JointEkfUd::<f32, WHEELS>::new(config, wheels);
@@ -76,48 +70,106 @@ pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigE
     let config = ekf_sgf::Config::kim_2013(noise, PRIOR);
     bench.fly_new("ekf-sgf-rls", || EkfSgf::<f32, WHEELS>::new(config, wheels))?;
 
-    let config = window::Config::new(noise);
-    bench.fly("window-9", window_9, |place| in_place(place, wheels).reset(config))?;
-    bench.fly("window-12", window_12, |place| in_place(place, wheels).reset(config))?;
+    // As in the flight image: the slices are the caller's.
+    let config = window::Config { slices_per_step: 0, ..window::Config::new(noise) };
+    bench.fly("window-9", window, |place| begin(place.nine(wheels), config))?;
+    bench.fly("window-12", window, |place| begin(place.twelve(wheels), config))?;
     let config = window::Config {
         disturbance_torque_n_m: Some(DISTURBANCE_TORQUE_N_M),
         gyro_bias_rad_s: Some(GYRO_BIAS_RAD_S),
         ..config
     };
-    bench.fly("window-15", window_15, |place| in_place(place, wheels).reset(config))?;
-    bench.fly("window-18", window_18, |place| in_place(place, wheels).reset(config))
+    bench.fly("window-15", window, |place| begin(place.fifteen(wheels), config))?;
+    bench.fly("window-18", window, |place| begin(place.eighteen(wheels), config))
 }
 
-/// The window in this place, built in place: it exceeds the stack.
-fn in_place<const U: usize>(
-    place: &mut Option<Window<f32, WHEELS, BLOCKS, U>>,
-    wheels: WheelArray<f32, WHEELS>,
-) -> &mut Window<f32, WHEELS, BLOCKS, U> {
-    place.insert(Window::of_unknown_noise(wheels))
+/// The window in its place, started again.
+fn begin<const U: usize>(
+    window: Option<&mut Window<f32, WHEELS, BLOCKS, U>>,
+    config: window::Config<f32>,
+) -> Result<Option<&mut Window<f32, WHEELS, BLOCKS, U>>, ConfigError> {
+    if let Some(window) = window {
+        window.reset(config)?;
+        return Ok(Some(window));
+    }
+    Ok(None)
 }
+
+/// A window of any number of unknowns: one place for all, built in place, since each exceeds the stack.
+#[allow(clippy::large_enum_variant, reason = "one place for all")]
+enum AnyWindow {
+    None,
+    Nine(Window9),
+    Twelve(Window12),
+    Fifteen(Window15),
+    Eighteen(Window18),
+}
+
+macro_rules! in_place {
+    ($($function:ident: $variant:ident($window:ty)),+) => {
+        impl AnyWindow {
+            $(
+                #[inline(never)]
+                fn $function(&mut self, wheels: WheelArray<f32, WHEELS>) -> Option<&mut $window> {
+                    if !matches!(self, Self::$variant(_)) {
+                        *self = Self::$variant(<$window>::of_unknown_noise(wheels));
+                    }
+                    match self {
+                        Self::$variant(window) => Some(window),
+                        _ => None,
+                    }
+                }
+            )+
+        }
+    };
+}
+
+in_place! {
+    nine: Nine(Window9), twelve: Twelve(Window12), fifteen: Fifteen(Window15),
+    eighteen: Eighteen(Window18)
+}
+
+/// An estimator with its next slice of work.
+trait Sliced: Step {
+    /// Kind of the next slice; `None` where nothing is left, or where all is done in the step.
+    fn next_slice(&self) -> Option<Slice> {
+        None
+    }
+}
+
+impl<const U: usize> Sliced for Window<f32, WHEELS, BLOCKS, U>
+where
+    Self: Step,
+{
+    fn next_slice(&self) -> Option<Slice> {
+        Window::next_slice(self)
+    }
+}
+
+impl Sliced for JointEkf {}
+impl Sliced for EkfSgfRls {}
 
 struct Bench<'a> {
     counter: &'a mut Counter,
     tally: &'a mut Tally,
+    slices: &'a mut SliceTally,
 }
 
 impl Bench<'_> {
     /// Counts an estimator in `place`, started again by `begin` for each flight.
-    fn fly<E: Step>(
+    fn fly<E: Sliced, P>(
         &mut self,
         name: &'static str,
-        place: &mut Option<E>,
-        begin: impl Fn(&mut Option<E>) -> Result<(), ConfigError>,
+        place: &mut P,
+        begin: impl Fn(&mut P) -> Result<Option<&mut E>, ConfigError>,
     ) -> Result<(), ConfigError> {
-        begin(place)?;
-        if let Some(estimator) = place {
+        if let Some(estimator) = begin(place)? {
             self.count(name, "recorded", flights::recorded(), estimator);
         }
         let others: &[_] = &[&flights::MISSION, &flights::TUMBLE];
         for plan in if cfg!(feature = "one-flight") { &[] } else { others } {
             let flight = Flight::new(plan, CRAFT.wheels()?);
-            begin(place)?;
-            if let Some(estimator) = place {
+            if let Some(estimator) = begin(place)? {
                 self.count(name, plan.name, flight, estimator);
             }
         }
@@ -125,19 +177,16 @@ impl Bench<'_> {
     }
 
     /// As [`fly`](Self::fly), for an estimator that fits the stack.
-    fn fly_new<E: Step>(
+    fn fly_new<E: Sliced>(
         &mut self,
         name: &'static str,
         new: impl Fn() -> Result<E, ConfigError>,
     ) -> Result<(), ConfigError> {
-        self.fly(name, &mut None, |place| {
-            *place = Some(new()?);
-            Ok(())
-        })
+        self.fly(name, &mut None, |place| Ok(Some(place.insert(new()?))))
     }
 
     /// Counts and logs one flight.
-    fn count<E: Step>(
+    fn count<E: Sliced>(
         &mut self,
         name: &'static str,
         flight: &'static str,
@@ -145,10 +194,16 @@ impl Bench<'_> {
         estimator: &mut E,
     ) {
         self.tally.clear();
+        self.slices.clear();
         for sample in samples {
             let mut outcome = Outcome::Coasting(Coasting::Aligning);
             let instructions = self.counter.count(|| outcome = step(estimator, &sample));
             self.tally.add_outcome(instructions, &outcome);
+            for _ in 0..SLICES_PER_SAMPLE {
+                let Some(kind) = estimator.next_slice() else { break };
+                let instructions = self.counter.count(|| slice(estimator));
+                self.slices.add(kind, instructions);
+            }
         }
         let status = match estimator.estimate().status {
             Status::Converged => "converged",
@@ -157,6 +212,7 @@ impl Bench<'_> {
             Status::Diverged => "diverged",
         };
         self.tally.report(name, flight, status);
+        self.slices.report(name, flight);
     }
 }
 
@@ -164,4 +220,10 @@ impl Bench<'_> {
 #[inline(never)]
 fn step<E: Step>(estimator: &mut E, sample: &Sample<f32, WHEELS>) -> Outcome {
     core::hint::black_box(estimator).step_fast(core::hint::black_box(sample))
+}
+
+/// One slice of work.
+#[inline(never)]
+fn slice<E: Step>(estimator: &mut E) {
+    let _ = core::hint::black_box(estimator).work_fast(1);
 }

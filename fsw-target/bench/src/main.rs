@@ -17,6 +17,7 @@ mod covariance;
 mod estimators;
 mod flights;
 mod noise;
+mod slices;
 mod tally;
 
 use counter::Counter;

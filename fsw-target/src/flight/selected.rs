@@ -12,6 +12,7 @@
 
 use crate::flight::craft::{Craft, WHEELS};
 use fsw_core::checkpoint::{self, Archive, Persist};
+use fsw_core::estimator::window::Remaining;
 use fsw_core::{Coasting, ConfigError, Estimate, Estimator, Innovation, Outcome, Prior};
 use fsw_core::{Sample, Vec3};
 use fsw_steps::{EstimatorSlot, InitialData, Window9};
@@ -40,7 +41,7 @@ impl SelectedEstimator {
     }
 
     /// No spacecraft and no estimator, until [`configure`](Self::configure). For a static: the value
-    /// takes 16 KiB, more than a stack, and is all zeros, so that it takes no flash.
+    /// takes 38 KiB, more than a stack, and is all zeros, so that it takes no flash.
     pub const fn uninitialised() -> Self {
         let craft = Craft {
             wheel_axes: [[0.0; 3]; WHEELS],
@@ -132,6 +133,12 @@ impl SelectedEstimator {
         self.window_mut().map(Window9::close_window)
     }
 
+    /// Does up to this number of slices of the work beside a step, each of bounded cost. Only `window`
+    /// has any.
+    pub fn work(&mut self, slices: u32) -> Remaining {
+        self.slot.selected_mut().map_or(Remaining::Nothing, |estimator| estimator.work(slices))
+    }
+
     /// True at rest, when a lost sample costs no information. Always false for estimators other than
     /// `window`, which do not detect rest.
     pub fn is_at_rest(&self) -> bool {
@@ -185,12 +192,21 @@ impl Estimator<f32, WHEELS> for SelectedEstimator {
     fn innovation(&self) -> Option<Innovation<f32>> {
         self.slot.selected().and_then(|estimator| estimator.innovation())
     }
+
+    // `window` alone has work to complete. Not a function of every estimator in the slot: an image
+    // that never calls it would hold its code.
+    fn finish(&mut self) {
+        if let Ok(window) = self.window_mut() {
+            window.finish();
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     extern crate std;
     use super::*;
+    use crate::flight::computer::SLICES_PER_SAMPLE;
     use crate::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS};
     use fsw_core::Status;
     use fsw_core::checkpoint::{FromWords, ToWords};
@@ -210,6 +226,7 @@ mod tests {
                 torque_n_m: Vec3::from(row.torque_n_m),
                 attitude: None,
             });
+            estimator.work(SLICES_PER_SAMPLE);
         }
         estimator.estimate()
     }
@@ -266,7 +283,7 @@ mod tests {
             saved.set_prior(PRIOR).unwrap();
             saved.select(id).unwrap();
             run(&mut saved);
-            let mut words = [0; 8192];
+            let mut words = std::vec![0; 12_288];
             checkpoint::transfer(&mut saved, &mut ToWords::new(&mut words)).unwrap();
             let mut restored = SelectedEstimator::new(Craft { prior: None, ..CRAFT }).unwrap();
             checkpoint::transfer(&mut restored, &mut FromWords::new(&words)).unwrap();

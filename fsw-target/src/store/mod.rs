@@ -19,13 +19,13 @@
 //! a small image with the flight image's profile: a queue of 256-byte chunks, pushed and iterated,
 //! against a state of four words that is saved, loaded and read out. `ekv` 1.0 supports pages of up to
 //! 64 KiB, the STM32F405 has 128 KiB, and each of its transactions erases at least one of many pages.
-//! Both need the whole value in one buffer (16 KiB for `window`), for which the image has no RAM.
+//! Both need the whole value in one buffer (38 KiB for `window`), for which the image has no RAM.
 //!
 //! # Timing
 //!
 //! STM32F405, typical: 16 µs to program a word, 1 s to erase a sector of 128 KiB (DS8626, flash memory
-//! programming). The core stalls meanwhile, since it runs from the same flash. A checkpoint of 16 KiB
-//! takes 70 ms, and every eighth one an erasure. [`Store::make_room`] erases ahead, at a time that
+//! programming). The core stalls meanwhile, since it runs from the same flash. A checkpoint of 38 KiB
+//! takes 160 ms, and every third one an erasure. [`Store::make_room`] erases ahead, at a time that
 //! the flight computer chooses.
 
 mod half;

@@ -11,6 +11,7 @@
 use crate::step::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
 use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator;
+use fsw_core::estimator::window::Remaining;
 use fsw_core::{ConfigError, Estimate, Innovation, Outcome, Prior, Sample, Vec3, WheelArray};
 
 /// Reason why a telecommand to the estimators is not executed.
@@ -71,6 +72,8 @@ trait Entry: Step + Persist {
 pub trait Selected {
     /// As [`fsw_core::Estimator::step`].
     fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome;
+    /// As [`Step::work_fast`].
+    fn work(&mut self, slices: u32) -> Remaining;
     /// As [`fsw_core::Estimator::rate_rad_s`].
     fn rate_rad_s(&self) -> Vec3<f32>;
     /// As [`fsw_core::Estimator::innovation`].
@@ -84,6 +87,10 @@ pub trait Selected {
 impl<E: Entry> Selected for E {
     fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
         self.step_fast(sample)
+    }
+
+    fn work(&mut self, slices: u32) -> Remaining {
+        self.work_fast(slices)
     }
 
     fn rate_rad_s(&self) -> Vec3<f32> {
@@ -244,7 +251,9 @@ roster! {
         #[inline(never)]
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
             let config = estimator::window::Config::new(from.gyro_noise_rad_s);
-            let config = estimator::window::Config { prior: from.prior, ..config };
+            // The flight computer calls `work` itself.
+            let config =
+                estimator::window::Config { prior: from.prior, slices_per_step: 0, ..config };
             config.validate::<9>()?;
             if !matches!(slot, EstimatorSlot::Window(_)) {
                 *slot = EstimatorSlot::Window(Window9::of_unknown_noise(from.wheels));

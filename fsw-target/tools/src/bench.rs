@@ -58,6 +58,23 @@ pub struct OutcomeCount {
     pub worst: u32,
 }
 
+/// Counts of the slices of one kind.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SliceCount {
+    /// Name of the estimator.
+    pub name: String,
+    /// Name of the flight.
+    pub flight: String,
+    /// Kind of the slices.
+    pub kind: String,
+    /// Number of slices.
+    pub slices: u32,
+    /// Instructions of the most expensive slice.
+    pub worst: u32,
+    /// Instructions of the median slice.
+    pub median: u32,
+}
+
 /// A budget and its measured figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checked {
@@ -96,6 +113,8 @@ pub struct Table {
     pub counts: Vec<Count>,
     /// Counts by name, flight and outcome.
     pub outcomes: Vec<OutcomeCount>,
+    /// Counts of the slices of work by name, flight and kind.
+    pub slices: Vec<SliceCount>,
     /// Instruction budgets.
     pub checked: Vec<Checked>,
     /// Estimated cycles, of the shortest flight.
@@ -170,11 +189,12 @@ impl Table {
             |kind: &'static str| lines.iter().filter_map(move |line| Words::of(line, kind));
         let counts = of_kind("count").map(|words| words.count()).collect::<Result<Vec<_>>>()?;
         let outcomes = of_kind("outcome").map(|words| words.outcome()).collect::<Result<_>>()?;
+        let slices = of_kind("slice").map(|words| words.slice()).collect::<Result<Vec<_>>>()?;
         let checked = budgets::INSTRUCTIONS
             .iter()
-            .map(|budget| Checked { budget: *budget, measured: measured(budget, &counts) })
+            .map(|budget| Checked { budget: *budget, measured: measured(budget, &counts, &slices) })
             .collect();
-        Ok(Self { counts, outcomes, checked, cycles: Vec::new(), flash: Vec::new() })
+        Ok(Self { counts, outcomes, slices, checked, cycles: Vec::new(), flash: Vec::new() })
     }
 
     /// True if every figure is present and within its limit.
@@ -197,6 +217,22 @@ impl Table {
         let ours: Vec<f64> = OURS.iter().filter_map(|name| self.median(name)).collect();
         let over_ours = |median: f64| ours.iter().map(|own| median / own).collect();
         PEERS.iter().filter_map(|name| Some((*name, over_ours(self.median(name)?)))).collect()
+    }
+
+    /// Counts of slices by name and kind, over the flights; the median is that of the flight with most
+    /// of them.
+    fn slices_of_all_flights(&self) -> Vec<SliceCount> {
+        let mut all: Vec<SliceCount> = Vec::new();
+        let mut flights: Vec<&SliceCount> = self.slices.iter().collect();
+        flights.sort_by_key(|slice| std::cmp::Reverse(slice.slices));
+        for s in flights {
+            match all.iter_mut().find(|a| a.name == s.name && a.kind == s.kind) {
+                Some(a) => (a.slices, a.worst) = (a.slices + s.slices, a.worst.max(s.worst)),
+                None => all.push(s.clone()),
+            }
+        }
+        all.sort_by(|a, b| (a.name.len(), &a.name).cmp(&(b.name.len(), &b.name)));
+        all
     }
 
     /// Counts by name and outcome, summed over the flights.
@@ -223,15 +259,16 @@ impl Checked {
 }
 
 /// Largest figure of a budget over all flights.
-fn measured(budget: &Budget, counts: &[Count]) -> Option<f64> {
-    counts
-        .iter()
-        .filter(|count| count.name == budget.name)
-        .map(|count| match budget.figure {
-            Figure::WorstStep => f64::from(count.worst),
-            Figure::Spread => count.spread(),
-        })
-        .reduce(f64::max)
+fn measured(budget: &Budget, counts: &[Count], slices: &[SliceCount]) -> Option<f64> {
+    let counts = counts.iter().filter(|count| count.name == budget.name);
+    match budget.figure {
+        Figure::WorstStep => counts.map(|count| f64::from(count.worst)).reduce(f64::max),
+        Figure::Spread => counts.map(Count::spread).reduce(f64::max),
+        Figure::WorstSlice => {
+            let slices = slices.iter().filter(|slice| slice.name == budget.name);
+            slices.map(|slice| f64::from(slice.worst)).reduce(f64::max)
+        }
+    }
 }
 
 impl Count {

@@ -287,8 +287,8 @@ impl<T: Real, const U: usize> Pass<T, U> {
         let offset = model.offset_of(Group::Bias);
         for axis in 0..3 {
             let mut row = self.trajectory.sensitivity_at_start(&before, wheels, axis);
-            if let Some(offset) = offset {
-                row[offset + axis] = T::zero();
+            if let Some(bias) = offset.and_then(|offset| row.get_mut(offset + axis)) {
+                *bias = T::zero();
             }
             for column in 0..U {
                 rate[axis] += row[column] * step[column];

@@ -50,7 +50,7 @@ mod trajectory;
 mod work;
 
 pub use config::Config;
-pub use work::Remaining;
+pub use work::{Remaining, Slice};
 
 use belief::{Beliefs, Past};
 use block::{Averager, Block, Limits, REFUSED_WEIGHT, Reading};

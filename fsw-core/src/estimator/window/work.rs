@@ -29,6 +29,29 @@ pub enum Remaining {
     Some,
 }
 
+/// Kind of a slice: its cost depends on little else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slice {
+    /// Sweep of storage: a group of blocks.
+    Sweep,
+    /// Storage is full: begin of a sweep, or of another window.
+    Room,
+    /// Block of the front.
+    Front,
+    /// Block of the linear start.
+    Start,
+    /// Solution of the linear start.
+    StartSolution,
+    /// Block of a pass.
+    Pass,
+    /// Decision after a pass.
+    Decision,
+    /// Begin of a fit.
+    Fit,
+    /// Conclusion of a window.
+    Conclusion,
+}
+
 /// Present task of the fit.
 #[derive(Clone, Copy, Debug)]
 #[allow(clippy::large_enum_variant, reason = "without allocation, the largest task is reserved")]
@@ -76,7 +99,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 return Remaining::Nothing;
             }
         }
-        if slices > 0 && self.is_idle() { Remaining::Nothing } else { Remaining::Some }
+        if slices > 0 && self.next_slice().is_none() { Remaining::Nothing } else { Remaining::Some }
     }
 
     /// Completes all work on the samples so far, those in the present block included: first of a window that
@@ -94,14 +117,28 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    /// True where no slice is left.
-    fn is_idle(&self) -> bool {
-        let has_block = |front: &Front<T, U>| front.pass.next < self.end();
-        matches!(self.work, Work::Idle)
-            && !self.blocks.is_compacting()
-            && !self.is_due()
-            && self.closing.is_none()
-            && !self.front.as_ref().is_some_and(has_block)
+    /// Kind of the slice that is due; `None` where all work has been done.
+    pub fn next_slice(&self) -> Option<Slice> {
+        if self.blocks.is_compacting() {
+            Some(Slice::Sweep)
+        } else if self.blocks.is_nearly_full() {
+            Some(Slice::Room)
+        } else if self.front.as_ref().is_some_and(|front| front.pass.next < self.end()) {
+            Some(Slice::Front)
+        } else {
+            self.next_of_fit()
+        }
+    }
+
+    fn next_of_fit(&self) -> Option<Slice> {
+        match &self.work {
+            Work::Start { linear, end, .. } if linear.next < *end => Some(Slice::Start),
+            Work::Start { .. } => Some(Slice::StartSolution),
+            Work::Descent(descent) if descent.pass.next < descent.end => Some(Slice::Pass),
+            Work::Descent(_) => Some(Slice::Decision),
+            Work::Idle if self.is_due() => Some(Slice::Fit),
+            Work::Idle => self.closing.is_some().then_some(Slice::Conclusion),
+        }
     }
 
     /// End of the blocks that are being fitted.
@@ -116,19 +153,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// One slice; false if nothing was left to do.
     #[inline(never)]
     fn slice(&mut self) -> bool {
-        if self.blocks.is_compacting() {
-            self.sweep();
-        } else if self.blocks.is_nearly_full() {
-            self.make_room();
-        } else if self.advance_front() {
-        } else if !matches!(self.work, Work::Idle) {
-            self.fit();
-        } else if self.is_due() {
-            self.begin_fit();
-        } else if self.closing.is_some() {
-            self.conclude();
-        } else {
-            return false;
+        match self.next_slice() {
+            None => return false,
+            Some(Slice::Sweep) => self.sweep(),
+            Some(Slice::Room) => self.make_room(),
+            Some(Slice::Front) => return self.advance_front(),
+            Some(Slice::Fit) => self.begin_fit(),
+            Some(Slice::Conclusion) => self.conclude(),
+            Some(Slice::Start | Slice::StartSolution | Slice::Pass | Slice::Decision) => self.fit(),
         }
         true
     }

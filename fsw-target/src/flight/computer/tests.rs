@@ -341,7 +341,7 @@ const PRIOR: Prior<f32> = Prior {
 };
 
 /// Flash size, bytes: each half holds a checkpoint of `window`.
-const FLASH: usize = 64 * 1024;
+const FLASH: usize = 96 * 1024;
 
 fn erased() -> Vec<u8> {
     vec![0xff; FLASH]
@@ -359,6 +359,7 @@ fn telemetry_equals_the_estimator_bit_for_bit() {
             torque_n_m: Vec3::from(row.torque_n_m),
             attitude: None,
         });
+        reference.work(SLICES_PER_SAMPLE);
         let expected =
             EstimateReport::of(EstimatorId::Window, &reference, row.time_us, Some(outcome));
         assert_eq!(estimates(&ground.poll(1)), [expected]);
@@ -515,9 +516,26 @@ fn a_checkpoint_follows_a_change_by_telecommand() {
     assert_eq!((estimator.selected(), estimator.prior()), (EstimatorId::EkfSgfRls, Some(PRIOR)));
 }
 
-/// Flash whose halves hold one or two checkpoints.
+/// The fit over the window's blocks takes more slices than one sample has.
+#[test]
+fn a_window_closed_by_telecommand_is_completed_with_the_samples_that_follow() {
+    let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
+    ground.poll(400);
+    ground.command(Command::CloseWindow);
+    let mut complete = ground.computer.estimator().clone();
+    complete.finish();
+    let mut samples = 0;
+    while samples < 100 && ground.computer.estimator().estimate() != complete.estimate() {
+        ground.poll(1);
+        samples += 1;
+    }
+    assert!(samples > 1 && samples < 100, "{samples}");
+    assert_eq!(complete.estimate().status, Status::Converged);
+}
+
+/// Flash whose halves hold one checkpoint of `window`.
 fn small_flash() -> Vec<u8> {
-    vec![0xff; 40 * 1024]
+    vec![0xff; 80 * 1024]
 }
 
 /// Longest erasure of a sector of an STM32F405, µs: twice `GYRO_SILENCE_US`.
@@ -528,7 +546,7 @@ fn an_erasure_does_not_restart_the_gyro() {
     let mut ground = Ground::new(&ROWS, small_flash(), Reporting::EachSample);
     ground.world.0.erasure_us.set(ERASURE_US);
     let (starts, erasures) = (ground.world.0.gyro_starts.get(), ground.world.0.erasures.get());
-    for _ in 0..10 {
+    for _ in 0..20 {
         ground.command(Command::SaveCheckpoint);
         ground.poll(5);
     }

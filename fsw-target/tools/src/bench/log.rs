@@ -1,6 +1,6 @@
 //! Log lines of the bench image: `KIND key=value key=value …`.
 
-use super::{Count, OutcomeCount};
+use super::{Count, OutcomeCount, SliceCount};
 use anyhow::{Context, Result};
 
 /// Values of a log line.
@@ -36,6 +36,18 @@ impl<'a> Words<'a> {
             at: self.number("at")?,
             median: self.number("median")?,
             status: self.value("status")?.into(),
+        })
+    }
+
+    /// Counts of the slices of one kind.
+    pub fn slice(self) -> Result<SliceCount> {
+        Ok(SliceCount {
+            name: self.value("name")?.into(),
+            flight: self.value("flight")?.into(),
+            kind: self.value("kind")?.into(),
+            slices: self.number("slices")?,
+            worst: self.number("worst")?,
+            median: self.number("median")?,
         })
     }
 

@@ -7,6 +7,7 @@ use std::fmt;
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write_counts(f)?;
+        self.write_slices(f)?;
         self.write_outcomes(f)?;
         self.write_ratios(f)?;
         self.write_cycles(f)?;
@@ -36,6 +37,18 @@ impl Table {
                 "{:<24}{:<12}{:>8}{:>10}{:>10}{:>8}{spread:>10.2}  {}",
                 c.name, c.flight, c.steps, c.median, c.worst, c.at, c.status
             )?;
+        }
+        Ok(())
+    }
+
+    fn write_slices(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "\n{:<24}{:<20}{:>8}{:>10}{:>10}",
+            "slices of work", "", "number", "median", "worst"
+        )?;
+        for s in self.slices_of_all_flights() {
+            writeln!(f, "{:<24}{:<20}{:>8}{:>10}{:>10}", s.name, s.kind, s.slices, s.median, s.worst)?;
         }
         Ok(())
     }
@@ -92,6 +105,7 @@ impl fmt::Display for Checked {
         let (figure, digits) = match self.budget.figure {
             Figure::WorstStep => ("worst step", 0),
             Figure::Spread => ("spread", 2),
+            Figure::WorstSlice => ("worst slice", 0),
         };
         let measured = self.measured.map_or("none".into(), |value| format!("{value:.digits$}"));
         let at_most = self.budget.at_most;
