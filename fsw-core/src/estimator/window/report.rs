@@ -280,7 +280,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 }
 
 /// Root mean square of the residuals of a sample, one axis, rad/s.
-fn rms<T: Real>(residuals: &Residuals<T>, unknowns: usize) -> T {
+pub(super) fn rms<T: Real>(residuals: &Residuals<T>, unknowns: usize) -> T {
     (residuals.squares / T::count(residuals.degrees(unknowns as u32).max(1))).sqrt()
 }
 

@@ -95,7 +95,7 @@ const DRAG_SHOWN: f64 = 26.0;
 /// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 /// Mean square of the walk within a window, over its variance.
-const MOST_WALKED: f64 = 0.15;
+const MOST_WALKED: f64 = 0.5;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
 /// other.
 const CONTRADICTED: f64 = 33.0;
@@ -569,9 +569,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         of_past.unwrap_or_else(of_prior)
     }
 
-    /// True where the residuals of a pass agree with the noise, but for outliers.
+    /// True where the residuals of a pass agree with the noise, but for outliers: those at the point, or
+    /// those at the solution of the blocks alone, from which earlier windows and the prior may differ.
     pub(super) fn is_explained(&self, pass: &Pass<T, U>) -> bool {
-        let typical = pass.residuals.typical(pass.unit_rad_s);
+        let at_point = pass.residuals.typical(pass.unit_rad_s);
+        let typical = at_point.min(super::report::rms(&pass.residuals, U));
         typical <= self.reference_rad_s() * T::lit(EXPLAINED)
             && !pass.residuals.has_many_low()
             && pass.is_finite()
