@@ -76,7 +76,7 @@ impl<T: Real> Past<T> {
         if let Some(past) = earlier {
             for index in 0..6 {
                 let (row, y, weight) = past.row(index, point, unit_per_kg_m2);
-                window.add_weighted(&row, y, weight);
+                window.fold(&row, y, weight);
             }
         }
         // Scale over its value at the point.
@@ -141,7 +141,7 @@ impl<T: Real> Beliefs<'_, T> {
         point: &Point<T>,
     ) -> [T; GROUPS] {
         self.each_of_groups(point, |row, y, weight| {
-            factor.add_weighted(row, y, weight);
+            factor.fold(row, y, weight);
         });
         self.constrain(factor, point)
     }
@@ -155,7 +155,7 @@ impl<T: Real> Beliefs<'_, T> {
         point: &Point<T>,
     ) {
         self.each_of_inertia(point, |row, y, weight| {
-            factor.add_weighted(row, y, weight);
+            factor.fold(row, y, weight);
         });
     }
 
@@ -166,7 +166,7 @@ impl<T: Real> Beliefs<'_, T> {
         let mut both = *window;
         let mut sum = T::zero();
         self.each_known(point, |row: &[T; 6], y, weight| {
-            sum += both.add_weighted(row, y, weight).square();
+            sum += both.fold(row, y, weight).square();
         });
         sum / (self.noise_rad_s * self.noise_rad_s)
     }
@@ -228,11 +228,13 @@ impl<T: Real> Beliefs<'_, T> {
         for k in 0..6 {
             let mut row = [T::zero(); U];
             row[shape_of(U) + k] = T::one();
-            let (sigma, y) = match k {
-                5 => (SCALE_SIGMA, T::one() - point.scale),
-                _ => (SHAPE_SIGMA, centre[k] - point.shape[k]),
+            let (weight, y) = match centre.get(k).zip(point.shape.get(k)) {
+                Some((centre, shape)) => {
+                    (T::lit(1.0 / (SHAPE_SIGMA * SHAPE_SIGMA)), *centre - *shape)
+                }
+                None => (T::lit(1.0 / (SCALE_SIGMA * SCALE_SIGMA)), T::one() - point.scale),
             };
-            add(&row, y, variance * T::lit(1.0 / (sigma * sigma)));
+            add(&row, y, variance * weight);
         }
     }
 
@@ -285,7 +287,7 @@ impl<T: Real> Beliefs<'_, T> {
                 row[column] = T::one();
                 let weight = information_on(factor, column) * T::lit(CONSTRAINT);
                 let weight = if weight > T::zero() { weight } else { T::one() };
-                let left = factor.add_weighted(&row, -point.group[place][i], weight);
+                let left = factor.fold(&row, -point.group[place][i], weight);
                 contradiction[place] += left.square() * one_over_variance;
             }
         }
