@@ -91,6 +91,7 @@ impl<T: Real> Past<T> {
 
     /// Row `index` of the information as one on the unknowns of a fit at `point`.
     fn row<const U: usize>(&self, index: usize, point: &Point<T>, unit: T) -> ([T; U], T, T) {
+        let index = index.min(5);
         let factor = &self.information.factor[index];
         let (mut row, mut y) = ([T::zero(); U], self.information.right_hand_side[index]);
         for k in index..6 {
@@ -258,6 +259,7 @@ impl<T: Real> Beliefs<'_, T> {
         element: usize,
         point: &Point<T>,
     ) -> ([T; U], T) {
+        let element = element.min(5);
         let trace = T::one() / (point.scale * self.unit_per_kg_m2);
         let mut of_element = [T::zero(); 6];
         of_element[element] = trace;
@@ -315,8 +317,8 @@ pub fn information_on<T: Real, const U: usize>(
     factor: &SquareRootInformation<T, U>,
     column: usize,
 ) -> T {
-    let mut sum = T::zero();
-    for i in 0..column.min(U) {
+    let (mut sum, column) = (T::zero(), column.min(U.saturating_sub(1)));
+    for i in 0..column {
         let row = &factor.factor[i];
         sum += row[i] * row[column] * row[column];
     }

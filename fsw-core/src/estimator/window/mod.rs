@@ -456,6 +456,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
+    #[inline(never)]
     fn add_block(&mut self, block: &Block<T>) {
         self.open.note(block);
         self.blocks.push(block);
@@ -476,6 +477,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command. What follows
     /// begins another one.
+    #[inline(never)]
     fn end_stretch(&mut self) {
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);

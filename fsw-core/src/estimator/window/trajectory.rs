@@ -368,18 +368,18 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
             let twelfth = T::lit(1.0 / 12.0);
             let k_change = across(&(crossing.change * twelfth), &by_momentum);
             let a_change = k_change - skew(&(crossing.rate_change * (crossing.step_s * twelfth)));
-            x += a_change * a - a * a_change;
-            by_drive += a_change * k - a * k_change;
-            by_drive_change = Some(a * k * twelfth - k_change);
+            x += times(&a_change, &a) - times(&a, &a_change);
+            by_drive += times(&a_change, &k) - times(&a, &k_change);
+            by_drive_change = Some(times(&a, &k) * twelfth - k_change);
         }
         let fourth = one * T::lit(1.0 / 24.0) + x * T::lit(1.0 / 120.0);
-        let third = one * T::lit(1.0 / 6.0) + x * fourth;
-        let series = one + x * (one * T::lit(0.5) + x * third);
+        let third = one * T::lit(1.0 / 6.0) + times(&x, &fourth);
+        let series = one + times(&x, &(one * T::lit(0.5) + times(&x, &third)));
         Propagation {
-            carry: one + series * x,
+            carry: one + times(&series, &x),
             series,
-            by_drive: series * -by_drive,
-            by_drive_change: by_drive_change.map(|m| series * m),
+            by_drive: times(&series, &-by_drive),
+            by_drive_change: by_drive_change.map(|m| times(&series, &m)),
         }
     }
 
@@ -529,6 +529,12 @@ fn carry_column<T: Real>(
     let after = carry * *column + pushed;
     *sum += *column + after;
     *column = after;
+}
+
+/// Product of two matrices, out of line.
+#[inline(never)]
+fn times<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
+    a * b
 }
 
 /// `v^× M`.
