@@ -4,7 +4,7 @@ use fsw_core::estimator::window::Slice;
 use fsw_target::log_line;
 
 /// Width of a bin, instructions, and number of bins. The last one holds all larger counts.
-const WIDTH: u32 = 64;
+const WIDTH: u32 = 128;
 const BINS: usize = 1_024;
 
 /// Kinds in the table, with their names in the log.
