@@ -260,7 +260,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if residuals.rows < ENOUGH_ROWS {
             return None;
         }
-        let share = T::lit(WHITE_EXCESS_SIGMA) / T::count(6 * residuals.blocks).sqrt();
+        let share = T::lit(WHITE_EXCESS_SIGMA) / T::count(residuals.blocks.saturating_mul(6)).sqrt();
         let most = self.reference_rad_s() * (T::lit(1.0 + WHITE_EXCESS) + share);
         let is_small = rms(residuals, U) <= most;
         let is_correlated = residuals.correlation().abs() > correlation_limit(residuals);
