@@ -126,7 +126,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 self.join_earlier(&before);
                 self.event = Some(Reset::Lockout);
             }
-            None => self.event = Some(Reset::Lockout),
+            None => {
+                self.event = Some(Reset::Lockout);
+                if let Some(earlier) = self.carried {
+                    self.keep_carried(&earlier);
+                }
+            }
         }
         let start = self.stretch_from(from);
         match &mut self.closing {
@@ -138,6 +143,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.schedule.wait_for_growth(4);
         self.suspect_until = blocks.saturating_add(CLEAN_BLOCKS);
         self.front = Some(fit);
+        self.carried = None;
         self.blocks.drop_before(from);
     }
 

@@ -36,6 +36,7 @@ pub mod unknowns;
 
 mod belief;
 mod block;
+mod carried;
 mod excitation;
 mod fit;
 mod front;
@@ -54,6 +55,7 @@ pub use work::{Remaining, Slice};
 
 use belief::{Beliefs, Past};
 use block::{Averager, Block, Limits, REFUSED_WEIGHT, Reading};
+use carried::Carried;
 use excitation::Excitation;
 use front::Front;
 use inquiry::Inquiry;
@@ -97,6 +99,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     open: Stretch<T>,
     /// Stretch before it whose fit is not complete.
     closing: Option<Closing<T>>,
+    /// Information of the window before the one that is fitted, which continues it.
+    carried: Option<Carried<T>>,
     /// Unit of the inverse trace, 1/(kg m²).
     unit_per_kg_m2: T,
     front: Option<Front<T, U>>,
@@ -119,7 +123,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
-    open, closing, unit_per_kg_m2, front, work, schedule, inquiry, suspect_until, past, past_age_s, has_prior, ended, event, has_refused,
+    open, closing, carried, unit_per_kg_m2, front, work, schedule, inquiry, suspect_until, past, past_age_s, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -131,9 +135,11 @@ type Drive<T> = (Vec3<T>, Vec3<T>);
 struct Closing<T: Real> {
     stretch: Stretch<T>,
     end: usize,
+    /// True where the motion goes on, and the next window continues this one.
+    is_continued: bool,
 }
 
-crate::persist!([T: Real] Closing<T> { stretch, end });
+crate::persist!([T: Real] Closing<T> { stretch, end, is_continued });
 
 /// Numbers of blocks that decide when to fit again. Blocks are counted as they come, not as they are
 /// stored.
@@ -216,6 +222,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.blocks.clear(T::count(config.block_samples));
         self.open = Stretch::new(Vec3::zeros());
         self.closing = None;
+        self.carried = None;
         self.unit_per_kg_m2 = T::one();
         self.front = None;
         self.work = Work::Idle;
@@ -254,6 +261,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             blocks,
             open: Stretch::new(Vec3::zeros()),
             closing: None,
+            carried: None,
             unit_per_kg_m2: T::one(),
             front: None,
             work: Work::Idle,
@@ -276,14 +284,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// the estimate is that of the window until then. A new one opens with the next motion.
     pub fn close_window(&mut self) {
         self.drain();
-        self.end_stretch();
+        self.end_stretch(false);
         self.is_quiet = true;
     }
 
     /// Opens a window at the next sample, whether anything moves or not. A window that is open ends.
     pub fn open_window(&mut self) {
         self.drain();
-        self.end_stretch();
+        self.end_stretch(false);
         self.is_quiet = false;
     }
 
@@ -404,10 +412,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.blocks.set_usual(T::count(self.config.block_samples));
         }
         if self.front.is_some() && !self.is_quiet && self.excitation.is_over(self.config.quiet_s) {
-            self.end_stretch();
+            self.end_stretch(false);
             self.is_quiet = true;
         } else if self.closing.is_none() && self.has_turned_too_far() {
-            self.end_stretch();
+            self.end_stretch(true);
         }
     }
 
@@ -429,14 +437,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.open.turn_rad > most.max(T::lit(LEAST_TURN_RAD))
     }
 
-    /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command. What follows
-    /// begins another one.
-    fn end_stretch(&mut self) {
+    /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command; or in mid-motion,
+    /// where what follows continues it.
+    fn end_stretch(&mut self, is_continued: bool) {
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);
         }
         let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
-        let ended = core::mem::replace(&mut self.open, Stretch::new(wheels));
+        let next = Stretch { is_continued, ..Stretch::new(wheels) };
+        let ended = core::mem::replace(&mut self.open, next);
         if self.closing.is_some() {
             // The window before that has not been completed: these blocks go without having been fitted.
             let end = self.closing.map_or(0, |closing| closing.end);
@@ -447,20 +456,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if end == 0 {
             return;
         }
-        self.closing = Some(Closing { stretch: ended, end });
+        self.closing = Some(Closing { stretch: ended, end, is_continued });
         self.schedule.is_final = self.schedule.fitted != self.schedule.blocks;
-    }
-
-    /// Discards the present window: its blocks, and the front.
-    fn discard_window(&mut self) {
-        self.blocks.clear(T::count(self.config.block_samples));
-        self.front = None;
-        self.work = Work::Idle;
-        self.closing = None;
-        self.schedule = Schedule::new();
-        self.inquiry = None;
-        let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
-        self.open = Stretch::new(wheels);
     }
 
     /// True where every index lies within storage, as no correct state violates.
@@ -488,7 +485,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
             }
             Verdict::Gap => {
                 self.drain();
-                self.end_stretch();
+                self.end_stretch(false);
                 self.begin_stretch(sample);
                 return Outcome::Reset(self.gate.cause_of_gap().into());
             }

@@ -17,8 +17,9 @@
 //! `E exp(θ (min(u², 16) − 4)) = 1` for chi-square of three degrees of freedom: with h = 75 once in 7·10⁷. The
 //! block at which it began to rise estimates the instant of the change.
 
-use super::trajectory::{Span, Trajectory};
+use super::carried::Carried;
 use super::storage::Rest;
+use super::trajectory::{Span, Trajectory};
 use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::{Vec3, norm, scalar::Real};
@@ -27,8 +28,8 @@ use crate::math::{Vec3, norm, scalar::Real};
 const ROBUST: f64 = 4.0;
 /// Median of chi-square with three degrees of freedom.
 const MEDIAN_CHI_SQUARE: f64 = 2.366;
-/// Octaves of u² in the histogram, and the first one: 2⁻⁴ to 2²⁸.
-const OCTAVES: usize = 32;
+/// Octaves of u² in the histogram, and the first one: 2⁻⁴ to 2²⁴.
+const OCTAVES: usize = 28;
 const FIRST_OCTAVE: i32 = -4;
 /// Share of blocks at reduced weight above which the model is wrong rather than the blocks, and number
 /// that chance alone may add.
@@ -250,8 +251,9 @@ impl<T: Real, const U: usize> Pass<T, U> {
         }
     }
 
-    /// Begins at a point and at block `from`. `rest` measures the rate there, for wheel momentum `wheels`
-    /// times the unit. False where the point's tensor has no inverse.
+    /// Begins at a point and at block `from`, with what is known there: `rest` measures the rate, for wheel
+    /// momentum `wheels` times the unit, and `carried` is the information of the window before. False where
+    /// the point's tensor has no inverse.
     #[inline(never)]
     pub fn begin(
         &mut self,
@@ -260,6 +262,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
         from: usize,
         rest: &Rest<T>,
         wheels: &Vec3<T>,
+        carried: Option<&Carried<T>>,
     ) -> bool {
         self.point = *point;
         self.offset = [T::zero(); U];
@@ -275,6 +278,12 @@ impl<T: Real, const U: usize> Pass<T, U> {
             for axis in 0..3 {
                 let row = self.trajectory.sensitivity_at_start(&rate, wheels, axis);
                 self.factor.add_weighted(&row, apart[axis], rest.weight);
+            }
+        }
+        if let Some(carried) = carried {
+            for index in 0..9 {
+                let (row, y, weight) = carried.row(index, point, self.unit_per_kg_m2);
+                self.factor.add_weighted(&row, y, weight);
             }
         }
         true

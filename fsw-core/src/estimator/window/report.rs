@@ -243,7 +243,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         } else {
             T::one()
         };
-        (variance * inflation * unsettled).sqrt().max(self.largest_rad_s * (T::EPSILON + T::EPSILON))
+        (variance * inflation * unsettled)
+            .sqrt()
+            .max(self.largest_rad_s * (T::EPSILON + T::EPSILON))
     }
 
     /// Result of the tests for white residuals: of their size against the noise, of their correlation,
@@ -253,7 +255,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if residuals.rows < ENOUGH_ROWS {
             return None;
         }
-        let share = T::lit(WHITE_EXCESS_SIGMA) / T::count(6 * residuals.blocks).sqrt();
+        let share = T::lit(WHITE_EXCESS_SIGMA) / (T::count(residuals.blocks) * T::lit(6.0)).sqrt();
         let most = self.reference_rad_s() * (T::lit(1.0 + WHITE_EXCESS) + share);
         let is_small = rms(residuals, U) <= most;
         let is_correlated = residuals.correlation().abs() > correlation_limit(residuals);
@@ -344,4 +346,3 @@ impl<T: Real> Solution<T> {
         jacobian * self.covariance * jacobian.transpose()
     }
 }
-

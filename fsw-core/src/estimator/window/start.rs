@@ -14,8 +14,8 @@
 //! 2. *Scale.* With n known, noisy momentum is regressed on the exact drive: noise does not bias κ either,
 //!    and its sigma follows.
 
-use super::block::Block;
 use super::belief::SHAPE_SIGMA;
+use super::block::Block;
 use super::storage::{Rest, Stretch};
 use super::unknowns::{Point, by_shape};
 use crate::math::square_root_information::SquareRootInformation;
@@ -286,9 +286,7 @@ fn is_inside<T: Real>(n: &[T; 6]) -> bool {
 /// `(1 − cos φ) / φ²` to φ¹⁰, an error of 3e-9 at one radian.
 fn rotation<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 3> {
     let s = v.dot(v);
-    let series = |c: [f64; 5]| {
-        c.iter().rev().fold(T::zero(), |sum, c| T::lit(*c) - s * sum)
-    };
+    let series = |c: [f64; 5]| c.iter().rev().fold(T::zero(), |sum, c| T::lit(*c) - s * sum);
     let a = series([1.0, 1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0, 1.0 / 362_880.0]);
     let b = series([0.5, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40320.0, 1.0 / 3_628_800.0]);
     let cross = skew(v);
@@ -304,7 +302,9 @@ mod tests {
     fn a_rotation_agrees_with_its_angle() {
         for angle in [1e-3f64, 0.3, 1.0] {
             let r = rotation(&Vec3::new(0.0, 0.0, angle));
-            assert!((r[(0, 0)] - angle.cos()).abs() < 4e-9 && (r[(1, 0)] - angle.sin()).abs() < 4e-8);
+            assert!(
+                (r[(0, 0)] - angle.cos()).abs() < 4e-9 && (r[(1, 0)] - angle.sin()).abs() < 4e-8
+            );
         }
     }
 

@@ -9,11 +9,12 @@
 //! | conclusion of a window | a solution of six unknowns |
 
 use super::belief::last_six;
+use super::carried::Carried;
 use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::Front;
 use super::pass::Pass;
 use super::start::LinearStart;
-use super::storage::{Marks, Stretch};
+use super::storage::{Marks, PairLimits, Stretch};
 use super::unknowns::{Belief, Group, Point};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
 use crate::math::square_root_information::SquareRootInformation;
@@ -59,7 +60,12 @@ pub enum Work<T: Real, const U: usize> {
     Idle,
     /// Linear start over blocks from the first to before the last one, and the solution of an earlier
     /// attempt.
-    Start { linear: LinearStart<T>, from: usize, end: usize, chosen: Option<Chosen<T>> },
+    Start {
+        linear: LinearStart<T>,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T>>,
+    },
     Descent(Descent<T, U>),
 }
 
@@ -111,8 +117,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         for _ in 0..2 {
             let is_worth_it = self.closing.is_some() || !self.is_quiet;
-            self.schedule.is_final =
-                is_worth_it && self.schedule.fitted != self.schedule.blocks;
+            self.schedule.is_final = is_worth_it && self.schedule.fitted != self.schedule.blocks;
             self.work(MOST_SLICES);
         }
     }
@@ -121,7 +126,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     pub fn next_slice(&self) -> Option<Slice> {
         if self.blocks.is_compacting() {
             Some(Slice::Sweep)
-        } else if self.blocks.is_nearly_full() {
+        } else if self.needs_room() {
             Some(Slice::Room)
         } else if self.front.as_ref().is_some_and(|front| front.pass.next < self.end()) {
             Some(Slice::Front)
@@ -179,8 +184,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             split: self.closing.as_ref().map_or(0, |closing| closing.end),
         };
         let noise = self.reference_rad_s();
-        let turn = self.config.block_turn_rad;
-        self.blocks.sweep(&mut marks, &mut self.open, noise, turn);
+        let unit = self.front.as_ref().map_or(self.unit_per_kg_m2, |f| f.pass.unit_per_kg_m2);
+        let limits = PairLimits {
+            turn_rad: self.config.block_turn_rad,
+            noise_n_m_s: self.noise_rad_s() / unit,
+        };
+        self.blocks.sweep(&mut marks, &mut self.open, noise, &limits);
         if let Some(front) = &mut self.front {
             front.pass.next = marks.front;
         }
@@ -189,7 +198,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    /// Makes room in storage: by a sweep, or by a new window where the blocks have no room to merge.
+    /// True where storage is nearly full, unless the window whose end makes room is being completed.
+    fn needs_room(&self) -> bool {
+        let waits = self.closing.is_some() && self.blocks.is_incompressible();
+        self.blocks.is_nearly_full() && !waits
+    }
+
+    /// Makes room in storage: by a sweep, or by the end of the window where its blocks cannot be merged.
     fn make_room(&mut self) {
         // Indices of the task become invalid.
         self.work = Work::Idle;
@@ -199,14 +214,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.blocks.compact();
             return;
         }
-        let can_carry = self.closing.is_none()
-            && self.front.as_ref().is_some_and(|front| {
-                self.is_good(front) && front.pass.next == self.blocks.len()
-            });
-        if !can_carry || self.carry_over().is_none() {
-            self.discard_window();
-            self.event = Some(Reset::Diverged);
-        }
+        self.end_stretch(true);
     }
 
     /// The front takes in its next block; false where there is none.
@@ -229,7 +237,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.front = None;
             self.schedule.due_at = self.schedule.blocks;
         } else if self.closing.is_none() && self.has_walked_too_far(&pass) {
-            self.end_stretch();
+            self.end_stretch(true);
         } else if is_contradicted && !was_contradicted {
             self.schedule.due_at = self.schedule.blocks;
         }
@@ -276,7 +284,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Solution of the front as the start of a fit, if its data determine the shape.
     fn carried_point(&self) -> Option<(Point<T>, T)> {
-        let front = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)?;
+        let Some(front) = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)
+        else {
+            return self.carried.map(|carried| (carried.point, carried.unit_per_kg_m2));
+        };
         let unit = front.pass.unit_per_kg_m2;
         let stretch = self.stretch();
         let wheels = stretch.wheels_n_m_s * unit;
@@ -413,7 +424,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         pass.unit_rad_s = noise;
         pass.unit_per_kg_m2 = unit;
         let wheels = stretch.wheels_n_m_s * unit;
-        if !pass.begin(point, &self.groups, descent.from, &stretch.rest, &wheels) {
+        let carried = self.carried.as_ref().filter(|_| descent.from == 0);
+        if !pass.begin(point, &self.groups, descent.from, &stretch.rest, &wheels, carried) {
             pass.next = descent.end;
             pass.residuals.cost = T::MAX;
         }
@@ -431,9 +443,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 self.work = Work::Descent(descent);
             }
             Next::Final => {
-                let (point, step) = (descent.pass.point, descent.final_step);
+                let point = descent.pass.point;
+                let step = descent.pass.solution(&self.beliefs(unit));
                 self.begin_pass(&mut descent, &point, unit);
-                descent.pass.offset = step;
+                descent.pass.offset = step.unwrap_or([T::zero(); U]);
                 self.work = Work::Descent(descent);
             }
             Next::End { is_settled } => self.after_attempt(descent, is_settled, true),
@@ -449,15 +462,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_sound_start =
             descent.attempt == Attempt::Carried || self.inquiry.is_some_and(|i| i.has_asked);
         let residuals = &descent.pass.residuals;
-        let is_changed = is_settled
-            && is_sound_start
-            && (residuals.is_contradicted || residuals.has_many_low());
+        let is_changed =
+            is_settled && is_sound_start && (residuals.is_contradicted || residuals.has_many_low());
         if is_good || is_changed || descent.attempt == Attempt::Best {
             return self.end_fit(descent, is_settled);
         }
         if is_at_end {
-            let cost = descent.pass.residuals.cost
-                + self.beliefs(unit).cost::<U>(&descent.pass.point);
+            let cost =
+                descent.pass.residuals.cost + self.beliefs(unit).cost::<U>(&descent.pass.point);
             if descent.chosen.is_none_or(|(_, (least, _))| cost < least) {
                 descent.chosen = Some((descent.pass.point, (cost, unit)));
             }
@@ -538,8 +550,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             return self.answer(descent.from, front);
         }
         self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
-        let is_revised = is_good
-            && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
+        let is_revised =
+            is_good && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
         if is_revised {
             self.schedule.due_at = self.schedule.blocks;
         }
@@ -553,9 +565,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// True for a fit at a minimum whose residuals agree with the noise from the first block to the last.
     pub(super) fn is_good(&self, front: &Front<T, U>) -> bool {
-        front.is_settled
-            && self.is_explained(&front.pass)
-            && !front.pass.residuals.is_contradicted
+        front.is_settled && self.is_explained(&front.pass) && !front.pass.residuals.is_contradicted
     }
 
     /// True where the sigma of every coordinate of the shape is well below its range.
@@ -594,20 +604,55 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         is_loose
     }
 
-    /// Concludes the window that is being closed.
+    /// Concludes the window that is being closed: its information goes to the window that continues it, or to
+    /// the past.
     fn conclude(&mut self) {
         let end = self.end();
-        if let Some(front) = self.front.take() {
-            self.join_past(&front);
+        let is_continued = self.closing.as_ref().is_some_and(|closing| closing.is_continued);
+        let front = self.front.take();
+        let carried = match &front {
+            Some(front) if is_continued && self.is_good(front) => self.carry(front),
+            _ => None,
+        };
+        if let (Some(front), None) = (&front, &carried) {
+            self.join_past(front);
         }
+        let is_lost = carried.is_none() && !front.is_some_and(|front| self.is_good(&front));
+        if let Some(earlier) = self.carried.filter(|_| is_lost) {
+            self.keep_carried(&earlier);
+        }
+        self.carried = carried;
         self.closing = None;
         self.work = Work::Idle;
+        self.inquiry = None;
         self.blocks.drop_before(end);
         let further = self.blocks.len().saturating_sub(end) as u32;
         self.schedule = Schedule { blocks: further, ..Schedule::new() };
         self.schedule.reopen();
-        self.inquiry = None;
         self.groups = self.config.groups::<U>();
+    }
+
+    /// Information of a window at its end, walked over a third of its duration: that of its mean.
+    #[inline(never)]
+    fn carry(&mut self, front: &Front<T, U>) -> Option<Carried<T>> {
+        self.drop_contradicted(&front.pass);
+        let mut factor = front.pass.factor;
+        let beliefs = self.beliefs(front.pass.unit_per_kg_m2);
+        beliefs.add_groups(&mut factor, &front.pass.point);
+        let noise = beliefs.noise_rad_s;
+        let mut carried = Carried::from_pass(&front.pass, &factor)?;
+        let third_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
+        carried.walk(self.config.inertia_walk_kg_m2_sqrt_s * third_s.sqrt(), noise);
+        Some(carried)
+    }
+
+    /// Adds information that a window was continued with to the past: that of the window itself is lost.
+    pub(super) fn keep_carried(&mut self, carried: &Carried<T>) {
+        let past = carried.to_past(self.noise_rad_s(), self.past.as_ref());
+        if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
+            self.past = Some(past);
+            self.past_age_s = self.stretch().duration_s;
+        }
     }
 
     /// Adds the information of a window to that of the windows before it, unless these contradict it.
@@ -624,7 +669,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past.walk(walk);
         }
         self.drop_contradicted(pass);
-        let past = super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
+        let past =
+            super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
         if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
             self.past = Some(past);
             // The mean over the window is a third of it away from its end in variance.
@@ -665,19 +711,5 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         beliefs.noise_rad_s = sigma;
         beliefs.add_groups(&mut factor, &pass.point);
         (last_six(&factor), sigma)
-    }
-
-    /// Continues with a new window where the present one ends, with all of its information.
-    ///
-    /// Storage is full of blocks that turn far. The front has taken in all of them: its momentum at the end
-    /// is that at the start of the next window.
-    fn carry_over(&mut self) -> Option<()> {
-        let front = self.front.take()?;
-        self.join_past(&front);
-        let wheels = self.blocks.block(self.blocks.len().checked_sub(1)?)?.wheels_end_n_m_s;
-        self.blocks.clear(T::count(self.config.block_samples));
-        self.open = Stretch { has_torque: self.open.has_torque, ..Stretch::new(wheels) };
-        self.schedule = Schedule::new();
-        Some(())
     }
 }
