@@ -525,7 +525,7 @@ fn window_config<T: Real>() -> window::Config<T> {
     window::Config {
         quiet_s: T::lit(8.0),
         block_samples: 2,
-        // Blocks of two samples take twice the work of the default of four.
+        slices_per_step: 16,
         ..window::Config::new(noise)
     }
 }

@@ -92,7 +92,7 @@ const DRAG_SHOWN: f64 = 26.0;
 /// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 /// Mean square of the walk within a window, over its variance.
-const MOST_WALKED: f64 = 0.5;
+const MOST_WALKED: f64 = 1.0;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
 /// other.
 const CONTRADICTED: f64 = 33.0;
@@ -237,7 +237,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.front = None;
             self.schedule.due_at = self.schedule.blocks;
         } else if self.closing.is_none() && self.has_walked_too_far(&pass) {
-            self.end_stretch(true);
+            self.end_stretch(false);
         } else if is_contradicted && !was_contradicted {
             self.schedule.due_at = self.schedule.blocks;
         }
