@@ -11,7 +11,7 @@
 //!                                                       Sample            ▼
 //!                                                          ▼        link::uplink
 //!                      store ◄── checkpoint ── flight::selected ◄── link::command
-//!                     (flash) ── at start ───►  (fsw_steps)
+//!                     (flash) ── at start ───►  (fsw_roster)
 //!                                                          │
 //!                                                 estimate, outcome
 //!                                                          ▼
@@ -22,7 +22,7 @@
 //! 2. [`flight::flight_loop`] takes the stamp, reads the gyro and the wheel tachometers by their
 //!    [`drivers`], adds the known external torque, and steps the estimator with the
 //!    [`fsw_core::Sample`].
-//! 3. [`flight::selected`] is the estimator: one of the roster of [`fsw_steps`].
+//! 3. [`flight::selected`] is the estimator: one of the roster of [`fsw_roster`]. Its step is in [`fsw_steps`], compiled for speed.
 //! 4. [`flight::computer`] strings these together with the [`link`] to the ground and the [`store`] of
 //!    checkpoints: its `poll` is the loop of the image. [`flight::supervisor`] permits the watchdog to be
 //!    fed after each complete round.

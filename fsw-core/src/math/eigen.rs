@@ -133,6 +133,7 @@ fn make_orthogonal<T: Real, const N: usize>(
     p: usize,
     q: usize,
 ) {
+    let (p, q) = (p.min(N.saturating_sub(1)), q.min(N.saturating_sub(1)));
     let (x, y) = (column(b, p), column(b, q));
     let (xx, yy, xy) = (x.dot(&x), y.dot(&y), x.dot(&y));
     if xy == T::zero() {

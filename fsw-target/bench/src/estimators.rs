@@ -9,6 +9,7 @@ use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Slice, Window};
 use fsw_core::{Coasting, Prior};
 use fsw_core::{ConfigError, Outcome, Sample, Status, WheelArray};
+use fsw_roster::Work;
 use fsw_steps::{BLOCKS, EkfSgfRls, JointEkf, Step, Window9, Window12, Window15, Window18};
 use fsw_target::flight::computer::SLICES_PER_SAMPLE;
 use fsw_target::flight::craft::WHEELS;
@@ -130,7 +131,7 @@ in_place! {
 }
 
 /// An estimator with its next slice of work.
-trait Sliced: Step {
+trait Sliced: Step + Work {
     /// Kind of the next slice; `None` where nothing is left, or where all is done in the step.
     fn next_slice(&self) -> Option<Slice> {
         None
@@ -139,7 +140,7 @@ trait Sliced: Step {
 
 impl<const U: usize> Sliced for Window<f32, WHEELS, BLOCKS, U>
 where
-    Self: Step,
+    Self: Step + Work,
 {
     fn next_slice(&self) -> Option<Slice> {
         Window::next_slice(self)
@@ -224,6 +225,6 @@ fn step<E: Step>(estimator: &mut E, sample: &Sample<f32, WHEELS>) -> Outcome {
 
 /// One slice of work.
 #[inline(never)]
-fn slice<E: Step>(estimator: &mut E) {
-    let _ = core::hint::black_box(estimator).work_fast(1);
+fn slice<E: Work>(estimator: &mut E) {
+    let _ = core::hint::black_box(estimator).work_in_slices(1);
 }

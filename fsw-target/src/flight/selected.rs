@@ -15,9 +15,10 @@ use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator::window::Remaining;
 use fsw_core::{Coasting, ConfigError, Estimate, Estimator, Innovation, Outcome, Prior};
 use fsw_core::{Sample, Vec3};
-use fsw_steps::{EstimatorSlot, InitialData, Window9};
+use fsw_roster::{EstimatorSlot, InitialData};
+use fsw_steps::Window9;
 
-pub use fsw_steps::{EstimatorId, Refused};
+pub use fsw_roster::{EstimatorId, Refused};
 
 /// The selected estimator, with the data that it and any other starts from.
 #[derive(Debug, Clone)]

@@ -7,7 +7,7 @@ use super::packet::{COMMAND, Header, Packet, PacketType, SequenceCount};
 use super::wire::{Coded, Reader, Unreadable, Wire, codes};
 use core::fmt;
 use fsw_core::Prior;
-use fsw_steps::EstimatorId;
+use fsw_roster::EstimatorId;
 
 /// Longest telecommand packet, bytes, with reserve for further functions.
 pub const MAX_COMMAND: usize = 64;

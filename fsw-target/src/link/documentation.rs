@@ -7,7 +7,7 @@ use super::telemetry::{CheckpointState, ClockSource, GyroState, ResetCause, Tele
 use super::wire::{About, Coded, Shape, Value, Visitor};
 use crate::runtime::failure::Kind as FailureKind;
 use fsw_core::{Outcome, Status};
-use fsw_steps::EstimatorId;
+use fsw_roster::EstimatorId;
 use std::string::String;
 use std::vec::Vec;
 use std::{format, print, println};

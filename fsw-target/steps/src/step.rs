@@ -3,7 +3,7 @@
 use fsw_core::dynamics::step::Transition;
 use fsw_core::estimator::ekf_sgf::EkfSgf;
 use fsw_core::estimator::joint_ekf::{self, Form, JointEkfUd, State, StructuredUd};
-use fsw_core::estimator::window::{Remaining, Window};
+use fsw_core::estimator::window::Window;
 use fsw_core::{Estimate, Estimator, Innovation, Outcome, Sample, Vec3};
 
 /// Number of wheels of the flight image. A spacecraft with fewer sets the spin inertia of the others to
@@ -27,13 +27,8 @@ pub type EkfSgfRls = EkfSgf<f32, WHEELS>;
 
 /// An estimator whose step is compiled in this crate.
 pub trait Step: Estimator<f32, WHEELS> {
-    /// [`Estimator::step`], bit for bit.
+    /// [`Estimator::step`], bit for bit; that of a window without slices of work, [`Window::step_alone`].
     fn step_fast(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome;
-
-    /// [`Window::work`], bit for bit. Estimators that complete their work within each step have none.
-    fn work_fast(&mut self, _slices: u32) -> Remaining {
-        Remaining::Nothing
-    }
 }
 
 /// Adapter for code that takes any [`Estimator`]: its step is [`Step::step_fast`].
@@ -63,33 +58,18 @@ impl<E: Step> Estimator<f32, WHEELS> for Fast<E> {
 }
 
 macro_rules! step_fast {
-    ($($estimator:ty { $($work:tt)* })*) => {
+    ($step:path: $($estimator:ty),*) => {
         $(impl Step for $estimator {
             #[inline(never)]
             fn step_fast(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome {
-                Estimator::step(self, sample)
+                $step(self, sample)
             }
-
-            $($work)*
         })*
     };
 }
 
-macro_rules! step_and_work_fast {
-    ($($window:ty),*) => {
-        step_fast! {
-            $($window {
-                #[inline(never)]
-                fn work_fast(&mut self, slices: u32) -> Remaining {
-                    self.work(slices)
-                }
-            })*
-        }
-    };
-}
-
-step_and_work_fast!(Window9, Window12, Window15, Window18);
-step_fast!(JointEkf {} EkfSgfRls {});
+step_fast!(Window::step_alone: Window9, Window12, Window15, Window18);
+step_fast!(Estimator::step: JointEkf, EkfSgfRls);
 
 /// Prediction and update of the covariance of `joint-ekf` alone, for the bench.
 #[inline(never)]

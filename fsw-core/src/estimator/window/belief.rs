@@ -28,7 +28,7 @@ pub const SCALE_SIGMA: f64 = 2.3;
 const CONSTRAINT: f64 = 1e5;
 
 /// Variance of each coordinate of shape and scale after a random walk of the elements, over `κ² σ²`.
-pub const WALKED: [f64; 6] = [1.0, 1.0, 2.0, 2.0, 2.0, 3.0];
+pub const WALKED: [u32; 6] = [1, 1, 2, 2, 2, 3];
 
 /// Information of earlier windows on the inertia, of unit variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +52,7 @@ impl<T: Real> Past<T> {
         let variance = share * share;
         if variance > T::zero() {
             for (place, times) in WALKED.into_iter().enumerate() {
-                self.information.walk(place, variance * T::lit(times));
+                self.information.walk(place, variance * T::count(times));
             }
         }
     }
@@ -77,7 +77,7 @@ impl<T: Real> Past<T> {
         if let Some(past) = earlier {
             for index in 0..6 {
                 let (row, y, weight) = past.row(index, point, unit_per_kg_m2);
-                window.add_weighted(&row, y, weight);
+                window.fold(&row, y, weight);
             }
         }
         // Scale over its value at the point.
@@ -92,6 +92,7 @@ impl<T: Real> Past<T> {
 
     /// Row `index` of the information as one on the unknowns of a fit at `point`.
     fn row<const U: usize>(&self, index: usize, point: &Point<T>, unit: T) -> ([T; U], T, T) {
+        let index = index.min(5);
         let factor = &self.information.factor[index];
         let (mut row, mut y) = ([T::zero(); U], self.information.right_hand_side[index]);
         for k in index..6 {
@@ -142,7 +143,7 @@ impl<T: Real> Beliefs<'_, T> {
         point: &Point<T>,
     ) -> [T; GROUPS] {
         self.each_of_groups(point, |row, y, weight| {
-            factor.add_weighted(row, y, weight);
+            factor.fold(row, y, weight);
         });
         self.constrain(factor, point)
     }
@@ -156,7 +157,7 @@ impl<T: Real> Beliefs<'_, T> {
         point: &Point<T>,
     ) {
         self.each_of_inertia(point, |row, y, weight| {
-            factor.add_weighted(row, y, weight);
+            factor.fold(row, y, weight);
         });
     }
 
@@ -167,7 +168,7 @@ impl<T: Real> Beliefs<'_, T> {
         let mut both = *window;
         let mut sum = T::zero();
         self.each_known(point, |row: &[T; 6], y, weight| {
-            sum += both.add_weighted(row, y, weight).square();
+            sum += both.fold(row, y, weight).square();
         });
         sum / (self.noise_rad_s * self.noise_rad_s)
     }
@@ -226,7 +227,8 @@ impl<T: Real> Beliefs<'_, T> {
             let mut row = [T::zero(); U];
             row[shape_of(U) + k] = T::one();
             let weight = variance * T::lit(1.0 / (SHAPE_SIGMA * SHAPE_SIGMA));
-            add(&row, centre[k] - point.shape[k], weight);
+            let away = centre.get(k).zip(point.shape.get(k)).map(|(c, q)| *c - *q);
+            add(&row, away.unwrap_or(T::zero()), weight);
         }
         if self.prior.is_none() {
             // On the logarithm, with ln x ≈ 2 (x − 1) / (x + 1).
@@ -258,6 +260,7 @@ impl<T: Real> Beliefs<'_, T> {
         element: usize,
         point: &Point<T>,
     ) -> ([T; U], T) {
+        let element = element.min(5);
         let trace = T::one() / (point.scale * self.unit_per_kg_m2);
         let mut of_element = [T::zero(); 6];
         of_element[element] = trace;
@@ -287,7 +290,7 @@ impl<T: Real> Beliefs<'_, T> {
                 row[column] = T::one();
                 let weight = information_on(factor, column) * T::lit(CONSTRAINT);
                 let weight = if weight > T::zero() { weight } else { T::one() };
-                let left = factor.add_weighted(&row, -point.group[place][i], weight);
+                let left = factor.fold(&row, -point.group[place][i], weight);
                 contradiction[place] += left.square() * one_over_variance;
             }
         }
@@ -315,8 +318,8 @@ pub fn information_on<T: Real, const U: usize>(
     factor: &SquareRootInformation<T, U>,
     column: usize,
 ) -> T {
-    let mut sum = T::zero();
-    for i in 0..column.min(U) {
+    let (mut sum, column) = (T::zero(), column.min(U.saturating_sub(1)));
+    for i in 0..column {
         let row = &factor.factor[i];
         sum += row[i] * row[column] * row[column];
     }

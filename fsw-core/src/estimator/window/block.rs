@@ -72,6 +72,7 @@ impl<T: Real> Block<T> {
     ///
     /// Each block's ramp gives way to the common one, and the difference goes into ḡ. Means are by duration:
     /// that of the middle stays where samples come unevenly.
+    #[inline(never)]
     pub fn merge(&self, next: &Self) -> Self {
         let half = T::lit(0.5);
         let duration_s = self.duration_s + next.duration_s;
@@ -270,6 +271,7 @@ impl<T: Real> Averager<T> {
 
     /// Straight lines from sample to sample are right for a torque that steps; for one that swings
     /// they are too long by a twelfth of its bend, `change` less the change before.
+    #[inline(never)]
     fn correct_for_bend(&mut self, change: Vec3<T>, elapsed_s: T) {
         let bend = change - self.torque_change_n_m;
         self.torque_change_n_m = change;
@@ -301,6 +303,7 @@ impl<T: Real> Averager<T> {
     }
 
     /// Ends the block at the newest reading, which is in it, and begins the next one there.
+    #[inline(never)]
     pub fn finish(&mut self) -> Option<Block<T>> {
         let newest = self.newest;
         self.push(self.torque_before_n_m, newest.torque_n_m, self.half_before_s);
@@ -327,6 +330,7 @@ impl<T: Real> Averager<T> {
     }
 
     /// The block so far, without the newest reading, for wheel momentum at its end; none if that is all.
+    #[inline(never)]
     fn block_to(&self, wheels_end_n_m_s: Vec3<T>) -> Option<Block<T>> {
         if self.samples == 0 {
             return None;

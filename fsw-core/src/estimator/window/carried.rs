@@ -35,7 +35,9 @@ impl<T: Real> Carried<T> {
         factor: &SquareRootInformation<T, U>,
     ) -> Option<Self> {
         let mut at_end = SquareRootInformation::<T, U>::default();
-        for i in 0..U {
+        // Constraints on further groups first: their large weights then leave the other rows exact.
+        let groups = FIRST_GROUP..shape_of(U);
+        for i in groups.chain(0..FIRST_GROUP).chain(shape_of(U)..U) {
             let mut row = factor.factor[i];
             let weight = row[i];
             row[i] = T::one();
@@ -72,7 +74,7 @@ impl<T: Real> Carried<T> {
         let variance = share * share;
         if variance > T::zero() {
             for (k, times) in WALKED.into_iter().enumerate() {
-                self.information.walk(FIRST_GROUP + k, variance * T::lit(times));
+                self.information.walk(FIRST_GROUP + k, variance * T::count(times));
             }
         }
     }

@@ -263,7 +263,7 @@ fn damp<T: Real, const U: usize>(factor: &mut SquareRootInformation<T, U>, dampi
     for (column, of_column) in information.into_iter().enumerate() {
         let mut row = [T::zero(); U];
         row[column] = T::one();
-        factor.add_weighted(&row, T::zero(), of_column);
+        factor.fold(&row, T::zero(), of_column);
     }
 }
 

@@ -93,9 +93,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Takes the result of a fit for the inquiry, over the blocks from `from` on.
-    pub(super) fn answer(&mut self, from: usize, fit: Front<T, U>) {
-        let is_good = self.is_good(&fit);
-        let before = self.information_of(&fit);
+    pub(super) fn answer(&mut self, from: usize, fit: &Front<T, U>) {
+        let is_good = self.is_good(fit);
+        let before = self.information_of(fit);
         let Some(inquiry) = &mut self.inquiry else { return };
         inquiry.has_asked = false;
         if !inquiry.has_before {
@@ -118,7 +118,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Ends an inquiry whose later blocks are explained: they become a window of their own.
-    fn separate(&mut self, from: usize, fit: Front<T, U>) {
+    #[inline(never)]
+    fn separate(&mut self, from: usize, fit: &Front<T, U>) {
         let before = self.inquiry.take().and_then(|inquiry| inquiry.before);
         match before {
             Some(before) if self.contradicts(&before, &fit.pass) => self.forget_past(),
@@ -142,7 +143,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.schedule = Schedule { blocks, fitted: blocks, ..Schedule::new() };
         self.schedule.wait_for_growth(4);
         self.suspect_until = blocks.saturating_add(CLEAN_BLOCKS);
-        self.front = Some(fit);
+        self.front = Some(*fit);
         self.carried = None;
         self.blocks.drop_before(from);
     }

@@ -295,6 +295,50 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.is_quiet = false;
     }
 
+    /// As [`step`](Estimator::step), without any slice of work: for a caller that calls
+    /// [`work`](Self::work) itself, and compiles it apart from the step.
+    pub fn step_alone(&mut self, sample: &Sample<T, W>) -> Outcome {
+        match self.take_sample(sample) {
+            Some(outcome) => outcome,
+            None => self.outcome(),
+        }
+    }
+
+    /// Checks and takes in a sample. Returns the outcome where it is known already.
+    fn take_sample(&mut self, sample: &Sample<T, W>) -> Option<Outcome> {
+        let verdict = self.gate.check(sample);
+        if !matches!(verdict, Verdict::Rejected(_)) {
+            self.rate_rad_s = sample.rate_rad_s;
+        }
+        match verdict {
+            Verdict::Rejected(why) => Some(Outcome::Coasting(Coasting::Rejected(why))),
+            Verdict::First => {
+                self.begin_stretch(sample);
+                Some(Outcome::Reset(Reset::FirstSample))
+            }
+            Verdict::Gap => {
+                self.drain();
+                self.end_stretch(false);
+                self.begin_stretch(sample);
+                Some(Outcome::Reset(self.gate.cause_of_gap().into()))
+            }
+            Verdict::After { elapsed_us } => {
+                self.push(sample, T::seconds(elapsed_us));
+                None
+            }
+        }
+    }
+
+    /// Outcome of a sample that was taken in.
+    fn outcome(&mut self) -> Outcome {
+        match self.event.take() {
+            Some(reset) => Outcome::Reset(reset),
+            None if core::mem::take(&mut self.has_refused) => Outcome::Coasting(Coasting::Spike),
+            None if self.front.is_some() || self.is_quiet => Outcome::Updated,
+            None => Outcome::Coasting(Coasting::Aligning),
+        }
+    }
+
     /// True while a window is open.
     pub fn is_open(&self) -> bool {
         self.averager.is_some() && !self.is_quiet
@@ -366,6 +410,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Takes in a sample that the gate has judged.
+    #[inline(never)]
     fn take_in(&mut self, sample: &Judged<T, Drive<T>>) {
         let (wheel_momentum_n_m_s, torque_n_m) = sample.payload;
         let reading = Reading {
@@ -419,6 +464,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
+    #[inline(never)]
     fn add_block(&mut self, block: &Block<T>) {
         self.open.note(block);
         self.blocks.push(block);
@@ -439,6 +485,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command; or in mid-motion,
     /// where what follows continues it.
+    #[inline(never)]
     fn end_stretch(&mut self, is_continued: bool) {
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);
@@ -473,33 +520,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
     for Window<T, W, N, U>
 {
     fn step(&mut self, sample: &Sample<T, W>) -> Outcome {
-        let verdict = self.gate.check(sample);
-        if !matches!(verdict, Verdict::Rejected(_)) {
-            self.rate_rad_s = sample.rate_rad_s;
+        if let Some(outcome) = self.take_sample(sample) {
+            return outcome;
         }
-        match verdict {
-            Verdict::Rejected(why) => return Outcome::Coasting(Coasting::Rejected(why)),
-            Verdict::First => {
-                self.begin_stretch(sample);
-                return Outcome::Reset(Reset::FirstSample);
-            }
-            Verdict::Gap => {
-                self.drain();
-                self.end_stretch(false);
-                self.begin_stretch(sample);
-                return Outcome::Reset(self.gate.cause_of_gap().into());
-            }
-            Verdict::After { elapsed_us } => {
-                self.push(sample, T::seconds(elapsed_us));
-                self.work(self.config.slices_per_step);
-            }
-        }
-        match self.event.take() {
-            Some(reset) => Outcome::Reset(reset),
-            None if core::mem::take(&mut self.has_refused) => Outcome::Coasting(Coasting::Spike),
-            None if self.front.is_some() || self.is_quiet => Outcome::Updated,
-            None => Outcome::Coasting(Coasting::Aligning),
-        }
+        self.work(self.config.slices_per_step);
+        self.outcome()
     }
 
     fn estimate(&self) -> Estimate<T> {

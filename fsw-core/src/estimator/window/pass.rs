@@ -277,7 +277,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
             let apart = rest.rate_rad_s - rate - self.trajectory.model.bias_rad_s();
             for axis in 0..3 {
                 let row = self.trajectory.sensitivity_at_start(&rate, wheels, axis);
-                self.factor.add_weighted(&row, apart[axis], rest.weight);
+                self.factor.fold(&row, apart[axis], rest.weight);
             }
         }
         if let Some(carried) = carried {

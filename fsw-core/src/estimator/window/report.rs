@@ -57,6 +57,28 @@ impl<T: Real> Ended<T> {
     }
 }
 
+/// Adds the rounding of each element to its variance; false where a number is not finite.
+#[inline(never)]
+fn is_finite_with_floor<T: Real>(estimate: &mut Estimate<T>) -> bool {
+    let elements = estimate.inertia.elements_kg_m2();
+    let covariance = &mut estimate.covariance_kg2_m4;
+    for i in 0..6 {
+        let rounded = elements[i] * T::EPSILON;
+        covariance[(i, i)] *= T::one() + T::EPSILON * T::lit(16.0);
+        covariance[(i, i)] += rounded * rounded;
+    }
+    elements.iter().all(|x| x.is_finite()) && covariance.iter().all(|x| x.is_finite())
+}
+
+/// Brings the tensor to the nearest physical one.
+#[inline(never)]
+fn bring_to_nearest_physical<T: Real>(estimate: &mut Estimate<T>) {
+    if let Some(nearest) = nearest_physical(&estimate.inertia, &estimate.covariance_kg2_m4) {
+        estimate.inertia = nearest;
+        estimate.projected = true;
+    }
+}
+
 /// Shape and scale with their information.
 struct Solution<T: Real> {
     point: Point<T>,
@@ -73,7 +95,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Some(front) => self.report_front(front, &mut estimate),
             None => self.past.is_some() && self.report_past(&mut estimate),
         };
-        if !is_found {
+        if is_found {
+            bring_to_nearest_physical(&mut estimate);
+        } else {
             self.report_nothing(&mut estimate);
         }
         estimate
@@ -98,6 +122,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Estimate of earlier windows; false where it is not finite.
+    #[inline(never)]
     fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
         let Some(mut past) = self.past else { return false };
         past.walk(self.walk_kg_m2());
@@ -118,6 +143,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Prior where nothing has been found.
+    #[inline(never)]
     fn report_nothing(&self, estimate: &mut Estimate<T>) {
         let prior = self.config.prior.filter(|_| self.has_prior).unwrap_or(Prior::unknown());
         *estimate = Estimate::of_nothing();
@@ -150,7 +176,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let Some(alone) = solve(window, point, &data) else { return false };
         let solution = solution.with_curvature(&alone);
         estimate.covariance_kg2_m4 = solution.of_elements();
-        if !self.is_finite_and_physical(estimate) {
+        if !is_finite_with_floor(estimate) {
             return false;
         }
         // At the estimate, with the information of the data.
@@ -158,28 +184,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let range = Prior::of_size(trace * T::lit(1.0 / 3.0)).sigma_kg_m2;
         estimate.observed = observed(&alone.of_elements(), &range);
         estimate.status = Status::of(&estimate.observed);
-        true
-    }
-
-    /// Brings the tensor to the nearest physical one; false where a number is not finite.
-    #[inline(never)]
-    fn is_finite_and_physical(&self, estimate: &mut Estimate<T>) -> bool {
-        let (inertia, covariance) = (estimate.inertia, &mut estimate.covariance_kg2_m4);
-        // Rounding of an element is a floor of its variance.
-        for i in 0..6 {
-            let rounded = inertia.elements_kg_m2()[i] * T::EPSILON;
-            covariance[(i, i)] *= T::one() + T::EPSILON * T::lit(16.0);
-            covariance[(i, i)] += rounded * rounded;
-        }
-        let is_finite = inertia.elements_kg_m2().iter().all(|x| x.is_finite())
-            && covariance.iter().all(|x| x.is_finite());
-        if !is_finite {
-            return false;
-        }
-        if let Some(nearest) = nearest_physical(&inertia, covariance) {
-            estimate.inertia = nearest;
-            estimate.projected = true;
-        }
         true
     }
 

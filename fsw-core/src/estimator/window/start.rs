@@ -102,7 +102,7 @@ impl<T: Real> LinearStart<T> {
             duration_s,
             samples: usual_samples + usual_samples,
         };
-        let mut this = Self {
+        Self {
             next: from,
             has_torque,
             factor: SquareRootInformation::default(),
@@ -111,13 +111,11 @@ impl<T: Real> LinearStart<T> {
             by_torque: Mat::zeros(),
             sizes,
             noise: T::zero(),
-        };
-        this.add_rest(&start.rest);
-        this
+        }
     }
 
-    /// Rows of the rest before the first block.
-    fn add_rest(&mut self, rest: &Rest<T>) {
+    /// Rows of the rest before the first block: to be added first.
+    pub fn add_rest(&mut self, rest: &Rest<T>) {
         if rest.weight > T::zero() {
             let one = Mat::identity();
             self.add_rows(&one, &rest.rate_rad_s, &rest.wheels_n_m_s, &Mat::zeros(), rest.weight);
@@ -171,7 +169,7 @@ impl<T: Real> LinearStart<T> {
             for k in 0..6 {
                 row[ELEMENTS + k] = momentum[(i, k)];
             }
-            self.factor.add_weighted(&row, T::zero(), weight);
+            self.factor.fold(&row, T::zero(), weight);
         }
     }
 
@@ -211,7 +209,7 @@ impl<T: Real> LinearStart<T> {
             let value = (values[i] * values[i] - share).max(T::zero()).sqrt();
             let of_elements: [T; 6] = core::array::from_fn(|k| v[(k, i)] * root(k) * value);
             let trace = of_elements[0] + of_elements[1] + of_elements[2];
-            system.add(by_shape(&of_elements), -trace * T::lit(1.0 / 3.0));
+            system.fold(&by_shape(&of_elements), -trace * T::lit(1.0 / 3.0), T::one());
         }
         // A row's noise is σ |n|, about σ / 3.
         let row_noise = (noise / self.sizes.samples.sqrt()).max(T::lit(1e-6)) * T::lit(1.0 / 3.0);
@@ -219,7 +217,7 @@ impl<T: Real> LinearStart<T> {
         for k in 0..5 {
             let mut row = [T::zero(); 5];
             row[k] = belief;
-            system.add(row, T::zero());
+            system.fold(&row, T::zero(), T::one());
         }
         nearer_the_sphere(system.solve().unwrap_or([T::zero(); 5]))
     }
@@ -286,9 +284,12 @@ fn is_inside<T: Real>(n: &[T; 6]) -> bool {
 /// `(1 − cos φ) / φ²` to φ¹⁰, an error of 3e-9 at one radian.
 fn rotation<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 3> {
     let s = v.dot(v);
-    let series = |c: [f64; 5]| c.iter().rev().fold(T::zero(), |sum, c| T::lit(*c) - s * sum);
-    let a = series([1.0, 1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0, 1.0 / 362_880.0]);
-    let b = series([0.5, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40320.0, 1.0 / 3_628_800.0]);
+    // In single precision each coefficient is a literal: a conversion would be a library call.
+    let series = |c: [T; 5]| c.iter().rev().fold(T::zero(), |sum, c| *c - s * sum);
+    let inverse = |n: f64| T::lit(1.0 / n);
+    let a = series([T::one(), inverse(6.0), inverse(120.0), inverse(5040.0), inverse(362_880.0)]);
+    let b = [T::lit(0.5), inverse(24.0), inverse(720.0), inverse(40320.0), inverse(3_628_800.0)];
+    let b = series(b);
     let cross = skew(v);
     Mat::identity() + cross * a + cross * cross * b
 }

@@ -32,6 +32,9 @@ const STEP_TURN: f64 = 0.45;
 /// Turn below which three orders less suffice and means alone of the sensitivities' equation, rad: what
 /// that leaves is `turn⁵ / 120` of the momentum, 2e-10, and `turn² / 12` of a step's forcing, 1e-4.
 const SLOW_TURN: f64 = 0.03;
+/// Orders of the Taylor series, and those of a step that turns little.
+const ORDERS: usize = 7;
+const LOW_ORDERS: usize = 4;
 /// Steps across a block at most. A block that turns farther than three of them is crossed less
 /// accurately.
 const MOST_STEPS: u32 = 3;
@@ -234,68 +237,64 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     ///
     /// `uₖ = Δ n⁻¹ (pₖ − wₖ)`,  `(k + 1) mₖ₊₁ = Δ τ (k = 0) − c uₖ − Σᵢ uᵢ × pₖ₋ᵢ`,
     ///
-    /// where nothing but m goes beyond the parabola. Written out, they stay in registers.
+    /// where nothing but m goes beyond the parabola. The sums of the low and of the high orders are kept apart.
     /// [`differentiate`](Self::differentiate) follows.
     #[inline(never)]
     fn move_on(&mut self, crossing: &mut Crossing<T, U>) {
-        let part = |k: u32| T::one() / T::count(k);
-        let half = part(2);
+        let part = |k: usize| T::one() / T::count(k as u32);
+        let (half, third) = (part(2), part(3));
         let inverse = &self.model.inverse;
         let [w0, w1, w2, g0, g1, g2] = crossing.within_step(self.model.scale);
-        let turn = inverse * crossing.step_s;
-        let drag = self.model.drag;
-        let has_drag = drag != Vec3::zeros();
-        let braked = |slope: Vec3<T>, u: &Vec3<T>| {
-            if has_drag { slope - drag.component_mul(u) } else { slope }
-        };
-        let h0 = self.momentum;
-        let p0 = h0 + g0;
-        let u0 = turn * (p0 - w0);
-        let s0 = braked(crossing.torque * crossing.step_s + p0.cross(&u0), &u0);
-        let p1 = s0 + g1;
-        let u1 = turn * (p1 - w1);
-        let s1 = braked(p1.cross(&u0) + p0.cross(&u1), &u1);
-        let h2 = s1 * half;
-        let p2 = h2 + g2;
-        let u2 = turn * (p2 - w2);
-        let s2 = braked(p2.cross(&u0) + p1.cross(&u1) + p0.cross(&u2), &u2);
-        let h3 = s2 * part(3);
-        let u3 = turn * h3;
-        let s3 = braked(h3.cross(&u0) + p2.cross(&u1) + p1.cross(&u2) + p0.cross(&u3), &u3);
-        let h4 = s3 * part(4);
-        let mut change = s0 + h2 + h3 + h4;
-        let mut mean = h0 + s0 * half + h2 * part(3) + h3 * part(4) + h4 * part(5);
-        let mut end_slope = s0 + s1 + s2 + s3;
-        if !crossing.is_slow {
-            let u4 = turn * h4;
-            let s4 = h4.cross(&u0) + h3.cross(&u1) + p2.cross(&u2) + p1.cross(&u3) + p0.cross(&u4);
-            let s4 = braked(s4, &u4);
-            let h5 = s4 * part(5);
-            let u5 = turn * h5;
-            let s5 = h5.cross(&u0) + h4.cross(&u1) + h3.cross(&u2);
-            let s5 = braked(s5 + p2.cross(&u3) + p1.cross(&u4) + p0.cross(&u5), &u5);
-            let h6 = s5 * part(6);
-            let u6 = turn * h6;
-            let s6 = h6.cross(&u0) + h5.cross(&u1) + h4.cross(&u2) + h3.cross(&u3);
-            let s6 = braked(s6 + p2.cross(&u4) + p1.cross(&u5) + p0.cross(&u6), &u6);
-            let h7 = s6 * part(7);
-            change += h5 + h6 + h7;
-            mean += h5 * part(6) + h6 * part(7) + h7 * part(8);
-            end_slope += s4 + s5 + s6;
+        let (turn, torque) = (inverse * crossing.step_s, crossing.torque * crossing.step_s);
+        let (w, g) = ([w0, w1, w2], [g1, g2]);
+        let none = Vec3::zeros();
+        let (mut p, mut u) = ([none; ORDERS], [none; ORDERS]);
+        let mut coefficient = self.momentum + g0;
+        let mut first_slope = none;
+        let [mut low, mut high] = [Sums { change: none, mean: none, slope: none }; 2];
+        low.mean = self.momentum;
+        let orders = if crossing.is_slow { LOW_ORDERS } else { ORDERS };
+        for k in 0..orders {
+            let rate = w.get(k).map_or(coefficient, |w| coefficient - w);
+            let (Some(of_p), Some(of_u)) = (p.get_mut(k), u.get_mut(k)) else { break };
+            (*of_p, *of_u) = (coefficient, turn * rate);
+            let of_u = *of_u;
+            let mut slope = product(p.iter().take(k + 1), &u);
+            if k == 0 {
+                slope = torque + slope;
+            }
+            let slope = self.braked(slope, &of_u);
+            if k == 0 {
+                first_slope = slope;
+            }
+            let next = slope * part(k + 1);
+            let sums = if k < LOW_ORDERS { &mut low } else { &mut high };
+            sums.change += next;
+            sums.mean += next * part(k + 2);
+            sums.slope += slope;
+            coefficient = g.get(k).map_or(next, |g| next + g);
         }
-        crossing.mean = mean + g0 + g1 * half + g2 * part(3);
+        let change = low.change + high.change;
+        let mean = low.mean + high.mean;
+        crossing.mean = mean + g0 + g1 * half + g2 * third;
         crossing.change = change + g1 + g2;
-        crossing.mean_rate = inverse * (crossing.mean - w0 - w1 * half - w2 * part(3));
+        crossing.mean_rate = inverse * (crossing.mean - w0 - w1 * half - w2 * third);
         crossing.rate_change = inverse * (crossing.change - w1 - w2);
         crossing.momentum += mean;
-        crossing.rate += inverse * (p0 - w0) + crossing.rate_change * half;
+        crossing.rate += inverse * (self.momentum + g0 - w0) + crossing.rate_change * half;
         if crossing.done == 0 {
-            crossing.bend = s0;
+            crossing.bend = first_slope;
         }
         if crossing.done + 1 == crossing.steps {
-            crossing.bend -= end_slope;
+            crossing.bend -= low.slope + high.slope;
         }
         self.move_by(change);
+    }
+
+    /// Slope less that of the drag at turn u.
+    fn braked(&self, slope: Vec3<T>, u: &Vec3<T>) -> Vec3<T> {
+        let drag = &self.model.drag;
+        if *drag == Vec3::zeros() { slope } else { slope - drag.component_mul(u) }
     }
 
     /// Adds to m with compensation for rounding (Kahan's sum).
@@ -321,9 +320,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         let (w, duration_s) = (crossing.mean_rate, crossing.step_s);
         let sum = &mut crossing.sensitivity;
         let mut put = |column: &mut Vec3<T>, c: usize, pushed: Vec3<T>| {
-            let after = carry * *column + pushed;
-            sum[c] += *column + after;
-            *column = after;
+            carry_column(&carry, &pushed, column, &mut sum[c]);
         };
         for c in 0..3 {
             put(&mut self.sensitivity[MOMENTUM + c], MOMENTUM + c, Vec3::zeros());
@@ -376,18 +373,18 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
             let twelfth = T::lit(1.0 / 12.0);
             let k_change = across(&(crossing.change * twelfth), &by_momentum);
             let a_change = k_change - skew(&(crossing.rate_change * (crossing.step_s * twelfth)));
-            x += a_change * a - a * a_change;
-            by_drive += a_change * k - a * k_change;
-            by_drive_change = Some(a * k * twelfth - k_change);
+            x += times(&a_change, &a) - times(&a, &a_change);
+            by_drive += times(&a_change, &k) - times(&a, &k_change);
+            by_drive_change = Some(times(&a, &k) * twelfth - k_change);
         }
         let fourth = one * T::lit(1.0 / 24.0) + x * T::lit(1.0 / 120.0);
-        let third = one * T::lit(1.0 / 6.0) + x * fourth;
-        let series = one + x * (one * T::lit(0.5) + x * third);
+        let third = one * T::lit(1.0 / 6.0) + times(&x, &fourth);
+        let series = one + times(&x, &(one * T::lit(0.5) + times(&x, &third)));
         Propagation {
-            carry: one + series * x,
+            carry: one + times(&series, &x),
             series,
-            by_drive: series * -by_drive,
-            by_drive_change: by_drive_change.map(|m| series * m),
+            by_drive: times(&series, &-by_drive),
+            by_drive_change: by_drive_change.map(|m| times(&series, &m)),
         }
     }
 
@@ -530,6 +527,45 @@ impl<T: Real, const U: usize> Crossing<T, U> {
     }
 }
 
+/// Sums over the orders of a step.
+#[derive(Clone, Copy)]
+struct Sums<T: Real> {
+    change: Vec3<T>,
+    mean: Vec3<T>,
+    /// Slope at the end.
+    slope: Vec3<T>,
+}
+
+/// Coefficient of the product of two polynomials, `Σᵢ pₖ₋ᵢ × uᵢ`, for p up to pₖ.
+#[inline(never)]
+fn product<'a, T: Real>(
+    p: core::iter::Take<core::slice::Iter<'a, Vec3<T>>>,
+    u: &[Vec3<T>],
+) -> Vec3<T> {
+    let mut products = p.rev().zip(u).map(|(p, u)| p.cross(u));
+    let first = products.next().unwrap_or(Vec3::zeros());
+    products.fold(first, |sum, product| sum + product)
+}
+
+/// Carries a column of D, and adds both of its ends to a sum.
+#[inline(never)]
+fn carry_column<T: Real>(
+    carry: &Mat<T, 3, 3>,
+    pushed: &Vec3<T>,
+    column: &mut Vec3<T>,
+    sum: &mut Vec3<T>,
+) {
+    let after = carry * *column + pushed;
+    *sum += *column + after;
+    *column = after;
+}
+
+/// Product of two matrices, out of line.
+#[inline(never)]
+fn times<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
+    a * b
+}
+
 /// `v^× M`.
 fn across<T: Real>(v: &Vec3<T>, m: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
     Mat::from_columns(&core::array::from_fn::<Vec3<T>, 3, _>(|i| {
@@ -539,7 +575,7 @@ fn across<T: Real>(v: &Vec3<T>, m: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
 
 /// The columns of `M G(ω)`.
 fn columns_of_the_regressor<T: Real>(m: &Mat<T, 3, 3>, w: &Vec3<T>) -> [Vec3<T>; 6] {
-    let [a, b, c]: [Vec3<T>; 3] = core::array::from_fn(|i| m.column(i).into());
+    let [a, b, c]: [Vec3<T>; 3] = core::array::from_fn(|i| crate::math::column(m, i));
     [a * w.x, b * w.y, c * w.z, a * w.y + b * w.x, a * w.z + c * w.x, b * w.z + c * w.y]
 }
 

@@ -13,7 +13,7 @@ use super::carried::Carried;
 use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::Front;
 use super::pass::Pass;
-use super::start::LinearStart;
+use super::start::{FirstPoint, LinearStart};
 use super::storage::{Marks, PairLimits, Stretch};
 use super::unknowns::{Belief, Group, Point};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
@@ -67,6 +67,15 @@ pub enum Work<T: Real, const U: usize> {
         chosen: Option<Chosen<T>>,
     },
     Descent(Descent<T, U>),
+}
+
+/// What follows a pass, other than a further pass.
+#[derive(Clone, Copy, Debug)]
+enum After<T: Real> {
+    /// Another linear start.
+    Start { has_torque: bool, from: usize, end: usize, chosen: Option<Chosen<T>> },
+    /// The result of all attempts.
+    End { is_settled: bool },
 }
 
 /// Solution of an attempt, its cost in rad²/s², and the unit of its scale, 1/(kg m²).
@@ -205,6 +214,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Makes room in storage: by a sweep, or by the end of the window where its blocks cannot be merged.
+    #[inline(never)]
     fn make_room(&mut self) {
         // Indices of the task become invalid.
         self.work = Work::Idle;
@@ -232,11 +242,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         front.pass.take(&span);
         let residuals = &front.pass.residuals;
         let is_contradicted = residuals.is_contradicted || residuals.has_many_low();
-        let pass = front.pass;
-        if !pass.is_finite() {
+        if !front.pass.is_finite() {
             self.front = None;
             self.schedule.due_at = self.schedule.blocks;
-        } else if self.closing.is_none() && self.has_walked_too_far(&pass) {
+        } else if self.closing.is_none() && self.has_walked_too_far() {
             self.end_stretch(false);
         } else if is_contradicted && !was_contradicted {
             self.schedule.due_at = self.schedule.blocks;
@@ -249,23 +258,24 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     ///
     /// The expected square of the walk in sigmas is `Σ Iᵢᵢ σᵢ²(t)` over the six coordinates, with I the
     /// information of the window.
-    fn has_walked_too_far(&self, pass: &Pass<T, U>) -> bool {
+    fn has_walked_too_far(&self) -> bool {
         let walk = self.config.inertia_walk_kg_m2_sqrt_s;
-        if walk <= T::zero() {
+        let Some(Front { pass, .. }) = self.front.as_ref().filter(|_| walk > T::zero()) else {
             return false;
-        }
+        };
         let share = walk * pass.unit_per_kg_m2 * pass.point.scale;
         let variance = share * share * self.open.duration_s;
         let six = last_six(&pass.factor);
         let mut square = T::zero();
         for (k, times) in super::belief::WALKED.into_iter().enumerate() {
-            square += super::belief::information_on(&six, k) * T::lit(times);
+            square += super::belief::information_on(&six, k) * T::count(times);
         }
         let noise = self.noise_rad_s();
         square * variance > T::lit(6.0 * MOST_WALKED) * (noise * noise)
     }
 
     /// Begins a fit over all blocks.
+    #[inline(never)]
     fn begin_fit(&mut self) {
         self.schedule.fitted = self.schedule.blocks;
         self.schedule.is_final = false;
@@ -283,6 +293,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Solution of the front as the start of a fit, if its data determine the shape.
+    #[inline(never)]
     fn carried_point(&self) -> Option<(Point<T>, T)> {
         let Some(front) = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)
         else {
@@ -305,6 +316,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.begin_start_with(false, from, end, chosen);
     }
 
+    #[inline(never)]
     fn begin_start_with(
         &mut self,
         has_torque: bool,
@@ -319,6 +331,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let blocks = (from..end).filter_map(|i| self.blocks.block(i));
         let linear = LinearStart::new(blocks, &stretch, from, self.blocks.usual(), has_torque);
         self.work = Work::Start { linear, from, end, chosen };
+        if let Work::Start { linear, .. } = &mut self.work {
+            linear.add_rest(&stretch.rest);
+        }
     }
 
     /// Stretch that begins with block `from`, which is not the first one.
@@ -328,33 +343,45 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Stretch { wheels_n_m_s: wheels, rest: super::storage::Rest::none(), ..self.stretch() }
     }
 
-    /// A slice of the fit.
+    /// A slice of the fit. Blocks are taken in where the task lies: a copy of it costs as much as a block.
     fn fit(&mut self) {
-        match core::mem::replace(&mut self.work, Work::Idle) {
-            Work::Idle => {}
-            Work::Start { mut linear, from, end, chosen } => {
-                match self.blocks.block(linear.next).filter(|_| linear.next < end) {
-                    Some(block) => {
-                        linear.take(block);
-                        self.work = Work::Start { linear, from, end, chosen };
+        let mut span = None;
+        if let Work::Descent(Descent { pass, from, end, .. }) = &self.work
+            && pass.next < *end
+        {
+            let stretch = self.start_of(*from);
+            span = self.blocks.span(pass.next, &stretch, pass.unit_per_kg_m2, self.period_s);
+        }
+        match (&mut self.work, span) {
+            (Work::Idle, _) => {}
+            (Work::Descent(descent), Some(span)) => descent.pass.take(&span),
+            (Work::Descent(_), None) => {
+                // In sequence: each has one copy of a task on the stack.
+                match self.after_pass() {
+                    None => {}
+                    Some(After::End { is_settled }) => self.end_fit(is_settled),
+                    Some(After::Start { has_torque, from, end, chosen }) => {
+                        self.begin_start_with(has_torque, from, end, chosen);
                     }
-                    None => self.begin_descent(&linear, from, end, chosen),
                 }
             }
-            Work::Descent(mut descent) => {
-                let stretch = self.start_of(descent.from);
-                let unit = descent.pass.unit_per_kg_m2;
-                let next = descent.pass.next;
-                let span = self.blocks.span(next, &stretch, unit, self.period_s);
-                match span.filter(|_| next < descent.end) {
-                    Some(span) => {
-                        descent.pass.take(&span);
-                        self.work = Work::Descent(descent);
-                    }
-                    None => self.after_pass(descent),
+            (Work::Start { linear, end, .. }, _) => {
+                match self.blocks.block(linear.next).filter(|_| linear.next < *end) {
+                    Some(block) => linear.take(block),
+                    None => self.end_start(),
                 }
             }
         }
+    }
+
+    /// Solution of the linear start, and descent from it.
+    #[inline(never)]
+    fn end_start(&mut self) {
+        let Work::Start { linear, from, end, chosen } = &self.work else { return };
+        let (from, end, chosen) = (*from, *end, *chosen);
+        let attempt = if linear.has_torque { Attempt::Torque } else { Attempt::Linear };
+        let first = linear.conclude(self.noise_rad_s());
+        self.begin_descent(&first, attempt, from, end, chosen);
     }
 
     fn start_of(&self, from: usize) -> Stretch<T> {
@@ -362,14 +389,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Descent from the linear start.
+    #[inline(never)]
     fn begin_descent(
         &mut self,
-        linear: &LinearStart<T>,
+        first: &FirstPoint<T>,
+        attempt: Attempt,
         from: usize,
         end: usize,
         chosen: Option<Chosen<T>>,
     ) {
-        let first = linear.conclude(self.noise_rad_s());
         let unit = first.per_kg_m2.unwrap_or_else(|| self.known_scale());
         let mut point = Point { shape: first.shape, ..Point::sphere(Vec3::zeros()) };
         for (place, group) in point.group.iter_mut().enumerate() {
@@ -378,7 +406,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
         }
         self.set_initial_rate(&mut point, from, unit);
-        let attempt = if linear.has_torque { Attempt::Torque } else { Attempt::Linear };
         let mut descent = Descent::new(from, end, attempt);
         descent.linear = Some(point);
         descent.chosen = chosen;
@@ -397,6 +424,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Momentum of a point from the measured rate at the first block.
+    #[inline(never)]
     fn set_initial_rate(&self, point: &mut Point<T>, from: usize, unit: T) {
         let stretch = self.start_of(from);
         let rate = if stretch.rest.weight > T::zero() {
@@ -408,6 +436,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Begins a pass about a point.
+    #[inline(never)]
     fn begin_pass(&self, descent: &mut Descent<T, U>, point: &Point<T>, unit: T) {
         let stretch = self.start_of(descent.from);
         let noise = self.noise_rad_s();
@@ -433,29 +462,48 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// After a pass over all blocks of a descent.
     #[inline(never)]
-    fn after_pass(&mut self, mut descent: Descent<T, U>) {
+    fn after_pass(&mut self) -> Option<After<T>> {
+        let Work::Descent(descent) = &self.work else { return None };
+        let descent = &mut { *descent };
         let unit = descent.pass.unit_per_kg_m2;
         let wheels = self.start_of(descent.from).wheels_n_m_s * unit;
         let next = descent.after_pass(&self.beliefs(unit), &wheels);
         match next {
             Next::Pass(point) => {
-                self.begin_pass(&mut descent, &point, unit);
-                self.work = Work::Descent(descent);
+                self.begin_pass(descent, &point, unit);
+                self.continue_with(descent)
             }
             Next::Final => {
                 let point = descent.pass.point;
                 let step = descent.pass.solution(&self.beliefs(unit));
-                self.begin_pass(&mut descent, &point, unit);
+                self.begin_pass(descent, &point, unit);
                 descent.pass.offset = step.unwrap_or([T::zero(); U]);
-                self.work = Work::Descent(descent);
+                self.continue_with(descent)
             }
             Next::End { is_settled } => self.after_attempt(descent, is_settled, true),
             Next::Failed => self.after_attempt(descent, false, false),
         }
     }
 
+    #[inline(never)]
+    fn continue_with(&mut self, descent: &Descent<T, U>) -> Option<After<T>> {
+        self.work = Work::Descent(*descent);
+        None
+    }
+
+    /// The attempts have ended with the pass of this descent.
+    fn end_with(&mut self, descent: &Descent<T, U>, is_settled: bool) -> Option<After<T>> {
+        self.work = Work::Descent(*descent);
+        Some(After::End { is_settled })
+    }
+
     /// After an attempt: another one, or the result.
-    fn after_attempt(&mut self, mut descent: Descent<T, U>, is_settled: bool, is_at_end: bool) {
+    fn after_attempt(
+        &mut self,
+        descent: &mut Descent<T, U>,
+        is_settled: bool,
+        is_at_end: bool,
+    ) -> Option<After<T>> {
         let unit = descent.pass.unit_per_kg_m2;
         let is_good = is_settled && self.is_explained(&descent.pass);
         // A change within the blocks is not a matter of where the descent starts.
@@ -465,7 +513,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_changed =
             is_settled && is_sound_start && (residuals.is_contradicted || residuals.has_many_low());
         if is_good || is_changed || descent.attempt == Attempt::Best {
-            return self.end_fit(descent, is_settled);
+            return self.end_with(descent, is_settled);
         }
         if is_at_end {
             let cost =
@@ -477,12 +525,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.next_attempt(descent, is_settled)
     }
 
-    fn next_attempt(&mut self, mut descent: Descent<T, U>, is_settled: bool) {
+    fn next_attempt(&mut self, descent: &mut Descent<T, U>, is_settled: bool) -> Option<After<T>> {
         let (from, end) = (descent.from, descent.end);
         let attempt = match (descent.attempt, descent.linear) {
-            (Attempt::Carried, _) => return self.begin_start(from, end, descent.chosen),
+            (Attempt::Carried, _) => {
+                return Some(After::Start { has_torque: false, from, end, chosen: descent.chosen });
+            }
             (Attempt::Linear, _) if self.solves_for_torque() => {
-                return self.begin_start_with(true, from, end, descent.chosen);
+                return Some(After::Start { has_torque: true, from, end, chosen: descent.chosen });
             }
             (Attempt::Linear | Attempt::Torque, Some(_)) => Attempt::Sphere,
             (Attempt::Sphere, Some(_)) if self.has_other_start() => Attempt::Prior,
@@ -503,11 +553,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
             _ => match descent.chosen {
                 Some((chosen, (_, of_chosen))) => (point, unit) = (chosen, of_chosen),
-                None => return self.end_fit(descent, is_settled),
+                None => return self.end_with(descent, is_settled),
             },
         }
-        self.begin_pass(&mut descent, &point, unit);
-        self.work = Work::Descent(descent);
+        self.begin_pass(descent, &point, unit);
+        self.continue_with(descent)
     }
 
     fn solves_for_torque(&self) -> bool {
@@ -542,12 +592,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Result of all attempts: the new front, or an answer to the inquiry.
-    fn end_fit(&mut self, descent: Descent<T, U>, is_settled: bool) {
-        let is_shape_observed = self.is_shape_observed(&descent.pass);
-        let front = Front { pass: descent.pass, is_settled, is_shape_observed };
+    #[inline(never)]
+    fn end_fit(&mut self, is_settled: bool) {
+        let Work::Descent(Descent { pass, from, .. }) = &self.work else { return };
+        let from = *from;
+        let is_shape_observed = self.is_shape_observed(pass);
+        let front = Front { pass: *pass, is_settled, is_shape_observed };
+        self.work = Work::Idle;
         let is_good = self.is_good(&front);
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
-            return self.answer(descent.from, front);
+            return self.answer(from, &front);
         }
         self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
         let is_revised =
@@ -569,6 +623,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// True where the sigma of every coordinate of the shape is well below its range.
+    #[inline(never)]
     fn is_shape_observed(&self, pass: &Pass<T, U>) -> bool {
         let mut factor = pass.factor;
         let beliefs = self.beliefs(pass.unit_per_kg_m2);
@@ -580,6 +635,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Drag becomes an unknown where the blocks contradict its absence.
+    #[inline(never)]
     fn lets_drag_loose(&mut self, pass: &Pass<T, U>) -> bool {
         let Some(drag) = self.config.drag_per_s else { return false };
         let mut factor = pass.factor;
@@ -606,6 +662,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Concludes the window that is being closed: its information goes to the window that continues it, or to
     /// the past.
+    #[inline(never)]
     fn conclude(&mut self) {
         let end = self.end();
         let is_continued = self.closing.as_ref().is_some_and(|closing| closing.is_continued);

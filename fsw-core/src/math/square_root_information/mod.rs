@@ -190,6 +190,13 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         RecursiveResidual { value: y, weight }
     }
 
+    /// As [`add_weighted`](Self::add_weighted), bit for bit, in a loop that all N share: a tenth of the
+    /// code, for equations that are few.
+    pub fn fold(&mut self, row: &[T; N], y: T, weight: T) -> RecursiveResidual<T> {
+        let mut rest = *row;
+        fold(self.factor.as_flattened_mut(), &mut self.right_hand_side, &mut rest, y, weight)
+    }
+
     /// Recursive residual that [`add_weighted`](Self::add_weighted) would return; the factor is
     /// unchanged.
     ///
@@ -409,6 +416,49 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     }
 }
 
+/// Folds an equation, `rest · x = y`, into the rows of a factor and its right-hand side.
+#[inline(never)]
+fn fold<T: Real>(
+    mut factor: &mut [T],
+    right_hand_side: &mut [T],
+    mut rest: &mut [T],
+    mut y: T,
+    mut weight: T,
+) -> RecursiveResidual<T> {
+    let columns = right_hand_side.len();
+    for of_row in right_hand_side {
+        let Some((row, below)) = core::mem::take(&mut factor).split_at_mut_checked(columns) else {
+            break;
+        };
+        factor = below;
+        let right = columns.saturating_sub(rest.len());
+        let Some((x, others)) = core::mem::take(&mut rest).split_first_mut() else { break };
+        rest = others;
+        let Some((diagonal, above)) = row.get_mut(right..).and_then(<[T]>::split_first_mut) else {
+            break;
+        };
+        let (x, weighted) = (*x, weight * *x);
+        let pivot = *diagonal + weighted * x;
+        let is_in_range = pivot < T::MAX;
+        if !is_in_range {
+            return RecursiveResidual::nothing();
+        }
+        let one_over = T::one() / pivot;
+        if x != T::zero() && one_over < T::MAX {
+            let share = weighted * one_over;
+            weight *= *diagonal * one_over;
+            *diagonal = pivot;
+            for (rest, above) in rest.iter_mut().zip(above) {
+                *rest -= x * *above;
+                *above += share * *rest;
+            }
+            y -= x * *of_row;
+            *of_row += share * y;
+        }
+    }
+    RecursiveResidual { value: y, weight }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -517,6 +567,20 @@ mod tests {
             }
             if let Some(variances) = s.variances() {
                 prop_assert!(variances.iter().all(|x| x.is_finite() && *x >= 0.0));
+            }
+        }
+
+        /// The loop gives the bits of the unrolled rotations.
+        #[test]
+        fn loop_and_unrolled_rotations_agree(
+            rows in prop::collection::vec(prop::array::uniform5(-2.0..2.0f32), 1..20),
+        ) {
+            let (mut unrolled, mut looped) = (SquareRootInformation::<f32, 3>::default(), SquareRootInformation::default());
+            for [a, b, c, y, w] in rows {
+                let row = [a, if b < 0.0 { 0.0 } else { b }, c];
+                let left = unrolled.add_weighted(&row, y, w.abs());
+                prop_assert_eq!(left, looped.fold(&row, y, w.abs()));
+                prop_assert_eq!(unrolled, looped);
             }
         }
 

@@ -275,6 +275,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     }
 
     /// First scales, by the readings in the queue.
+    #[inline(never)]
     fn start_scales(&mut self) {
         let (readings, count) = self.queue.readings(|rate| !is_uniform(rate));
         let (all, number) = self.queue.readings(|_| true);
@@ -287,6 +288,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     }
 
     /// Verdict on the next sample.
+    #[inline(never)]
     fn judge_next(&mut self) {
         let Some((elapsed_s, rate_rad_s)) = self.queue.next() else {
             return;

@@ -141,6 +141,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
 
     /// Takes the first sample, if it is judged and, where it was refused, two samples after it are
     /// accepted. `must` takes it in any case.
+    #[inline(never)]
     pub(super) fn take(&mut self, must: bool) -> Option<Judged<T, P>> {
         let judged = self.judged();
         if judged == 0 && !must {

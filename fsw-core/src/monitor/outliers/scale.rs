@@ -66,9 +66,13 @@ impl<T: Real> Scale<T> {
             return;
         }
         // Literals of both steps: a conversion of the chosen one would be a library call.
-        let [first, later] = STEP.map(|step| step.map(T::lit));
-        let [up, down] = if samples < START_SAMPLES { first } else { later };
-        *median *= if squared_error > *median { up } else { down };
+        let [[up_at_first, down_at_first], [up, down]] = STEP;
+        *median *= match (samples < START_SAMPLES, squared_error > *median) {
+            (true, true) => T::lit(up_at_first),
+            (true, false) => T::lit(down_at_first),
+            (false, true) => T::lit(up),
+            (false, false) => T::lit(down),
+        };
     }
 }
 

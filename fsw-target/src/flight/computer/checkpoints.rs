@@ -6,7 +6,7 @@ use crate::link::telemetry::{CheckpointPart, CheckpointState, PART_BYTES};
 use crate::store::{self, Store};
 use embedded_storage::nor_flash::NorFlash;
 use fsw_core::checkpoint::{self, Archive, Persist};
-use fsw_steps::EstimatorSlot;
+use fsw_roster::EstimatorSlot;
 
 /// Period of checkpoints, µs: half an hour. With three checkpoints of `window` per erasure of one half of
 /// the flash, an endurance of 10,000 erasures of each half lasts 3.4 years.

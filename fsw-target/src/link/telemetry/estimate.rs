@@ -5,7 +5,7 @@ use crate::link::wire::{codes, record};
 use fsw_core::attitude::NoAttitude;
 use fsw_core::gate::Rejection;
 use fsw_core::{Coasting, Estimator, Outcome, Reset, Status};
-use fsw_steps::EstimatorId;
+use fsw_roster::EstimatorId;
 
 record! {
     /// Result of the selected estimator after its last step.

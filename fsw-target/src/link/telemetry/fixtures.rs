@@ -7,7 +7,7 @@ use crate::link::wire::{Coded, Reader, Wire};
 use crate::runtime::failure::Kind;
 use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Outcome, Status};
-use fsw_steps::EstimatorId;
+use fsw_roster::EstimatorId;
 use proptest::prelude::*;
 
 /// A report with a value in every field.

@@ -48,7 +48,11 @@ impl Table {
             "slices of work", "", "number", "median", "worst"
         )?;
         for s in self.slices_of_all_flights() {
-            writeln!(f, "{:<24}{:<20}{:>8}{:>10}{:>10}", s.name, s.kind, s.slices, s.median, s.worst)?;
+            writeln!(
+                f,
+                "{:<24}{:<20}{:>8}{:>10}{:>10}",
+                s.name, s.kind, s.slices, s.median, s.worst
+            )?;
         }
         Ok(())
     }

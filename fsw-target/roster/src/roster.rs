@@ -5,14 +5,15 @@
 //! stable. [`EstimatorId`], the storage [`EstimatorSlot`], its dispatch and its layout in a checkpoint are
 //! generated from the rows.
 //!
-//! A further estimator takes a row at the foot of this file, its type and its step in `step.rs`, and its
-//! feature in `Cargo.toml` of `fsw-steps` and of `fsw-target`.
+//! A further estimator takes a row at the foot of this file, its type and its step in `fsw-steps`, and its
+//! feature in `Cargo.toml` of `fsw-roster` and of `fsw-target`.
 
-use crate::step::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
+use crate::work::Work;
 use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator;
 use fsw_core::estimator::window::Remaining;
 use fsw_core::{ConfigError, Estimate, Innovation, Outcome, Prior, Sample, Vec3, WheelArray};
+use fsw_steps::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
 
 /// Reason why a telecommand to the estimators is not executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +46,7 @@ pub struct InitialData {
 }
 
 /// Start of an estimator, and the functions that not every estimator has.
-trait Entry: Step + Persist {
+trait Entry: Step + Work + Persist {
     /// Starts the estimator in its storage, without a copy of its state on the stack. The storage is
     /// unchanged after an error.
     fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused>;
@@ -72,7 +73,7 @@ trait Entry: Step + Persist {
 pub trait Selected {
     /// As [`fsw_core::Estimator::step`].
     fn step(&mut self, sample: &Sample<f32, WHEELS>) -> Outcome;
-    /// As [`Step::work_fast`].
+    /// As [`Work::work_in_slices`].
     fn work(&mut self, slices: u32) -> Remaining;
     /// As [`fsw_core::Estimator::rate_rad_s`].
     fn rate_rad_s(&self) -> Vec3<f32>;
@@ -90,7 +91,7 @@ impl<E: Entry> Selected for E {
     }
 
     fn work(&mut self, slices: u32) -> Remaining {
-        self.work_fast(slices)
+        self.work_in_slices(slices)
     }
 
     fn rate_rad_s(&self) -> Vec3<f32> {
@@ -263,12 +264,6 @@ roster! {
                 #[allow(unreachable_patterns, reason = "with `window` alone built in")]
                 _ => Ok(()),
             }
-        }
-
-        // Compiled here, for speed: for size, it takes a fifth more of the stack.
-        #[inline(never)]
-        fn report(&self) -> Estimate<f32> {
-            fsw_core::Estimator::estimate(self)
         }
 
         fn window(&self) -> Option<&Window9> {
