@@ -127,12 +127,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 self.join_earlier(&before);
                 self.event = Some(Reset::Lockout);
             }
-            None => {
-                self.event = Some(Reset::Lockout);
-                if let Some(earlier) = self.carried {
-                    self.keep_carried(&earlier);
-                }
-            }
+            None => self.event = Some(Reset::Lockout),
         }
         let start = self.stretch_from(from);
         match &mut self.closing {
@@ -144,7 +139,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.schedule.wait_for_growth(4);
         self.suspect_until = blocks.saturating_add(CLEAN_BLOCKS);
         self.front = Some(*fit);
-        self.carried = None;
         self.blocks.drop_before(from);
     }
 

@@ -36,7 +36,6 @@ pub mod unknowns;
 
 mod belief;
 mod block;
-mod carried;
 mod excitation;
 mod fit;
 mod front;
@@ -55,7 +54,6 @@ pub use work::{Remaining, Slice};
 
 use belief::{Beliefs, Past};
 use block::{Averager, Block, Limits, REFUSED_WEIGHT, Reading};
-use carried::Carried;
 use excitation::Excitation;
 use front::Front;
 use inquiry::Inquiry;
@@ -99,8 +97,6 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     open: Stretch<T>,
     /// Stretch before it whose fit is not complete.
     closing: Option<Closing<T>>,
-    /// Information of the window before the one that is fitted, which continues it.
-    carried: Option<Carried<T>>,
     /// Unit of the inverse trace, 1/(kg m²).
     unit_per_kg_m2: T,
     front: Option<Front<T, U>>,
@@ -123,7 +119,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
-    open, closing, carried, unit_per_kg_m2, front, work, schedule, inquiry, suspect_until, past, past_age_s, has_prior, ended, event, has_refused,
+    open, closing, unit_per_kg_m2, front, work, schedule, inquiry, suspect_until, past, past_age_s, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -135,11 +131,9 @@ type Drive<T> = (Vec3<T>, Vec3<T>);
 struct Closing<T: Real> {
     stretch: Stretch<T>,
     end: usize,
-    /// True where the motion goes on, and the next window continues this one.
-    is_continued: bool,
 }
 
-crate::persist!([T: Real] Closing<T> { stretch, end, is_continued });
+crate::persist!([T: Real] Closing<T> { stretch, end });
 
 /// Numbers of blocks that decide when to fit again. Blocks are counted as they come, not as they are
 /// stored.
@@ -222,7 +216,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.blocks.clear(T::count(config.block_samples));
         self.open = Stretch::new(Vec3::zeros());
         self.closing = None;
-        self.carried = None;
         self.unit_per_kg_m2 = T::one();
         self.front = None;
         self.work = Work::Idle;
@@ -261,7 +254,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             blocks,
             open: Stretch::new(Vec3::zeros()),
             closing: None,
-            carried: None,
             unit_per_kg_m2: T::one(),
             front: None,
             work: Work::Idle,
@@ -284,14 +276,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// the estimate is that of the window until then. A new one opens with the next motion.
     pub fn close_window(&mut self) {
         self.drain();
-        self.end_stretch(false);
+        self.end_stretch();
         self.is_quiet = true;
     }
 
     /// Opens a window at the next sample, whether anything moves or not. A window that is open ends.
     pub fn open_window(&mut self) {
         self.drain();
-        self.end_stretch(false);
+        self.end_stretch();
         self.is_quiet = false;
     }
 
@@ -318,7 +310,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
             Verdict::Gap => {
                 self.drain();
-                self.end_stretch(false);
+                self.end_stretch();
                 self.begin_stretch(sample);
                 Some(Outcome::Reset(self.gate.cause_of_gap().into()))
             }
@@ -457,10 +449,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.blocks.set_usual(T::count(self.config.block_samples));
         }
         if self.front.is_some() && !self.is_quiet && self.excitation.is_over(self.config.quiet_s) {
-            self.end_stretch(false);
+            self.end_stretch();
             self.is_quiet = true;
         } else if self.closing.is_none() && self.has_turned_too_far() {
-            self.end_stretch(true);
+            self.end_stretch();
         }
     }
 
@@ -483,16 +475,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.open.turn_rad > most.max(T::lit(LEAST_TURN_RAD))
     }
 
-    /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command; or in mid-motion,
-    /// where what follows continues it.
+    /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command, and in mid-motion
+    /// where storage is full, or rounding or a random walk limits it. What follows begins another one.
     #[inline(never)]
-    fn end_stretch(&mut self, is_continued: bool) {
+    fn end_stretch(&mut self) {
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);
         }
         let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
-        let next = Stretch { is_continued, ..Stretch::new(wheels) };
-        let ended = core::mem::replace(&mut self.open, next);
+        let ended = core::mem::replace(&mut self.open, Stretch::new(wheels));
         if self.closing.is_some() {
             // The window before that has not been completed: these blocks go without having been fitted.
             let end = self.closing.map_or(0, |closing| closing.end);
@@ -503,7 +494,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if end == 0 {
             return;
         }
-        self.closing = Some(Closing { stretch: ended, end, is_continued });
+        self.closing = Some(Closing { stretch: ended, end });
         self.schedule.is_final = self.schedule.fitted != self.schedule.blocks;
     }
 

@@ -17,7 +17,6 @@
 //! `E exp(θ (min(u², 16) − 4)) = 1` for chi-square of three degrees of freedom: with h = 75 once in 7·10⁷. The
 //! block at which it began to rise estimates the instant of the change.
 
-use super::carried::Carried;
 use super::storage::Rest;
 use super::trajectory::{Span, Trajectory};
 use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
@@ -251,9 +250,8 @@ impl<T: Real, const U: usize> Pass<T, U> {
         }
     }
 
-    /// Begins at a point and at block `from`, with what is known there: `rest` measures the rate, for wheel
-    /// momentum `wheels` times the unit, and `carried` is the information of the window before. False where
-    /// the point's tensor has no inverse.
+    /// Begins at a point and at block `from`. `rest` measures the rate there, for wheel momentum `wheels`
+    /// times the unit. False where the point's tensor has no inverse.
     #[inline(never)]
     pub fn begin(
         &mut self,
@@ -262,7 +260,6 @@ impl<T: Real, const U: usize> Pass<T, U> {
         from: usize,
         rest: &Rest<T>,
         wheels: &Vec3<T>,
-        carried: Option<&Carried<T>>,
     ) -> bool {
         self.point = *point;
         self.offset = [T::zero(); U];
@@ -278,12 +275,6 @@ impl<T: Real, const U: usize> Pass<T, U> {
             for axis in 0..3 {
                 let row = self.trajectory.sensitivity_at_start(&rate, wheels, axis);
                 self.factor.fold(&row, apart[axis], rest.weight);
-            }
-        }
-        if let Some(carried) = carried {
-            for index in 0..9 {
-                let (row, y, weight) = carried.row(index, point, self.unit_per_kg_m2);
-                self.factor.add_weighted(&row, y, weight);
             }
         }
         true

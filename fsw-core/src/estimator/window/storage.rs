@@ -86,8 +86,6 @@ impl<T: Real> Rest<T> {
 pub struct Stretch<T: Real> {
     /// Rest before the first block.
     pub rest: Rest<T>,
-    /// True where the stretch continues the one before it: its start may not move.
-    pub is_continued: bool,
     /// Wheel momentum at the start of the first block, N m s.
     pub wheels_n_m_s: Vec3<T>,
     /// Largest change of wheel momentum since then, N m s.
@@ -99,22 +97,14 @@ pub struct Stretch<T: Real> {
     pub duration_s: T,
 }
 
-crate::persist!([T: Real] Stretch<T> { rest, is_continued, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad, duration_s });
+crate::persist!([T: Real] Stretch<T> { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad, duration_s });
 
 impl<T: Real> Stretch<T> {
     /// Stretch that begins with this wheel momentum, N m s.
     pub fn new(wheels_n_m_s: Vec3<T>) -> Self {
         let (rest, wheels_span_n_m_s) = (Rest::none(), T::zero());
         let (has_torque, turn_rad, duration_s) = (false, T::zero(), T::zero());
-        Self {
-            rest,
-            is_continued: false,
-            wheels_n_m_s,
-            wheels_span_n_m_s,
-            has_torque,
-            turn_rad,
-            duration_s,
-        }
+        Self { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad, duration_s }
     }
 
     /// Adds a block before the first one to the rest.
@@ -357,7 +347,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
         let Some(all) = self.rest_of(from, end, noise_rad_s) else {
             return self.copy(from, end, to);
         };
-        let is_leading = to == 0 && marks.split == 0 && !start.has_torque && !start.is_continued;
+        let is_leading = to == 0 && marks.split == 0 && !start.has_torque;
         if is_leading && self.is_still(from, end, &start.wheels_n_m_s, start) {
             start.absorb(&all, noise_rad_s);
             return to;

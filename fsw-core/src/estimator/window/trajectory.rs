@@ -426,30 +426,6 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     }
 }
 
-impl<T: Real, const U: usize> Trajectory<T, U> {
-    /// m at the end of the last block, rad/s.
-    pub fn momentum(&self) -> Vec3<T> {
-        self.momentum
-    }
-
-    /// Turns a row of information on (m₀, …) into one on (m, …) at the end: with the others as x,
-    /// `δm₀ = D_m⁻¹ (δm − D_x δx)`. `None` where D_m has lost its inverse to rounding.
-    pub fn row_at_end(&self, row: &[T; U]) -> Option<[T; U]> {
-        let [a, b, c] = [self.sensitivity[0], self.sensitivity[1], self.sensitivity[2]];
-        // The determinant is 1 but for rounding and drag: no other term of Ḋ changes a volume.
-        let scale = T::one() / a.dot(&b.cross(&c));
-        if !scale.is_finite() {
-            return None;
-        }
-        let by_momentum =
-            (b.cross(&c) * row[0] + c.cross(&a) * row[1] + a.cross(&b) * row[2]) * scale;
-        Some(core::array::from_fn(|i| match i {
-            0..FIRST_GROUP => by_momentum[i],
-            _ => row[i] - by_momentum.dot(&self.sensitivity[i]),
-        }))
-    }
-}
-
 /// Matrices that carry D across a step.
 struct Propagation<T: Real> {
     carry: Mat<T, 3, 3>,
@@ -735,21 +711,5 @@ mod tests {
         let (end, predictions) = fly(&point(), &spans);
         assert_eq!(end.sensitivity[UNKNOWNS - 1], Vec3::zeros());
         assert!(predictions.iter().all(|p| p.sensitivity[UNKNOWNS - 1] == Vec3::zeros()));
-    }
-
-    #[test]
-    fn information_on_the_start_is_the_same_at_the_end() {
-        let (end, _) = fly(&point(), &spans(0.5, 20));
-        let row: [f64; UNKNOWNS] = core::array::from_fn(|i| (i as f64 + 1.0).sin());
-        let at_end = end.row_at_end(&row).unwrap();
-        let step: [f64; UNKNOWNS] = core::array::from_fn(|i| 1e-3 * (2.0 * i as f64).cos());
-        let mut change = Vec3::zeros();
-        for c in 0..UNKNOWNS {
-            change += end.sensitivity[c] * step[c];
-        }
-        let before: f64 = (0..UNKNOWNS).map(|i| row[i] * step[i]).sum();
-        let after: f64 = (0..3).map(|i| at_end[i] * change[i]).sum::<f64>()
-            + (3..UNKNOWNS).map(|i| at_end[i] * step[i]).sum::<f64>();
-        assert!((before - after).abs() < 1e-9, "{before} {after}");
     }
 }

@@ -9,7 +9,6 @@
 //! | conclusion of a window | a solution of six unknowns |
 
 use super::belief::last_six;
-use super::carried::Carried;
 use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::Front;
 use super::pass::Pass;
@@ -101,7 +100,7 @@ const DRAG_SHOWN: f64 = 26.0;
 /// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 /// Mean square of the walk within a window, over its variance.
-const MOST_WALKED: f64 = 1.0;
+const MOST_WALKED: f64 = 3.0;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
 /// other.
 const CONTRADICTED: f64 = 33.0;
@@ -224,7 +223,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.blocks.compact();
             return;
         }
-        self.end_stretch(true);
+        self.end_stretch();
     }
 
     /// The front takes in its next block; false where there is none.
@@ -246,7 +245,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.front = None;
             self.schedule.due_at = self.schedule.blocks;
         } else if self.closing.is_none() && self.has_walked_too_far() {
-            self.end_stretch(false);
+            self.end_stretch();
         } else if is_contradicted && !was_contradicted {
             self.schedule.due_at = self.schedule.blocks;
         }
@@ -295,10 +294,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Solution of the front as the start of a fit, if its data determine the shape.
     #[inline(never)]
     fn carried_point(&self) -> Option<(Point<T>, T)> {
-        let Some(front) = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)
-        else {
-            return self.carried.map(|carried| (carried.point, carried.unit_per_kg_m2));
-        };
+        let front = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)?;
         let unit = front.pass.unit_per_kg_m2;
         let stretch = self.stretch();
         let wheels = stretch.wheels_n_m_s * unit;
@@ -453,8 +449,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         pass.unit_rad_s = noise;
         pass.unit_per_kg_m2 = unit;
         let wheels = stretch.wheels_n_m_s * unit;
-        let carried = self.carried.as_ref().filter(|_| descent.from == 0);
-        if !pass.begin(point, &self.groups, descent.from, &stretch.rest, &wheels, carried) {
+        if !pass.begin(point, &self.groups, descent.from, &stretch.rest, &wheels) {
             pass.next = descent.end;
             pass.residuals.cost = T::MAX;
         }
@@ -660,25 +655,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         is_loose
     }
 
-    /// Concludes the window that is being closed: its information goes to the window that continues it, or to
-    /// the past.
+    /// Concludes the window that is being closed: its information goes to the past.
     #[inline(never)]
     fn conclude(&mut self) {
         let end = self.end();
-        let is_continued = self.closing.as_ref().is_some_and(|closing| closing.is_continued);
-        let front = self.front.take();
-        let carried = match &front {
-            Some(front) if is_continued && self.is_good(front) => self.carry(front),
-            _ => None,
-        };
-        if let (Some(front), None) = (&front, &carried) {
-            self.join_past(front);
+        if let Some(front) = self.front.take() {
+            self.join_past(&front);
         }
-        let is_lost = carried.is_none() && !front.is_some_and(|front| self.is_good(&front));
-        if let Some(earlier) = self.carried.filter(|_| is_lost) {
-            self.keep_carried(&earlier);
-        }
-        self.carried = carried;
         self.closing = None;
         self.work = Work::Idle;
         self.inquiry = None;
@@ -687,29 +670,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.schedule = Schedule { blocks: further, ..Schedule::new() };
         self.schedule.reopen();
         self.groups = self.config.groups::<U>();
-    }
-
-    /// Information of a window at its end, walked over a third of its duration: that of its mean.
-    #[inline(never)]
-    fn carry(&mut self, front: &Front<T, U>) -> Option<Carried<T>> {
-        self.drop_contradicted(&front.pass);
-        let mut factor = front.pass.factor;
-        let beliefs = self.beliefs(front.pass.unit_per_kg_m2);
-        beliefs.add_groups(&mut factor, &front.pass.point);
-        let noise = beliefs.noise_rad_s;
-        let mut carried = Carried::from_pass(&front.pass, &factor)?;
-        let third_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
-        carried.walk(self.config.inertia_walk_kg_m2_sqrt_s * third_s.sqrt(), noise);
-        Some(carried)
-    }
-
-    /// Adds information that a window was continued with to the past: that of the window itself is lost.
-    pub(super) fn keep_carried(&mut self, carried: &Carried<T>) {
-        let past = carried.to_past(self.noise_rad_s(), self.past.as_ref());
-        if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
-            self.past = Some(past);
-            self.past_age_s = self.stretch().duration_s;
-        }
     }
 
     /// Adds the information of a window to that of the windows before it, unless these contradict it.
