@@ -124,8 +124,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Estimate of earlier windows; false where it is not finite.
     #[inline(never)]
     fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
-        let Some(mut past) = self.past else { return false };
-        past.walk(self.walk_kg_m2());
+        let Some(past) = &self.past else { return false };
         let mut point = Point::sphere(Vec3::zeros());
         point.shape = past.shape;
         // The past enters as a belief: there are no blocks.
@@ -169,20 +168,24 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let past = walked.as_ref();
         let all = Beliefs { past, noise_rad_s: sigma, ..self.beliefs(unit_per_kg_m2) };
         let data = Beliefs { prior: None, ..all };
-        let Some(solution) = solve(window, point, &all) else { return false };
+        let (mut solution, mut alone) = (Solution::blank(), Solution::blank());
+        if !solve(window, point, &all, &mut solution) || !solve(window, point, &data, &mut alone) {
+            return false;
+        }
         let trace = T::one() / (solution.point.scale * unit_per_kg_m2);
         let n = solution.point.over_trace();
         estimate.inertia = Inertia::new(n.map(|n| n * trace));
-        let Some(alone) = solve(window, point, &data) else { return false };
-        let solution = solution.with_curvature(&alone);
-        estimate.covariance_kg2_m4 = solution.of_elements();
+        solution.add_curvature(&alone);
+        solution.of_elements(&mut estimate.covariance_kg2_m4);
         if !is_finite_with_floor(estimate) {
             return false;
         }
         // At the estimate, with the information of the data.
-        let alone = Solution { point: solution.point, ..alone };
+        alone.point = solution.point;
         let range = Prior::of_size(trace * T::lit(1.0 / 3.0)).sigma_kg_m2;
-        estimate.observed = observed(&alone.of_elements(), &range);
+        // In the place of a covariance that is no longer needed.
+        alone.of_elements(&mut solution.covariance);
+        estimate.observed = observed(&solution.covariance, &range);
         estimate.status = Status::of(&estimate.observed);
         true
     }
@@ -291,36 +294,43 @@ fn correlation_limit<T: Real>(residuals: &Residuals<T>) -> T {
     T::lit(CORRELATED) + T::lit(CORRELATED_SIGMA) / T::count(residuals.rows.max(1)).sqrt()
 }
 
-/// Solution of a window's information with beliefs, at the beliefs' noise.
+/// Solution of a window's information with beliefs, at the beliefs' noise; false where there is none.
 #[inline(never)]
 fn solve<T: Real>(
     window: &SquareRootInformation<T, 6>,
     point: &Point<T>,
     beliefs: &Beliefs<'_, T>,
-) -> Option<Solution<T>> {
+    solution: &mut Solution<T>,
+) -> bool {
     let mut factor = *window;
     beliefs.add_inertia(&mut factor, point);
-    let step = factor.solve()?;
-    let mut covariance = Mat::<T, 6, 6>::zeros();
-    if !factor.covariance_of_last(&mut covariance) {
-        return None;
+    let Some(step) = factor.solve() else { return false };
+    if !factor.covariance_of_last(&mut solution.covariance) {
+        return false;
     }
-    covariance *= beliefs.noise_rad_s;
-    covariance *= beliefs.noise_rad_s;
-    let point = point.stepped(&step);
-    Some(Solution { point, unit_per_kg_m2: beliefs.unit_per_kg_m2, covariance })
+    solution.covariance *= beliefs.noise_rad_s;
+    solution.covariance *= beliefs.noise_rad_s;
+    solution.point = point.stepped(&step);
+    solution.unit_per_kg_m2 = beliefs.unit_per_kg_m2;
+    true
 }
 
 impl<T: Real> Solution<T> {
+    /// Place for a solution.
+    fn blank() -> Self {
+        let point = Point::sphere(Vec3::zeros());
+        Self { point, unit_per_kg_m2: T::one(), covariance: Mat::zeros() }
+    }
+
     /// The solution with the curvature of `tr(J) = 1 / κ` in the sigma of a weakly observed scale.
     ///
     /// The data are linear in κ, and the sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
     /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to 0.9. Both as far as the scale comes
     /// from the data rather than from a prior of the elements.
-    fn with_curvature(mut self, alone: &Self) -> Self {
+    fn add_curvature(&mut self, alone: &Self) {
         let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale;
-        let (s, of_data) = (relative(&self), relative(alone));
+        let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
         let curved = if of_data > T::lit(SCALE_OBSERVED) {
             (one / (one - (s * T::lit(3.0)).min(T::lit(0.9))) - one) / s
@@ -335,11 +345,11 @@ impl<T: Real> Solution<T> {
                 self.covariance[(5, i)] *= factor;
             }
         }
-        self
     }
 
     /// Covariance of the six elements, kg² m⁴, by `∂j/∂q = B / κ` and `∂j/∂x = −j / x`.
-    fn of_elements(&self) -> Mat<T, 6, 6> {
+    #[inline(never)]
+    fn of_elements(&self, covariance: &mut Mat<T, 6, 6>) {
         let trace = T::one() / (self.point.scale * self.unit_per_kg_m2);
         let n = self.point.over_trace();
         let mut jacobian = Mat::<T, 6, 6>::zeros();
@@ -352,6 +362,6 @@ impl<T: Real> Solution<T> {
             }
             jacobian[(element, 5)] = -n[element] * trace / self.point.scale;
         }
-        jacobian * self.covariance * jacobian.transpose()
+        *covariance = jacobian * self.covariance * jacobian.transpose();
     }
 }

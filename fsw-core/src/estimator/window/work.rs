@@ -173,7 +173,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Some(Slice::Front) => return self.advance_front(),
             Some(Slice::Fit) => self.begin_fit(),
             Some(Slice::Conclusion) => self.conclude(),
-            Some(Slice::Start | Slice::StartSolution | Slice::Pass | Slice::Decision) => self.fit(),
+            Some(Slice::Start | Slice::Pass) => self.take_block(),
+            Some(Slice::StartSolution) => self.end_start(),
+            Some(Slice::Decision) => self.decide(),
         }
         true
     }
@@ -186,6 +188,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         enough && (schedule.is_final || is_grown)
     }
 
+    #[inline(never)]
     fn sweep(&mut self) {
         let mut marks = Marks {
             front: self.front.as_ref().map_or(0, |front| front.pass.next),
@@ -227,6 +230,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// The front takes in its next block; false where there is none.
+    #[inline(never)]
     fn advance_front(&mut self) -> bool {
         let (end, stretch, period_s) = (self.end(), self.stretch(), self.period_s);
         let Some(front) = &mut self.front else { return false };
@@ -283,9 +287,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let (from, end) = (0, self.end());
         match self.carried_point() {
             Some((point, unit)) => {
-                let mut descent = Descent::new(from, end, Attempt::Carried);
-                self.begin_pass(&mut descent, &point, unit);
-                self.work = Work::Descent(descent);
+                self.prepare_descent(from, end, Attempt::Carried);
+                self.begin_pass(&point, unit);
             }
             None => self.begin_start(from, end, None),
         }
@@ -312,7 +315,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.begin_start_with(false, from, end, chosen);
     }
 
-    #[inline(never)]
     fn begin_start_with(
         &mut self,
         has_torque: bool,
@@ -320,16 +322,26 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         end: usize,
         chosen: Option<Chosen<T>>,
     ) {
-        let mut stretch = self.stretch();
-        if from > 0 {
-            stretch = self.stretch_from(from);
-        }
-        let blocks = (from..end).filter_map(|i| self.blocks.block(i));
-        let linear = LinearStart::new(blocks, &stretch, from, self.blocks.usual(), has_torque);
-        self.work = Work::Start { linear, from, end, chosen };
+        let stretch = self.start_of(from);
+        self.prepare_start(&stretch, has_torque, from, end, chosen);
         if let Work::Start { linear, .. } = &mut self.work {
             linear.add_rest(&stretch.rest);
         }
+    }
+
+    /// Linear start before its first row. Not inlined: it takes a copy on the stack.
+    #[inline(never)]
+    fn prepare_start(
+        &mut self,
+        stretch: &Stretch<T>,
+        has_torque: bool,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T>>,
+    ) {
+        let blocks = (from..end).filter_map(|i| self.blocks.block(i));
+        let linear = LinearStart::new(blocks, stretch, from, self.blocks.usual(), has_torque);
+        self.work = Work::Start { linear, from, end, chosen };
     }
 
     /// Stretch that begins with block `from`, which is not the first one.
@@ -339,33 +351,32 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Stretch { wheels_n_m_s: wheels, rest: super::storage::Rest::none(), ..self.stretch() }
     }
 
-    /// A slice of the fit. Blocks are taken in where the task lies: a copy of it costs as much as a block.
-    fn fit(&mut self) {
+    /// Takes in a block where the task lies: a copy of the task costs as much as a block.
+    #[inline(never)]
+    fn take_block(&mut self) {
         let mut span = None;
-        if let Work::Descent(Descent { pass, from, end, .. }) = &self.work
-            && pass.next < *end
-        {
+        if let Work::Descent(Descent { pass, from, .. }) = &self.work {
             let stretch = self.start_of(*from);
             span = self.blocks.span(pass.next, &stretch, pass.unit_per_kg_m2, self.period_s);
         }
         match (&mut self.work, span) {
-            (Work::Idle, _) => {}
             (Work::Descent(descent), Some(span)) => descent.pass.take(&span),
-            (Work::Descent(_), None) => {
-                // In sequence: each has one copy of a task on the stack.
-                match self.after_pass() {
-                    None => {}
-                    Some(After::End { is_settled }) => self.end_fit(is_settled),
-                    Some(After::Start { has_torque, from, end, chosen }) => {
-                        self.begin_start_with(has_torque, from, end, chosen);
-                    }
-                }
-            }
-            (Work::Start { linear, end, .. }, _) => {
-                match self.blocks.block(linear.next).filter(|_| linear.next < *end) {
-                    Some(block) => linear.take(block),
-                    None => self.end_start(),
-                }
+            (Work::Start { linear, .. }, _) => match self.blocks.block(linear.next) {
+                Some(block) => linear.take(block),
+                None => self.work = Work::Idle,
+            },
+            _ => self.work = Work::Idle,
+        }
+    }
+
+    /// Decides after a pass. Calls in sequence: each has one copy of a task on the stack.
+    #[inline(never)]
+    fn decide(&mut self) {
+        match self.after_pass() {
+            None => {}
+            Some(After::End { is_settled }) => self.end_fit(is_settled),
+            Some(After::Start { has_torque, from, end, chosen }) => {
+                self.begin_start_with(has_torque, from, end, chosen);
             }
         }
     }
@@ -382,6 +393,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     fn start_of(&self, from: usize) -> Stretch<T> {
         if from == 0 { self.stretch() } else { self.stretch_from(from) }
+    }
+
+    /// Descent without a first point yet. Not inlined: it takes a copy on the stack.
+    #[inline(never)]
+    fn prepare_descent(&mut self, from: usize, end: usize, attempt: Attempt) {
+        self.work = Work::Descent(Descent::new(from, end, attempt));
     }
 
     /// Descent from the linear start.
@@ -402,11 +419,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
         }
         self.set_initial_rate(&mut point, from, unit);
-        let mut descent = Descent::new(from, end, attempt);
-        descent.linear = Some(point);
-        descent.chosen = chosen;
-        self.begin_pass(&mut descent, &point, unit);
-        self.work = Work::Descent(descent);
+        self.prepare_descent(from, end, attempt);
+        if let Work::Descent(descent) = &mut self.work {
+            (descent.linear, descent.chosen) = (Some(point), chosen);
+        }
+        self.begin_pass(&point, unit);
     }
 
     /// Inverse trace without help of the data: of earlier windows, of the prior, or of before, 1/(kg m²).
@@ -433,24 +450,25 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Begins a pass about a point.
     #[inline(never)]
-    fn begin_pass(&self, descent: &mut Descent<T, U>, point: &Point<T>, unit: T) {
-        let stretch = self.start_of(descent.from);
-        let noise = self.noise_rad_s();
-        let pass = &mut descent.pass;
+    fn begin_pass(&mut self, point: &Point<T>, unit: T) {
+        let Work::Descent(Descent { pass, from, attempt, .. }) = &self.work else { return };
+        let stretch = self.start_of(*from);
+        let (noise, reference) = (self.noise_rad_s(), self.reference_rad_s());
         let typical = match (&self.front, pass.residuals.blocks) {
-            (Some(front), 0) if descent.attempt == Attempt::Carried => {
+            (Some(front), 0) if *attempt == Attempt::Carried => {
                 front.pass.residuals.typical(front.pass.unit_rad_s)
             }
             (_, 0) => noise * T::lit(super::fit::UNKNOWN_SCALE),
             _ => pass.residuals.typical(pass.unit_rad_s),
         };
+        let Work::Descent(Descent { pass, from, end, .. }) = &mut self.work else { return };
         pass.scale_rad_s = typical.max(noise);
-        pass.watch_rad_s = pass.scale_rad_s.max(self.reference_rad_s());
+        pass.watch_rad_s = pass.scale_rad_s.max(reference);
         pass.unit_rad_s = noise;
         pass.unit_per_kg_m2 = unit;
         let wheels = stretch.wheels_n_m_s * unit;
-        if !pass.begin(point, &self.groups, descent.from, &stretch.rest, &wheels) {
-            pass.next = descent.end;
+        if !pass.begin(point, &self.groups, *from, &stretch.rest, &wheels) {
+            pass.next = *end;
             pass.residuals.cost = T::MAX;
         }
     }
@@ -464,16 +482,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let wheels = self.start_of(descent.from).wheels_n_m_s * unit;
         let next = descent.after_pass(&self.beliefs(unit), &wheels);
         match next {
-            Next::Pass(point) => {
-                self.begin_pass(descent, &point, unit);
-                self.continue_with(descent)
-            }
+            Next::Pass(point) => self.continue_with(descent, &point, unit),
             Next::Final => {
                 let point = descent.pass.point;
                 let step = descent.pass.solution(&self.beliefs(unit));
-                self.begin_pass(descent, &point, unit);
-                descent.pass.offset = step.unwrap_or([T::zero(); U]);
-                self.continue_with(descent)
+                let after = self.continue_with(descent, &point, unit);
+                if let Work::Descent(descent) = &mut self.work {
+                    descent.pass.offset = step.unwrap_or([T::zero(); U]);
+                }
+                after
             }
             Next::End { is_settled } => self.after_attempt(descent, is_settled, true),
             Next::Failed => self.after_attempt(descent, false, false),
@@ -481,8 +498,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     #[inline(never)]
-    fn continue_with(&mut self, descent: &Descent<T, U>) -> Option<After<T>> {
+    fn continue_with(
+        &mut self,
+        descent: &Descent<T, U>,
+        point: &Point<T>,
+        unit: T,
+    ) -> Option<After<T>> {
         self.work = Work::Descent(*descent);
+        self.begin_pass(point, unit);
         None
     }
 
@@ -551,8 +574,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 None => return self.end_with(descent, is_settled),
             },
         }
-        self.begin_pass(descent, &point, unit);
-        self.continue_with(descent)
+        self.continue_with(descent, &point, unit)
     }
 
     fn solves_for_torque(&self) -> bool {
