@@ -76,12 +76,19 @@ macro_rules! persist {
                 let mut tag = before;
                 archive.word(&mut tag);
                 if tag != before {
-                    *self = match tag {
+                    let mut is_known = true;
+                    $crate::persist::replace(self, || match tag {
                         $($tag => Self::$variant
                             $(($(<$of_item as $crate::persist::Blank>::blank()),+))?
                             $({$($part: <$of_part as $crate::persist::Blank>::blank()),+})?,)+
-                        _ => return archive.refuse(stringify!($type)),
-                    };
+                        _ => {
+                            is_known = false;
+                            <Self as $crate::persist::Blank>::blank()
+                        }
+                    });
+                    if !is_known {
+                        return archive.refuse(stringify!($type));
+                    }
                 }
                 match self {
                     $(Self::$variant $(($($item),+))? $({$($part),+})? => {

@@ -183,6 +183,14 @@ pub const fn mix(a: u32, b: u32) -> u32 {
     (a.rotate_left(5) ^ b).wrapping_mul(0x9e37_79b1)
 }
 
+/// Replaces a value by a new one. Not inlined: the new one takes a copy on the stack, and its parts are
+/// transferred afterwards.
+#[doc(hidden)]
+#[inline(never)]
+pub fn replace<P>(place: &mut P, new: impl FnOnce() -> P) {
+    *place = new();
+}
+
 /// Layout of the type that a field accessor returns: for [`persist!`](crate::persist!).
 #[doc(hidden)]
 pub fn layout_of<S, P: Persist>(_: fn(&S) -> &P) -> u32 {

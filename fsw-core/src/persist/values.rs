@@ -24,7 +24,7 @@
 //! assert_eq!(words, [1, 0x3f80_0000, 2, 0, 3, 0]);
 //! ```
 
-use super::{Archive, Blank, Persist, mix, name};
+use super::{Archive, Blank, Persist, mix, name, replace};
 use crate::math::{Mat, scalar::Real};
 
 /// Implements [`Persist`] for an integer or a flag: conversion to words and, where possible, back.
@@ -127,10 +127,13 @@ impl<P: Persist + Blank> Persist for Option<P> {
     fn persist(&mut self, archive: &mut Archive<'_>) {
         let mut is_some = self.is_some();
         is_some.persist(archive);
-        if is_some {
-            self.get_or_insert_with(P::blank).persist(archive);
-        } else {
+        if !is_some {
             *self = None;
+        } else if self.is_none() {
+            replace(self, || Some(P::blank()));
+        }
+        if let Some(value) = self {
+            value.persist(archive);
         }
     }
 }

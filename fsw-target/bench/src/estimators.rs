@@ -205,6 +205,7 @@ impl Bench<'_> {
                 let instructions = self.counter.count(|| slice(estimator));
                 self.slices.add(kind, instructions);
             }
+            self.slices.end_sample(estimator.next_slice().is_some());
         }
         let status = match estimator.estimate().status {
             Status::Converged => "converged",

@@ -4,7 +4,7 @@ use fsw_core::estimator::window::Slice;
 use fsw_target::log_line;
 
 /// Width of a bin, instructions, and number of bins. The last one holds all larger counts.
-const WIDTH: u32 = 64;
+const WIDTH: u32 = 128;
 const BINS: usize = 1_024;
 
 /// Kinds in the table, with their names in the log.
@@ -53,17 +53,25 @@ impl OfKind {
 }
 
 /// Counts of one flight.
-pub struct SliceTally([OfKind; KINDS.len()]);
+pub struct SliceTally {
+    of_kind: [OfKind; KINDS.len()],
+    /// Samples after whose slices work was left: all, in the present run, and in the longest run.
+    busy: u32,
+    run: u32,
+    longest: u32,
+}
 
 impl SliceTally {
     /// An empty tally.
     pub const fn new() -> Self {
-        Self([const { OfKind::NONE }; KINDS.len()])
+        let of_kind = [const { OfKind::NONE }; KINDS.len()];
+        Self { of_kind, busy: 0, run: 0, longest: 0 }
     }
 
     /// Empties the tally for another flight.
     pub fn clear(&mut self) {
-        for of_kind in &mut self.0 {
+        (self.busy, self.run, self.longest) = (0, 0, 0);
+        for of_kind in &mut self.of_kind {
             (of_kind.slices, of_kind.worst) = (0, 0);
             of_kind.bins.fill(0);
         }
@@ -71,15 +79,31 @@ impl SliceTally {
 
     /// Adds the instruction count of a slice.
     pub fn add(&mut self, kind: Slice, instructions: u32) {
-        let of_kind = self.0.iter_mut().zip(KINDS).find(|(_, (of_row, _))| *of_row == kind);
+        let of_kind = self.of_kind.iter_mut().zip(KINDS).find(|(_, (of_row, _))| *of_row == kind);
         if let Some((of_kind, _)) = of_kind {
             of_kind.add(instructions);
         }
     }
 
+    /// Notes whether work is left after the slices of a sample.
+    pub fn end_sample(&mut self, has_work: bool) {
+        self.run = if has_work { self.run + 1 } else { 0 };
+        self.busy += u32::from(has_work);
+        self.longest = self.longest.max(self.run);
+    }
+
     /// Logs the lines for `target_tools::bench`, one per kind.
     pub fn report(&self, name: &'static str, flight: &'static str) {
-        for (of_kind, (_, kind)) in self.0.iter().zip(KINDS).filter(|(o, _)| o.slices > 0) {
+        if self.of_kind.iter().any(|of_kind| of_kind.slices > 0) {
+            log_line!(
+                "work name={} flight={} busy={} longest={}",
+                name,
+                flight,
+                self.busy,
+                self.longest
+            );
+        }
+        for (of_kind, (_, kind)) in self.of_kind.iter().zip(KINDS).filter(|(o, _)| o.slices > 0) {
             log_line!(
                 "slice name={} flight={} kind={} slices={} worst={} median={}",
                 name,

@@ -75,6 +75,19 @@ pub struct SliceCount {
     pub median: u32,
 }
 
+/// Samples after whose slices work was left.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WorkCount {
+    /// Name of the estimator.
+    pub name: String,
+    /// Name of the flight.
+    pub flight: String,
+    /// Number of these samples.
+    pub busy: u32,
+    /// Longest run of them: the delay of the fit over all blocks.
+    pub longest: u32,
+}
+
 /// A budget and its measured figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checked {
@@ -115,6 +128,8 @@ pub struct Table {
     pub outcomes: Vec<OutcomeCount>,
     /// Counts of the slices of work by name, flight and kind.
     pub slices: Vec<SliceCount>,
+    /// Work left after the slices of a sample, by name and flight.
+    pub work: Vec<WorkCount>,
     /// Instruction budgets.
     pub checked: Vec<Checked>,
     /// Estimated cycles, of the shortest flight.
@@ -190,11 +205,12 @@ impl Table {
         let counts = of_kind("count").map(|words| words.count()).collect::<Result<Vec<_>>>()?;
         let outcomes = of_kind("outcome").map(|words| words.outcome()).collect::<Result<_>>()?;
         let slices = of_kind("slice").map(|words| words.slice()).collect::<Result<Vec<_>>>()?;
+        let work = of_kind("work").map(|words| words.work()).collect::<Result<_>>()?;
         let checked = budgets::INSTRUCTIONS
             .iter()
             .map(|budget| Checked { budget: *budget, measured: measured(budget, &counts, &slices) })
             .collect();
-        Ok(Self { counts, outcomes, slices, checked, cycles: Vec::new(), flash: Vec::new() })
+        Ok(Self { counts, outcomes, slices, work, checked, cycles: Vec::new(), flash: Vec::new() })
     }
 
     /// True if every figure is present and within its limit.

@@ -57,9 +57,10 @@ const _: () = assert!(BYTES_PER_POLL >= MAX_COMMAND);
 /// Slices of the estimator's work after each sample.
 ///
 /// A fixed number, and not the time that is left, so that target and host do the same slices and compute
-/// the same bits. The most expensive slice that can recur takes about 25,000 cycles; 16 of them are
-/// 400,000, a quarter of the 1.68 million cycles between two samples at 100 Hz and 168 MHz. A pass over 512
-/// blocks takes 32 samples.
+/// the same bits. A block of a pass, the slice that recurs, takes 18,000 instructions, 27,000 cycles, and
+/// 43,000 instructions where the body turns by more than 0.45 rad in it (`docs/budgets.md`). 16 blocks are
+/// 430,000 to 1.0 million of the 1.68 million cycles between two samples at 100 Hz and 168 MHz: 26 to 61 %.
+/// A pass over 512 blocks takes 32 samples.
 pub const SLICES_PER_SAMPLE: u32 = 16;
 
 /// Time without a reading after which the gyro is started again, and period of further attempts, µs. Time

@@ -1,6 +1,6 @@
 //! Log lines of the bench image: `KIND key=value key=value …`.
 
-use super::{Count, OutcomeCount, SliceCount};
+use super::{Count, OutcomeCount, SliceCount, WorkCount};
 use anyhow::{Context, Result};
 
 /// Values of a log line.
@@ -48,6 +48,16 @@ impl<'a> Words<'a> {
             slices: self.number("slices")?,
             worst: self.number("worst")?,
             median: self.number("median")?,
+        })
+    }
+
+    /// Samples with work left.
+    pub fn work(self) -> Result<WorkCount> {
+        Ok(WorkCount {
+            name: self.value("name")?.into(),
+            flight: self.value("flight")?.into(),
+            busy: self.number("busy")?,
+            longest: self.number("longest")?,
         })
     }
 

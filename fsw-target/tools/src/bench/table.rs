@@ -8,6 +8,7 @@ impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.write_counts(f)?;
         self.write_slices(f)?;
+        self.write_work(f)?;
         self.write_outcomes(f)?;
         self.write_ratios(f)?;
         self.write_cycles(f)?;
@@ -52,6 +53,30 @@ impl Table {
                 f,
                 "{:<24}{:<20}{:>8}{:>10}{:>10}",
                 s.name, s.kind, s.slices, s.median, s.worst
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Delay of a fit over all blocks, in samples and at three sample rates.
+    fn write_work(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "\n{:<24}{:<12}{:>8}{:>10}{:>10}{:>10}{:>10}",
+            "samples with work left",
+            "flight",
+            "number",
+            "longest",
+            "1 Hz, s",
+            "10 Hz, s",
+            "100 Hz, s"
+        )?;
+        for w in &self.work {
+            let [one, ten, hundred] = [1.0, 10.0, 100.0].map(|hz| f64::from(w.longest) / hz);
+            writeln!(
+                f,
+                "{:<24}{:<12}{:>8}{:>10}{one:>10.0}{ten:>10.1}{hundred:>10.2}",
+                w.name, w.flight, w.busy, w.longest
             )?;
         }
         Ok(())
