@@ -30,8 +30,8 @@
 //! use fsw_core::estimator::window::Window;
 //!
 //! // Four wheels, single precision, bytes.
-//! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 38 * 1024);
-//! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 40 * 1024);
+//! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 39 * 1024);
+//! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 41 * 1024);
 //! assert!(size_of::<JointEkfUd<f32, 4>>() <= 2048);
 //! assert!(size_of::<EkfSgf<f32, 4>>() <= 2048);
 //! assert!(size_of::<Momentum<f32, 4>>() <= 512);

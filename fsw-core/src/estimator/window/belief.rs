@@ -6,13 +6,14 @@
 //! | place without a group | 3 | a unit value that pins it to zero |
 //! | earlier windows | 6 | shape and scale |
 //! | prior of the configuration | 6 | the six elements, linearised at the point |
-//! | ranges of any rigid body | 6 | shape and scale |
+//! | ranges of any rigid body | 6 | shape; scale where there is no prior |
 //! | group that is tested | 3 | constrained to zero; the contradiction is the test |
 //!
 //! The ranges of any rigid body hold every direction that neither data nor prior determine.
 
 use super::unknowns::{
-    Belief, FIRST_GROUP, GROUPS, Group, Groups, Point, by_shape, groups_of, scale_of, shape_of, to_shape,
+    Belief, FIRST_GROUP, GROUPS, Group, Groups, Point, by_shape, groups_of, scale_of, shape_of,
+    to_shape,
 };
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
@@ -182,11 +183,7 @@ impl<T: Real> Beliefs<'_, T> {
     }
 
     /// Calls `add` with each row on a further group, its right-hand side and weight.
-    fn each_of_groups<const U: usize>(
-        &self,
-        point: &Point<T>,
-        mut add: impl FnMut(&[T; U], T, T),
-    ) {
+    fn each_of_groups<const U: usize>(&self, point: &Point<T>, mut add: impl FnMut(&[T; U], T, T)) {
         let variance = self.noise_rad_s * self.noise_rad_s;
         for place in 0..groups_of(U) {
             let Some(sigma) = self.sigma_of(place, point) else { continue };
@@ -226,16 +223,20 @@ impl<T: Real> Beliefs<'_, T> {
         let variance = self.noise_rad_s * self.noise_rad_s;
         self.each_known(point, &mut add);
         let centre = self.prior.map_or([T::zero(); 5], shape_of_prior);
-        for k in 0..6 {
+        for k in 0..5 {
             let mut row = [T::zero(); U];
             row[shape_of(U) + k] = T::one();
-            let (weight, y) = match centre.get(k).zip(point.shape.get(k)) {
-                Some((centre, shape)) => {
-                    (T::lit(1.0 / (SHAPE_SIGMA * SHAPE_SIGMA)), *centre - *shape)
-                }
-                None => (T::lit(1.0 / (SCALE_SIGMA * SCALE_SIGMA)), T::one() - point.scale),
-            };
-            add(&row, y, variance * weight);
+            let weight = variance * T::lit(1.0 / (SHAPE_SIGMA * SHAPE_SIGMA));
+            let away = centre.get(k).zip(point.shape.get(k)).map(|(c, q)| *c - *q);
+            add(&row, away.unwrap_or(T::zero()), weight);
+        }
+        if self.prior.is_none() {
+            // On the logarithm, with ln x ≈ 2 (x − 1) / (x + 1).
+            let (one, two) = (T::one(), T::lit(2.0));
+            let mut row = [T::zero(); U];
+            row[scale_of(U)] = one / point.scale;
+            let y = two * (one - point.scale) / (one + point.scale);
+            add(&row, y, variance * T::lit(1.0 / (SCALE_SIGMA * SCALE_SIGMA)));
         }
     }
 

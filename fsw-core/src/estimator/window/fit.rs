@@ -73,14 +73,13 @@ pub struct Descent<T: Real, const U: usize> {
     is_near: bool,
     /// True in a pass that repeats the accepted point for a damped step.
     is_repeated: bool,
-    /// True in the pass that judges the residuals at the solution, and the step to it.
+    /// True in the pass that judges the residuals at the solution.
     is_final: bool,
-    pub final_step: [T; U],
     passes: u8,
 }
 
 crate::persist!([T: Real, const U: usize] Descent<T, U> {
-    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, is_final, final_step, passes
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, is_final, passes
 });
 
 /// Consequence of a completed pass.
@@ -92,9 +91,7 @@ pub enum Next<T: Real> {
     /// rounding of the point.
     Final,
     /// The descent has ended at the point of the pass, settled or not.
-    End {
-        is_settled: bool,
-    },
+    End { is_settled: bool },
     /// The descent has ended, unsettled, and the point of the pass is not the best one.
     Failed,
 }
@@ -115,7 +112,6 @@ impl<T: Real, const U: usize> Descent<T, U> {
             is_near: false,
             is_repeated: false,
             is_final: false,
-            final_step: [T::zero(); U],
             passes: 0,
         }
     }
@@ -142,11 +138,8 @@ impl<T: Real, const U: usize> Descent<T, U> {
             return self.reject();
         }
         if !self.is_repeated {
-            self.damping = if self.damping < T::lit(1e-3) {
-                T::zero()
-            } else {
-                self.damping * T::lit(0.1)
-            };
+            self.damping =
+                if self.damping < T::lit(1e-3) { T::zero() } else { self.damping * T::lit(0.1) };
         }
         self.best = Some((self.pass.point, cost));
         let Some((step, decrement)) = solve(&self.pass, beliefs, T::zero()) else {
@@ -163,7 +156,6 @@ impl<T: Real, const U: usize> Descent<T, U> {
         }
         if is_settled && !self.is_final && decrement > T::lit(SETTLED) {
             self.is_final = true;
-            self.final_step = step;
             return Next::Final;
         }
         if is_settled || self.is_final || self.passes >= MOST_PASSES {
@@ -310,4 +302,3 @@ pub fn momentum_of<T: Real>(point: &Point<T>, rate: &Vec3<T>, wheels: &Vec3<T>) 
     let n = crate::tensor::Inertia::new(point.over_trace()).matrix_kg_m2();
     n * rate + wheels * point.scale
 }
-

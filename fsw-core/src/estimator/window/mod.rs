@@ -475,8 +475,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.open.turn_rad > most.max(T::lit(LEAST_TURN_RAD))
     }
 
-    /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command. What follows
-    /// begins another one.
+    /// Ends the stretch of blocks that is being taken in: at rest, after a gap, by command, and in mid-motion
+    /// where storage is full, or rounding or a random walk limits it. What follows begins another one.
     #[inline(never)]
     fn end_stretch(&mut self) {
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
@@ -496,18 +496,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         self.closing = Some(Closing { stretch: ended, end });
         self.schedule.is_final = self.schedule.fitted != self.schedule.blocks;
-    }
-
-    /// Discards the present window: its blocks, and the front.
-    fn discard_window(&mut self) {
-        self.blocks.clear(T::count(self.config.block_samples));
-        self.front = None;
-        self.work = Work::Idle;
-        self.closing = None;
-        self.schedule = Schedule::new();
-        self.inquiry = None;
-        let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
-        self.open = Stretch::new(wheels);
     }
 
     /// True where every index lies within storage, as no correct state violates.

@@ -17,8 +17,8 @@
 //! `E exp(θ (min(u², 16) − 4)) = 1` for chi-square of three degrees of freedom: with h = 75 once in 7·10⁷. The
 //! block at which it began to rise estimates the instant of the change.
 
-use super::trajectory::{Span, Trajectory};
 use super::storage::Rest;
+use super::trajectory::{Span, Trajectory};
 use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::{Vec3, norm, scalar::Real};
@@ -27,8 +27,8 @@ use crate::math::{Vec3, norm, scalar::Real};
 const ROBUST: f64 = 4.0;
 /// Median of chi-square with three degrees of freedom.
 const MEDIAN_CHI_SQUARE: f64 = 2.366;
-/// Octaves of u² in the histogram, and the first one: 2⁻⁴ to 2²⁸.
-const OCTAVES: usize = 32;
+/// Octaves of u² in the histogram, and the first one: 2⁻⁴ to 2²⁴.
+const OCTAVES: usize = 28;
 const FIRST_OCTAVE: i32 = -4;
 /// Share of blocks at reduced weight above which the model is wrong rather than the blocks, and number
 /// that chance alone may add.

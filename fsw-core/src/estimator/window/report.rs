@@ -35,8 +35,8 @@ const STATED_DEGREES: f64 = 30.0;
 const MEASURED_DEGREES: f64 = 10.0;
 /// Fewest residuals that are tested.
 const ENOUGH_ROWS: u32 = 30;
-/// Largest sigma of the inverse trace over itself that enters the curvature.
-const MOST_CURVED: f64 = 0.6;
+/// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
+const SCALE_OBSERVED: f64 = 0.1;
 /// Sigma of a torque or bias over its range, below which it is reported.
 const SEEN: f64 = 0.5;
 
@@ -250,7 +250,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         } else {
             T::one()
         };
-        (variance * inflation * unsettled).sqrt().max(self.largest_rad_s * (T::EPSILON + T::EPSILON))
+        (variance * inflation * unsettled)
+            .sqrt()
+            .max(self.largest_rad_s * (T::EPSILON + T::EPSILON))
     }
 
     /// Result of the tests for white residuals: of their size against the noise, of their correlation,
@@ -260,7 +262,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if residuals.rows < ENOUGH_ROWS {
             return None;
         }
-        let share = T::lit(WHITE_EXCESS_SIGMA) / T::count(residuals.blocks.saturating_mul(6)).sqrt();
+        let share = T::lit(WHITE_EXCESS_SIGMA) / (T::count(residuals.blocks) * T::lit(6.0)).sqrt();
         let most = self.reference_rad_s() * (T::lit(1.0 + WHITE_EXCESS) + share);
         let is_small = rms(residuals, U) <= most;
         let is_correlated = residuals.correlation().abs() > correlation_limit(residuals);
@@ -322,16 +324,21 @@ impl<T: Real> Solution<T> {
 
     /// The solution with the curvature of `tr(J) = 1 / κ` in the sigma of a weakly observed scale.
     ///
-    /// The data are linear in κ. The sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
-    /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that, as far as
-    /// the scale comes from the data rather than from a prior of the elements.
+    /// The data are linear in κ, and the sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
+    /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
+    /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to 0.9. Both as far as the scale comes
+    /// from the data rather than from a prior of the elements.
     fn add_curvature(&mut self, alone: &Self) {
         let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale;
         let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
-        let near = one - s.min(T::lit(MOST_CURVED));
+        let curved = if of_data > T::lit(SCALE_OBSERVED) {
+            (one / (one - (s * T::lit(3.0)).min(T::lit(0.9))) - one) / s
+        } else {
+            one / ((one - s) * (one - s))
+        };
         let share = (s / of_data).min(one);
-        let factor = one + (one / (near * near) - one) * share * share;
+        let factor = one + (curved - one) * share * share;
         if factor.is_finite() {
             for i in 0..6 {
                 self.covariance[(i, 5)] *= factor;
@@ -358,4 +365,3 @@ impl<T: Real> Solution<T> {
         *covariance = jacobian * self.covariance * jacobian.transpose();
     }
 }
-

@@ -14,8 +14,8 @@
 //! 2. *Scale.* With n known, noisy momentum is regressed on the exact drive: noise does not bias κ either,
 //!    and its sigma follows.
 
-use super::block::Block;
 use super::belief::SHAPE_SIGMA;
+use super::block::Block;
 use super::storage::{Rest, Stretch};
 use super::unknowns::{Point, by_shape};
 use crate::math::square_root_information::SquareRootInformation;
@@ -303,7 +303,9 @@ mod tests {
     fn a_rotation_agrees_with_its_angle() {
         for angle in [1e-3f64, 0.3, 1.0] {
             let r = rotation(&Vec3::new(0.0, 0.0, angle));
-            assert!((r[(0, 0)] - angle.cos()).abs() < 4e-9 && (r[(1, 0)] - angle.sin()).abs() < 4e-8);
+            assert!(
+                (r[(0, 0)] - angle.cos()).abs() < 4e-9 && (r[(1, 0)] - angle.sin()).abs() < 4e-8
+            );
         }
     }
 

@@ -278,10 +278,15 @@ impl<T: Real, const N: usize> Storage<T, N> {
         self.compaction = Some(Compaction { sweep: Sweep::Drop, from, to: 0 });
     }
 
-    /// One slice of a sweep: a group of blocks. `turn_rad` limits pairs, and rest before the first block
-    /// goes to `start`.
+    /// One slice of a sweep: a group of blocks. Rest before the first block goes to `start`.
     #[inline(never)]
-    pub fn sweep(&mut self, marks: &mut Marks, start: &mut Stretch<T>, noise_rad_s: T, turn_rad: T) {
+    pub fn sweep(
+        &mut self,
+        marks: &mut Marks,
+        start: &mut Stretch<T>,
+        noise_rad_s: T,
+        limits: &PairLimits<T>,
+    ) {
         let Some(Compaction { sweep, from, to }) = self.compaction else { return };
         if from >= self.len() {
             self.end_sweep(sweep, from, to, marks);
@@ -293,7 +298,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
             Sweep::Drop => self.copy(from, end, to),
             Sweep::Rest if end + NEWEST_GROUPS * GROUP > self.len() => self.copy(from, end, to),
             Sweep::Rest => self.sweep_rest(from, end, to, marks, start, noise_rad_s),
-            Sweep::Pairs => self.sweep_pairs(from, end, to, turn_rad),
+            Sweep::Pairs => self.sweep_pairs(from, end, to, start, limits),
         };
         self.compaction = Some(Compaction { sweep, from: end, to });
     }
@@ -304,6 +309,10 @@ impl<T: Real, const N: usize> Storage<T, N> {
         self.blocks.truncate(to);
         self.compaction = None;
         self.is_incompressible = sweep == Sweep::Pairs && to + N / 16 > N - N / RESERVE_SHARE;
+        if self.is_incompressible {
+            // Longer blocks hide motion or drive.
+            self.usual *= T::lit(0.5);
+        }
         if sweep == Sweep::Rest && self.len() > N * FULL_NUM / FULL_DEN {
             self.usual += self.usual;
             self.compaction = Some(Compaction { sweep: Sweep::Pairs, from: 0, to: 0 });
@@ -335,7 +344,9 @@ impl<T: Real, const N: usize> Storage<T, N> {
         start: &mut Stretch<T>,
         noise_rad_s: T,
     ) -> usize {
-        let Some(all) = self.rest_of(from, end, noise_rad_s) else { return self.copy(from, end, to) };
+        let Some(all) = self.rest_of(from, end, noise_rad_s) else {
+            return self.copy(from, end, to);
+        };
         let is_leading = to == 0 && marks.split == 0 && !start.has_torque;
         if is_leading && self.is_still(from, end, &start.wheels_n_m_s, start) {
             start.absorb(&all, noise_rad_s);
@@ -391,17 +402,26 @@ impl<T: Real, const N: usize> Storage<T, N> {
         (chi_square <= most * variance && is_level).then_some(all)
     }
 
-    fn sweep_pairs(&mut self, from: usize, end: usize, mut to: usize, turn_rad: T) -> usize {
+    fn sweep_pairs(
+        &mut self,
+        from: usize,
+        end: usize,
+        mut to: usize,
+        start: &Stretch<T>,
+        limits: &PairLimits<T>,
+    ) -> usize {
         let most = self.usual * T::lit(1.01);
         let mut index = from;
         while index < end {
             let Some(mut block) = self.blocks.get(index).copied() else { break };
+            let before = to.checked_sub(1).and_then(|i| self.blocks.get(i));
+            let wheels = before.map_or(start.wheels_n_m_s, |b| b.wheels_end_n_m_s);
             index += 1;
             while index < end
                 && let Some(next) = self.blocks.get(index)
             {
                 let both = block.merge(next);
-                if both.weight > most || both.turn_square() > turn_rad * turn_rad {
+                if both.weight > most || !limits.permit(&block, &both, &wheels) {
                     break;
                 }
                 block = both;
@@ -411,6 +431,36 @@ impl<T: Real, const N: usize> Storage<T, N> {
             to += 1;
         }
         to
+    }
+}
+
+/// Limits of a pair of blocks.
+#[derive(Clone, Copy, Debug)]
+pub struct PairLimits<T: Real> {
+    /// Largest turn, rad.
+    pub turn_rad: T,
+    /// Momentum that one sigma of a sample is for the body, N m s.
+    pub noise_n_m_s: T,
+}
+
+impl<T: Real> PairLimits<T> {
+    /// True for a pair that turns little, and in which a parabola still represents the drive.
+    ///
+    /// The parabola of the pair misses the known value e of wheels and impulse where the blocks meet. Its mean
+    /// is right, so that the error enters with the turn: of the rate it is below `κ |e| φ / 10`, which is to
+    /// stay below a tenth of the block's noise, `σ / √n`.
+    fn permit(&self, first: &Block<T>, both: &Block<T>, wheels_at_start: &Vec3<T>) -> bool {
+        let turn = both.turn_square().sqrt();
+        let x = first.duration_s / both.duration_s;
+        let (one, six) = (T::one(), T::lit(6.0));
+        let bulge = six * x * (one - x);
+        let (start, end) = (*wheels_at_start, both.wheels_end_n_m_s);
+        let line = start + (end - start) * x;
+        let wheels = line + (both.wheels_n_m_s - (start + end) * T::lit(0.5)) * bulge;
+        let impulse = both.impulse_n_m_s * x + both.beyond_ramp_n_m_s * bulge;
+        let missed = (first.wheels_end_n_m_s - wheels) - (first.impulse_n_m_s - impulse);
+        let most = self.noise_n_m_s / both.weight.max(one).sqrt();
+        turn <= self.turn_rad && largest_component(&missed) * turn <= most
     }
 }
 

@@ -20,7 +20,9 @@
 //! Nørsett, Phil. Trans. R. Soc. A 357, 1999).
 
 use super::block::Block;
-use super::unknowns::{FIRST_GROUP, Group, Groups, MOMENTUM, Point, by_shape, groups_of, scale_of, shape_of};
+use super::unknowns::{
+    FIRST_GROUP, GROUPS, Group, Groups, MOMENTUM, Point, by_shape, groups_of, scale_of, shape_of,
+};
 use crate::math::{Mat, Vec3, scalar::Real, skew};
 use crate::tensor::Inertia;
 
@@ -57,10 +59,11 @@ pub struct Model<T: Real> {
     bias: Vec3<T>,
     drag: Vec3<T>,
     scale: T,
-    groups: Groups<T>,
+    /// Further group of unknowns in each place.
+    group: [Option<Group>; GROUPS],
 }
 
-crate::persist!([T: Real] Model<T> { inverse, torque, bias, drag, scale, groups });
+crate::persist!([T: Real] Model<T> { inverse, torque, bias, drag, scale, group });
 
 impl<T: Real> Model<T> {
     /// Model at a point; `None` where its tensor has no inverse.
@@ -71,15 +74,15 @@ impl<T: Real> Model<T> {
             bias: point.value(groups, Group::Bias),
             drag: point.value(groups, Group::Drag),
             scale: point.scale,
-            groups: *groups,
+            group: groups.place.map(|at| at.map(|(group, _)| group)),
         })
     }
 
     /// Model without content.
     pub fn blank() -> Self {
         let none = Vec3::zeros();
-        let groups = Groups { place: [None; super::unknowns::GROUPS] };
-        Self { inverse: Mat::zeros(), torque: none, bias: none, drag: none, scale: T::one(), groups }
+        let (scale, group) = (T::one(), [None; GROUPS]);
+        Self { inverse: Mat::zeros(), torque: none, bias: none, drag: none, scale, group }
     }
 
     /// Rate of a body with this momentum and wheel momentum, `n⁻¹ (m − x wᵤ)`, rad/s.
@@ -89,7 +92,8 @@ impl<T: Real> Model<T> {
 
     /// Place of a group among the unknowns.
     pub fn offset_of(&self, group: Group) -> Option<usize> {
-        self.groups.offset(group)
+        let place = self.group.iter().position(|at| *at == Some(group))?;
+        Some(FIRST_GROUP + 3 * place)
     }
 
     /// Gyro bias at the point, rad/s.
@@ -322,7 +326,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
             put(&mut self.sensitivity[MOMENTUM + c], MOMENTUM + c, Vec3::zeros());
         }
         for place in 0..groups_of(U) {
-            let Some((group, _)) = self.model.groups.place[place] else { continue };
+            let Some(group) = self.model.group[place] else { continue };
             let by_rate = match group {
                 Group::Torque => Vec3::repeat(duration_s),
                 Group::Drag => w * -duration_s,
@@ -336,7 +340,8 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         let mut pushed = by_shape::<T, _>(&columns_of_the_regressor(&by_drive, &w));
         let mut by_scale = by_drive * crossing.mean_drive;
         if let Some(by_change) = by_drive_change {
-            let more = by_shape::<T, _>(&columns_of_the_regressor(&by_change, &crossing.rate_change));
+            let more =
+                by_shape::<T, _>(&columns_of_the_regressor(&by_change, &crossing.rate_change));
             for k in 0..5 {
                 pushed[k] += more[k];
             }
@@ -441,7 +446,7 @@ impl<T: Real> Model<T> {
         drive: &Vec3<T>,
     ) {
         for place in 0..groups_of(U) {
-            if self.groups.is_at(place, Group::Bias) {
+            if self.group[place] == Some(Group::Bias) {
                 row[FIRST_GROUP + 3 * place + axis] = T::one();
             }
         }
@@ -557,7 +562,7 @@ mod tests {
     use std::vec::Vec;
 
     const UNKNOWNS: usize = 18;
-    const GROUPS: Groups<f64> = Groups {
+    const ALL: Groups<f64> = Groups {
         place: [
             Some((Group::Torque, Belief::Zero)),
             Some((Group::Bias, Belief::Zero)),
@@ -608,9 +613,12 @@ mod tests {
         sensitivity: [Vec3<f64>; UNKNOWNS],
     }
 
-    fn fly(point: &Point<f64>, spans: &[Span<f64>]) -> (Trajectory<f64, UNKNOWNS>, Vec<Prediction>) {
+    fn fly(
+        point: &Point<f64>,
+        spans: &[Span<f64>],
+    ) -> (Trajectory<f64, UNKNOWNS>, Vec<Prediction>) {
         let mut trajectory = Trajectory::blank();
-        assert!(trajectory.start(point, &GROUPS));
+        assert!(trajectory.start(point, &ALL));
         let mut cross = |span: &Span<f64>| {
             let crossing = trajectory.cross(span);
             let rows: [[f64; UNKNOWNS]; 3] =
@@ -631,6 +639,8 @@ mod tests {
     const END: f64 = 1e-5;
     /// The same of those to torque, drag and scale, whose forcing is taken at its mean.
     const END_OF_FORCING: f64 = 2e-3;
+    /// Size of n⁻¹, and so of the sensitivities.
+    const INVERSE: f64 = 3.0;
     /// Error of their means by the trapezoid: a twelfth of the turn's square, 1.5e-2, of which a third
     /// enters.
     const MEAN: f64 = 6e-3;
@@ -672,7 +682,7 @@ mod tests {
             assert!(error < most * size, "{c}: {error} of {size}");
             for (k, prediction) in predictions.iter().enumerate() {
                 let of_rate = (rates_up[k].rate_rad_s - rates_down[k].rate_rad_s) / (2.0 * STEP);
-                let size = of_rate.norm().max(1.0);
+                let size = of_rate.norm().max(INVERSE);
                 let error = (prediction.sensitivity[c] - of_rate).norm();
                 assert!(error < MEAN * size, "{c}, block {k}: {error} of {size}");
             }

@@ -88,11 +88,6 @@ impl<T: Real> Groups<T> {
     pub fn is_at(&self, place: usize, group: Group) -> bool {
         self.place.get(place).is_some_and(|at| at.is_some_and(|(g, _)| g == group))
     }
-
-    /// Place of a group among the unknowns.
-    pub fn offset(&self, group: Group) -> Option<usize> {
-        (0..GROUPS).find(|place| self.is_at(*place, group)).map(|place| FIRST_GROUP + 3 * place)
-    }
 }
 
 /// Element of a trace-free basis of the shape: `√½`.

@@ -13,7 +13,7 @@ use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::Front;
 use super::pass::Pass;
 use super::start::{FirstPoint, LinearStart};
-use super::storage::{Marks, Stretch};
+use super::storage::{Marks, PairLimits, Stretch};
 use super::unknowns::{Belief, Group, Point};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
 use crate::math::square_root_information::SquareRootInformation;
@@ -59,7 +59,12 @@ pub enum Work<T: Real, const U: usize> {
     Idle,
     /// Linear start over blocks from the first to before the last one, and the solution of an earlier
     /// attempt.
-    Start { linear: LinearStart<T>, from: usize, end: usize, chosen: Option<Chosen<T>> },
+    Start {
+        linear: LinearStart<T>,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T>>,
+    },
     Descent(Descent<T, U>),
 }
 
@@ -95,7 +100,7 @@ const DRAG_SHOWN: f64 = 26.0;
 /// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 /// Mean square of the walk within a window, over its variance.
-const MOST_WALKED: f64 = 0.5;
+const MOST_WALKED: f64 = 3.0;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
 /// other.
 const CONTRADICTED: f64 = 33.0;
@@ -120,8 +125,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         for _ in 0..2 {
             let is_worth_it = self.closing.is_some() || !self.is_quiet;
-            self.schedule.is_final =
-                is_worth_it && self.schedule.fitted != self.schedule.blocks;
+            self.schedule.is_final = is_worth_it && self.schedule.fitted != self.schedule.blocks;
             self.work(MOST_SLICES);
         }
     }
@@ -130,7 +134,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     pub fn next_slice(&self) -> Option<Slice> {
         if self.blocks.is_compacting() {
             Some(Slice::Sweep)
-        } else if self.blocks.is_nearly_full() {
+        } else if self.needs_room() {
             Some(Slice::Room)
         } else if self.front.as_ref().is_some_and(|front| front.pass.next < self.end()) {
             Some(Slice::Front)
@@ -191,8 +195,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             split: self.closing.as_ref().map_or(0, |closing| closing.end),
         };
         let noise = self.reference_rad_s();
-        let turn = self.config.block_turn_rad;
-        self.blocks.sweep(&mut marks, &mut self.open, noise, turn);
+        let unit = self.front.as_ref().map_or(self.unit_per_kg_m2, |f| f.pass.unit_per_kg_m2);
+        let limits = PairLimits {
+            turn_rad: self.config.block_turn_rad,
+            noise_n_m_s: self.noise_rad_s() / unit,
+        };
+        self.blocks.sweep(&mut marks, &mut self.open, noise, &limits);
         if let Some(front) = &mut self.front {
             front.pass.next = marks.front;
         }
@@ -201,7 +209,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    /// Makes room in storage: by a sweep, or by a new window where the blocks have no room to merge.
+    /// True where storage is nearly full, unless the window whose end makes room is being completed.
+    fn needs_room(&self) -> bool {
+        let waits = self.closing.is_some() && self.blocks.is_incompressible();
+        self.blocks.is_nearly_full() && !waits
+    }
+
+    /// Makes room in storage: by a sweep, or by the end of the window where its blocks cannot be merged.
     #[inline(never)]
     fn make_room(&mut self) {
         // Indices of the task become invalid.
@@ -212,14 +226,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.blocks.compact();
             return;
         }
-        let can_carry = self.closing.is_none()
-            && self.front.as_ref().is_some_and(|front| {
-                self.is_good(front) && front.pass.next == self.blocks.len()
-            });
-        if !can_carry || self.carry_over().is_none() {
-            self.discard_window();
-            self.event = Some(Reset::Diverged);
-        }
+        self.end_stretch();
     }
 
     /// The front takes in its next block; false where there is none.
@@ -475,14 +482,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let wheels = self.start_of(descent.from).wheels_n_m_s * unit;
         let next = descent.after_pass(&self.beliefs(unit), &wheels);
         match next {
-            Next::Pass(point) => {
-                self.continue_with(descent, &point, unit)
-            }
+            Next::Pass(point) => self.continue_with(descent, &point, unit),
             Next::Final => {
-                let (point, step) = (descent.pass.point, descent.final_step);
+                let point = descent.pass.point;
+                let step = descent.pass.solution(&self.beliefs(unit));
                 let after = self.continue_with(descent, &point, unit);
                 if let Work::Descent(descent) = &mut self.work {
-                    descent.pass.offset = step;
+                    descent.pass.offset = step.unwrap_or([T::zero(); U]);
                 }
                 after
             }
@@ -522,15 +528,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_sound_start =
             descent.attempt == Attempt::Carried || self.inquiry.is_some_and(|i| i.has_asked);
         let residuals = &descent.pass.residuals;
-        let is_changed = is_settled
-            && is_sound_start
-            && (residuals.is_contradicted || residuals.has_many_low());
+        let is_changed =
+            is_settled && is_sound_start && (residuals.is_contradicted || residuals.has_many_low());
         if is_good || is_changed || descent.attempt == Attempt::Best {
             return self.end_with(descent, is_settled);
         }
         if is_at_end {
-            let cost = descent.pass.residuals.cost
-                + self.beliefs(unit).cost::<U>(&descent.pass.point);
+            let cost =
+                descent.pass.residuals.cost + self.beliefs(unit).cost::<U>(&descent.pass.point);
             if descent.chosen.is_none_or(|(_, (least, _))| cost < least) {
                 descent.chosen = Some((descent.pass.point, (cost, unit)));
             }
@@ -616,8 +621,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             return self.answer(from, &front);
         }
         self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
-        let is_revised = is_good
-            && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
+        let is_revised =
+            is_good && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
         if is_revised {
             self.schedule.due_at = self.schedule.blocks;
         }
@@ -631,9 +636,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// True for a fit at a minimum whose residuals agree with the noise from the first block to the last.
     pub(super) fn is_good(&self, front: &Front<T, U>) -> bool {
-        front.is_settled
-            && self.is_explained(&front.pass)
-            && !front.pass.residuals.is_contradicted
+        front.is_settled && self.is_explained(&front.pass) && !front.pass.residuals.is_contradicted
     }
 
     /// True where the sigma of every coordinate of the shape is well below its range.
@@ -674,7 +677,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         is_loose
     }
 
-    /// Concludes the window that is being closed.
+    /// Concludes the window that is being closed: its information goes to the past.
     #[inline(never)]
     fn conclude(&mut self) {
         let end = self.end();
@@ -683,11 +686,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         self.closing = None;
         self.work = Work::Idle;
+        self.inquiry = None;
         self.blocks.drop_before(end);
         let further = self.blocks.len().saturating_sub(end) as u32;
         self.schedule = Schedule { blocks: further, ..Schedule::new() };
         self.schedule.reopen();
-        self.inquiry = None;
         self.groups = self.config.groups::<U>();
     }
 
@@ -705,7 +708,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past.walk(walk);
         }
         self.drop_contradicted(pass);
-        let past = super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
+        let past =
+            super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
         if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
             self.past = Some(past);
             // The mean over the window is a third of it away from its end in variance.
@@ -746,19 +750,5 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         beliefs.noise_rad_s = sigma;
         beliefs.add_groups(&mut factor, &pass.point);
         (last_six(&factor), sigma)
-    }
-
-    /// Continues with a new window where the present one ends, with all of its information.
-    ///
-    /// Storage is full of blocks that turn far. The front has taken in all of them: its momentum at the end
-    /// is that at the start of the next window.
-    fn carry_over(&mut self) -> Option<()> {
-        let front = self.front.take()?;
-        self.join_past(&front);
-        let wheels = self.blocks.block(self.blocks.len().checked_sub(1)?)?.wheels_end_n_m_s;
-        self.blocks.clear(T::count(self.config.block_samples));
-        self.open = Stretch { has_torque: self.open.has_torque, ..Stretch::new(wheels) };
-        self.schedule = Schedule::new();
-        Some(())
     }
 }
