@@ -91,8 +91,10 @@ pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
 
 /// Static RAM of the flight image, bytes.
 pub const FLIGHT_STATIC_RAM: u64 = 64 * 1024;
-/// Largest stack depth of the flight image, bytes.
-pub const FLIGHT_STACK: u32 = 4 * 1024;
+/// Largest stack depth of the flight image, bytes. Requirement: 4 KiB. Not met: held above the measured
+/// 4,148 bytes of `window` and 5,536 of the telecommand that selects `joint-ekf`, whose start copies its
+/// state.
+pub const FLIGHT_STACK: u32 = 5_632;
 /// Stack of nested interrupts, bytes. Four priorities can nest: serial port, captures, data ready,
 /// clock failure. Each takes 104 bytes for registers, those of the FPU included, four for alignment,
 /// and the frame of its handler: 16, 56, 16 and 8.
