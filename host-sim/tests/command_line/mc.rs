@@ -181,9 +181,9 @@ fn filters_without_alignment_diverge_from_random_initial_estimates() {
 #[test]
 fn converged_runs_beyond_their_sigma_are_silent_lies() {
     let files = Files::new();
-    // The printed filter is overconfident from a wide prior.
+    // The printed filter is overconfident in single precision.
     let rows = files.folder.path().join("runs.csv");
-    let estimator = ["--estimator", "joint-ekf-published", "--precision", "f64"];
+    let estimator = ["--estimator", "joint-ekf-published"];
     let arguments = ["mc", "stsat3-spin-up", "--runs", "10", "--json"];
     let report = json(&[&arguments[..], &estimator, &["--out", text(&rows)]].concat());
     let rows = fs::read_to_string(&rows).unwrap();

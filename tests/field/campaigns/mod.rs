@@ -15,6 +15,10 @@ use anyhow::Result;
 
 use super::campaign::Campaign;
 
+/// Subjects whose limits hold in every campaign of their small version. Tests assert them.
+const HELD: [&str; 8] =
+    ["rest/", "frame/", "outliers/", "prefix/", "noise/", "clock/", "vague-prior/", "fine-gyro/"];
+
 /// Every campaign.
 ///
 /// # Errors
@@ -32,5 +36,8 @@ pub fn all() -> Result<Vec<Campaign>> {
         clock::list()?,
         precision::list()?,
     ];
-    Ok(lists.into_iter().flatten().collect())
+    let holds = |name: &str| HELD.iter().any(|subject| name.starts_with(subject));
+    let held =
+        |campaign: Campaign| Campaign { held: campaign.held || holds(&campaign.name), ..campaign };
+    Ok(lists.into_iter().flatten().map(held).collect())
 }
