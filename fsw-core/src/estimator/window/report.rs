@@ -37,6 +37,8 @@ const MEASURED_DEGREES: f64 = 10.0;
 const ENOUGH_ROWS: u32 = 30;
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
+/// The same above which the data know nothing of the scale: near the range of any body, 2.3.
+const NO_SCALE: f64 = 1.5;
 /// Sigma of a torque or bias over its range, below which it is reported.
 const SEEN: f64 = 0.5;
 
@@ -332,7 +334,10 @@ impl<T: Real> Solution<T> {
         let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale;
         let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
-        let curved = if of_data > T::lit(SCALE_OBSERVED) {
+        let curved = if of_data > T::lit(NO_SCALE) {
+            // Nothing but the range of any body.
+            one
+        } else if of_data > T::lit(SCALE_OBSERVED) {
             (one / (one - (s * T::lit(3.0)).min(T::lit(0.9))) - one) / s
         } else {
             one / ((one - s) * (one - s))

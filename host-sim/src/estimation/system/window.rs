@@ -10,10 +10,13 @@ use crate::input::craft::SolveFor;
 
 /// Blocks that the estimator stores.
 const BLOCKS: usize = 512;
-/// Shortest block, s. A block has at least the core's default number of samples; at a higher sample
-/// rate it has more, so that its mean covers this time. Short against the rotation of the body,
+/// Shortest block, s: at a high sample rate a block has more samples than the core's default, so that its
+/// mean covers this time. Short against the rotation of the body,
 /// long against the period of vibration.
 const SHORTEST_BLOCK_S: f64 = 2e-3;
+/// Longest block of several samples, s: a parabola represents wheels that swing with a period of some
+/// seconds.
+const LONGEST_BLOCK_S: f64 = 0.8;
 /// Unknowns without disturbances to solve for: momentum, inertia, and the torque that is tested for.
 const WITH_TORQUE: usize = 12;
 /// Unknowns with disturbances to solve for: gyro bias and drag as well.
@@ -42,6 +45,13 @@ pub fn set_up<T: Real, const W: usize>(
     }
 }
 
+/// Samples of a block at first: the core's default, fewer where samples are far apart and the wheels move
+/// on within a block, more where they are close together.
+fn block_samples(sample_period_s: f64, default: u32) -> u32 {
+    let (most, least) = (LONGEST_BLOCK_S / sample_period_s, SHORTEST_BLOCK_S / sample_period_s);
+    default.min(most as u32).max(least.round() as u32).max(1)
+}
+
 /// The estimator with U unknowns.
 fn with_unknowns<T: Real, const W: usize, const U: usize>(
     setup: &Setup<'_>,
@@ -59,8 +69,7 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
     config.drag_per_s = solve_for.torque.then_some(T::lit(DRAG_SIGMA_PER_S));
     config.slices_per_step = SLICES_PER_STEP;
     config.is_torque_smooth = setup.craft.filter.is_torque_smooth;
-    let block_samples = (SHORTEST_BLOCK_S / setup.sample_period_s).round();
-    config.block_samples = config.block_samples.max(block_samples as u32);
+    config.block_samples = block_samples(setup.sample_period_s, config.block_samples);
     setup.configure_gate(&mut config.gate);
     let window = Window::<T, W, BLOCKS, U>::new(config, wheels)?;
     Ok(of_setup::<T, _, W>(window, setup))
