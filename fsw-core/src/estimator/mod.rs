@@ -101,8 +101,8 @@ pub trait Estimator<T: Real, const W: usize> {
     /// Innovation of the last predicted sample, if any.
     fn innovation(&self) -> Option<Innovation<T>>;
 
-    /// Completes the work that is due on the samples so far, in one call of long duration: for the
-    /// end of a log. Estimators that complete their work within each step have none.
+    /// Completes all work on the samples so far. The call takes long and is meant for the end of a log.
+    /// An estimator that completes its work within each step does nothing.
     fn finish(&mut self) {}
 }
 

@@ -24,6 +24,9 @@ use crate::prior::Prior;
 pub const SHAPE_SIGMA: f64 = 0.15;
 /// Sigma of the inverse trace over its unit where nothing is known: a factor of ten, ln 10.
 pub const SCALE_SIGMA: f64 = 2.3;
+/// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two tensors contradict each
+/// other.
+pub const CONTRADICTED: f64 = 33.0;
 /// Information of a constraint over that of the data on the same unknown.
 const CONSTRAINT: f64 = 1e5;
 

@@ -7,7 +7,7 @@
 //! | not explained | explained | | the blocks before are discarded |
 //! | | not explained | | asked again with more blocks; in the end the model is wrong |
 
-use super::belief::Past;
+use super::belief::{CONTRADICTED, Past};
 use super::front::Front;
 use super::pass::Pass;
 use super::{Closing, Schedule, Window};
@@ -22,8 +22,6 @@ const MOST_ATTEMPTS: u8 = 12;
 const LONG_RUN: u32 = 5;
 /// Clean blocks after an interruption until the residuals are called white again.
 const CLEAN_BLOCKS: u32 = 24;
-/// Chi-square of six degrees of freedom that chance exceeds once in 10⁵.
-const CONTRADICTED: f64 = 33.0;
 
 /// Inquiry in progress.
 #[derive(Clone, Copy, Debug)]
@@ -142,8 +140,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.blocks.drop_before(from);
     }
 
-    /// The inertia has changed.
-    fn forget_past(&mut self) {
+    /// Discards earlier windows and the prior: the inertia has changed.
+    pub(super) fn forget_past(&mut self) {
         self.past = None;
         self.has_prior = false;
         self.event = Some(Reset::Changed);

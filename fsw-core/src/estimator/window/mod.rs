@@ -90,7 +90,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     /// Mean interval between samples, s, and the number of intervals in it.
     period_s: T,
     intervals: u32,
-    /// Largest rate so far, rad/s: its rounding is a floor of the noise.
+    /// Largest rate so far, rad/s. The noise is at least the rounding error of this rate.
     largest_rad_s: T,
     blocks: Storage<T, N>,
     /// Stretch of the blocks that are being taken in.
@@ -139,7 +139,7 @@ crate::persist!([T: Real] Closing<T> { stretch, end });
 /// stored.
 #[derive(Clone, Copy, Debug)]
 struct Schedule {
-    /// Blocks of the present window so far, those of the last fit, and those before the motion.
+    /// Number of blocks: of the present window, at the last fit, and before the motion.
     blocks: u32,
     fitted: u32,
     quiet: u32,
@@ -166,7 +166,7 @@ impl Schedule {
         Self { blocks: 0, fitted: 0, quiet: 0, due_at: FIRST_FIT_BLOCKS, is_final: false }
     }
 
-    /// Motion begins: all blocks so far are of the rest before it.
+    /// Begin of the motion: the blocks before it belong to the rest.
     fn reopen(&mut self) {
         self.quiet = self.blocks;
         self.due_at = self.blocks.saturating_add(FIRST_FIT_BLOCKS);
@@ -463,8 +463,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.schedule.blocks = self.schedule.blocks.saturating_add(1);
     }
 
-    /// True where the body has turned so far in this window that rounding of the tensor shifts the phase of
-    /// the predicted motion by a share of the noise.
+    /// True where the turn in this window exceeds the limit that rounding of the tensor sets.
     ///
     /// A tensor rounded by ε shifts the phase by up to ε times the angle, and the rate by that share of
     /// itself: the angle at which this is [`PHASE_SHARE`] σ, and [`LEAST_TURN_RAD`] at least, ends a window.

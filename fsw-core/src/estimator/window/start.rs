@@ -192,7 +192,7 @@ impl<T: Real> LinearStart<T> {
         }
     }
 
-    /// Shape that minimises `|R n|²` without the share of the noise, believed to lie near a sphere.
+    /// Shape that minimises `|R n|²` after removal of the noise share, with a weak belief in the sphere.
     fn shape(&self, noise: T) -> [T; 5] {
         // Noise of unit variance in each column.
         let root = |element: usize| regressor_noise_share::<T>(element).sqrt();

@@ -5,10 +5,11 @@
 //! | sweep of storage | a group of sixteen blocks |
 //! | front, pass | a block: up to three steps and three rows |
 //! | linear start | a block, or the singular values of its triangle |
-//! | decision after a pass | two solutions of the factor |
+//! | decision after a pass | up to ten solutions of the factor: damped steps, variances, tests |
+//! | begin of a fit | norms of all blocks, or a solution of the factor |
 //! | conclusion of a window | a solution of six unknowns |
 
-use super::belief::last_six;
+use super::belief::{CONTRADICTED, last_six};
 use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::Front;
 use super::pass::Pass;
@@ -18,7 +19,6 @@ use super::unknowns::{Belief, Group, Point};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Vec3, scalar::Real};
-use crate::outcome::Reset;
 
 /// Work that is left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +68,7 @@ pub enum Work<T: Real, const U: usize> {
     Descent(Descent<T, U>),
 }
 
-/// What follows a pass, other than a further pass.
+/// Next task after the last pass of an attempt.
 #[derive(Clone, Copy, Debug)]
 enum After<T: Real> {
     /// Another linear start.
@@ -101,9 +101,6 @@ const DRAG_SHOWN: f64 = 26.0;
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 /// Mean square of the walk within a window, over its variance.
 const MOST_WALKED: f64 = 3.0;
-/// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two windows contradict each
-/// other.
-const CONTRADICTED: f64 = 33.0;
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// Does up to this number of slices, each of bounded cost, and returns what is left.
@@ -116,8 +113,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if slices > 0 && self.next_slice().is_none() { Remaining::Nothing } else { Remaining::Some }
     }
 
-    /// Completes all work on the samples so far, those in the present block included: first of a window that
-    /// is closing, then of the open one.
+    /// Completes all work on the samples so far. The present block ends with the newest sample. The window that
+    /// is closing comes first, then the open one.
     pub(super) fn complete(&mut self) {
         self.drain();
         if let Some(block) = self.averager.as_mut().and_then(super::Averager::finish) {
@@ -734,9 +731,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if beliefs.contradiction(&window, &pass.point) <= T::lit(CONTRADICTED) {
             return false;
         }
-        self.past = None;
-        self.has_prior = false;
-        self.event = Some(Reset::Changed);
+        self.forget_past();
         true
     }
 
