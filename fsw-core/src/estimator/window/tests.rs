@@ -398,6 +398,19 @@ fn a_window_ends_and_begins_by_command() {
     assert!(window.is_open() && worst_error(&window.estimate()) < EXACT);
 }
 
+/// The suspicion after an interruption counts blocks of its own window.
+#[test]
+fn a_suspicion_ends_with_its_window() {
+    let mut window = window::<512>(config(NOISE_RAD_S));
+    for sample in tumble(400) {
+        window.step(&sample);
+    }
+    window.suspect_until = u32::MAX;
+    window.close_window();
+    window.finish();
+    assert_eq!(window.suspect_until, 0);
+}
+
 #[test]
 fn noise_that_is_not_given_is_measured() {
     let noise = 5e-4;

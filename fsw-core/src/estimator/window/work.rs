@@ -684,6 +684,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.closing = None;
         self.work = Work::Idle;
         self.inquiry = None;
+        // Counted in blocks of the window that ends.
+        self.suspect_until = 0;
         self.blocks.drop_before(end);
         let further = self.blocks.len().saturating_sub(end) as u32;
         self.schedule = Schedule { blocks: further, ..Schedule::new() };
