@@ -1,6 +1,8 @@
 //! A scenario: a spacecraft and its flight.
 
-use flight_input::craft::{Craft, Filter, GyroData, InitialEstimate, Prior, SolveFor};
+use flight_input::craft::{
+    Craft, Filter, GyroData, InitialEstimate, Prior, SolveFor, StatedHardware,
+};
 use fsw_core::Inertia;
 use nalgebra::Vector3;
 
@@ -31,6 +33,8 @@ pub struct Scenario {
     pub control: Option<Control>,
     /// The gyro.
     pub gyro: SimulatedGyro,
+    /// Errors of the hardware as known to the estimator. Ideal unless stated.
+    pub hardware: StatedHardware,
     /// True constant external torque unknown to the estimator, body axes, N m.
     pub disturbance_torque_n_m: Vector3<f64>,
     /// Unknowns of the estimator besides the inertia.
@@ -62,6 +66,7 @@ impl Scenario {
             torque: ExternalTorque::ZERO,
             control: None,
             gyro,
+            hardware: StatedHardware::default(),
             disturbance_torque_n_m: Vector3::zeros(),
             solve_for: SolveFor::default(),
             prior: None,
@@ -87,6 +92,7 @@ impl Scenario {
                 range_rad_s: self.gyro.range_rad_s,
                 quantum_rad_s: self.gyro.quantum_rad_s,
             },
+            hardware: self.hardware.clone(),
             prior: physical.or_else(|| self.prior.clone()),
             filter: Filter { is_torque_smooth: self.torque.is_smooth(), ..self.filter },
             solve_for: self.solve_for,

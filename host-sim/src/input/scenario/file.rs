@@ -4,6 +4,7 @@ use std::path::Path;
 
 use flight_input::InputError;
 use flight_input::craft::filter::{self, Filter, FilterFile};
+use flight_input::craft::hardware::{self, ModeFile, Statements, Unstated, WheelsFile};
 use flight_input::craft::prior::{self, PriorFile};
 use flight_input::craft::wheel::check_count;
 use flight_input::key::{ANY, Key, NUMBER, POSITIVE, TABLE, TABLES as REPEATED, TEXT, Table};
@@ -47,9 +48,11 @@ const ROOT: Table = Table {
         Key::required("change", REPEATED, "", ANY, "Sudden changes of the inertia").or("no change"),
         Key::required("drift", TABLE, "", ANY, "Drift of the inertia").or("no drift"),
         Key::required("wheel", REPEATED, "", ANY, "Reaction wheels").or("no wheel"),
+        Key::required("wheels", TABLE, "", ANY, "Errors of all wheels").or("ideal wheels"),
         Key::required("torque", TABLE, "", ANY, "Commanded external torque").or("no torque"),
         Key::required("control", TABLE, "", ANY, "Attitude controller").or("no controller"),
         Key::required("gyro", TABLE, "", ANY, "Simulated gyro"),
+        Key::required("mode", REPEATED, "", ANY, "Modes known to the estimator").or("rigid body"),
         Key::required("disturbance", TABLE, "", ANY, "Unknown torque, further unknowns").or("none"),
         Key::required("prior", TABLE, "", ANY, "Expected inertia").or("no prior"),
         Key::required("filter", TABLE, "", ANY, "Process noise").or("that of the estimators"),
@@ -59,15 +62,26 @@ const ROOT: Table = Table {
 const FILTER_TABLE: Table =
     Table { keys: &[filter::RATE_WALK, filter::INERTIA_WALK], ..filter::TABLE };
 
+const WHEELS_TABLE: Table = Table {
+    keys: &[
+        hardware::EACH_SPIN_INERTIA_SIGMA.or("0"),
+        hardware::EACH_AXIS_SIGMA.or("0"),
+        hardware::COMMON_SPIN_INERTIA_SIGMA,
+    ],
+    ..hardware::WHEELS_TABLE
+};
+
 /// The tables of a scenario file.
-pub const TABLES: [Table; 15] = [
+pub const TABLES: [Table; 17] = [
     ROOT,
     spacecraft::TABLE,
     wheel::TABLE,
     profile::WHEEL_TABLE,
+    WHEELS_TABLE,
     profile::EXTERNAL_TABLE,
     control::TABLE,
     gyro::TABLE,
+    hardware::MODE_TABLE,
     disturbance::TABLE,
     prior::TABLE,
     FILTER_TABLE,
@@ -104,9 +118,13 @@ struct ScenarioFile {
     drift: Option<DriftFile>,
     #[serde(default)]
     wheel: Vec<Spanned<WheelFile>>,
+    #[serde(default)]
+    wheels: WheelsFile,
     torque: Option<ExternalProfileFile>,
     control: Option<Spanned<ControlFile>>,
     gyro: GyroFile,
+    #[serde(default)]
+    mode: Vec<Spanned<ModeFile>>,
     #[serde(default)]
     disturbance: DisturbanceFile,
     prior: Option<PriorFile>,
@@ -148,7 +166,7 @@ impl ScenarioFile {
         let spacecraft = self.spacecraft.read(&root.table("spacecraft"))?;
         let inertia_kg_m2 = &spacecraft.inertia_kg_m2;
         let surroundings = Surroundings { folder, duration_s };
-        let wheels = self.wheels(root, inertia_kg_m2, surroundings)?;
+        let wheels = self.simulated_wheels(root, inertia_kg_m2, surroundings)?;
         let changes = ChangesFile {
             sudden: &self.change,
             drift: self.drift.as_ref(),
@@ -170,6 +188,7 @@ impl ScenarioFile {
             .map(|table| control(&root.table("control"), table, inertia_kg_m2, &wheels))
             .transpose()?;
         let disturbance = self.disturbance.read(root)?;
+        let hardware = self.statements().read(root, Unstated::Ideal)?;
         let filter = self.filter(root)?;
         let prior = self.prior.map(|prior| prior.read(root)).transpose()?;
         Ok(Scenario {
@@ -178,12 +197,26 @@ impl ScenarioFile {
             torque: torque.unwrap_or(ExternalTorque::ZERO),
             control,
             disturbance_torque_n_m: disturbance.torque_n_m,
-            solve_for: disturbance.solve_for,
+            solve_for: disturbance.solve_for.with_priors(&hardware),
+            hardware,
             prior,
             filter,
             dispersion,
             ..Scenario::free(self.name, duration_s, spacecraft, gyro)
         })
+    }
+
+    /// The statements of all tables on the hardware.
+    fn statements(&self) -> Statements {
+        let torque = self.torque.as_ref();
+        Statements {
+            gyro: self.gyro.statements(),
+            each_wheel: self.wheel.iter().map(|wheel| wheel.get_ref().statements()).collect(),
+            wheels: self.wheels.clone(),
+            torque_scale_sigma: torque.and_then(|profile| profile.get_ref().scale_sigma.clone()),
+            torque_sigma_n_m: self.disturbance.torque_sigma_n_m.clone(),
+            modes: self.mode.clone(),
+        }
     }
 
     fn check_sample_count(&self, root: &Section<'_>, samples: f64) -> Result<(), InputError> {
@@ -195,7 +228,7 @@ impl ScenarioFile {
     }
 
     /// The wheels, which must leave the body a positive definite inertia.
-    fn wheels(
+    fn simulated_wheels(
         &self,
         root: &Section<'_>,
         inertia_kg_m2: &[f64; 6],
