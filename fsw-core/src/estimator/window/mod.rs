@@ -67,6 +67,7 @@ use crate::error::ConfigError;
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
+use crate::hardware::Finding;
 use crate::math::{Vec3, largest_component, scalar::Real};
 use crate::monitor::innovation::Innovation;
 use crate::monitor::outliers::{Judged, OutlierGate};
@@ -527,6 +528,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
 
     fn innovation(&self) -> Option<Innovation<T>> {
         None
+    }
+
+    fn each_of_hardware(&self, visit: &mut dyn FnMut(Finding<T>)) {
+        self.findings(visit);
     }
 
     fn finish(&mut self) {

@@ -228,7 +228,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Calls `visit` with the result on each parameter of the hardware, for the window's fit or, between windows,
     /// for those that ended.
-    pub fn each_of_hardware(&self, mut visit: impl FnMut(Finding<T>)) {
+    pub(super) fn findings(&self, visit: &mut dyn FnMut(Finding<T>)) {
         let Some((factor, point, sigma, unit)) = self.joint_factor() else { return };
         let (Some(step), Some(covariance)) = (factor.solve(), factor.covariance()) else { return };
         let mut solution = Solution::blank();
