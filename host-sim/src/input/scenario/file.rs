@@ -191,6 +191,7 @@ impl RandomFile {
             torque_scale_sigma: self.torque.scale_sigma.clone(),
             torque_sigma_n_m: self.disturbance.torque_sigma_n_m.clone(),
             modes: self.mode.clone(),
+            ..Statements::default()
         }
     }
 
