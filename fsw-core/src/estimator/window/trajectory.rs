@@ -342,10 +342,14 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         crossing
     }
 
-    /// A time offset shifts a change of the known torque: `∂m/∂δ` takes `−x Δτᵤ` at the boundary of two blocks.
+    /// A time offset shifts a change of the known torque: at the boundary of two blocks m takes `−δ x Δτᵤ`, and `∂m/∂δ`
+    /// takes `−x Δτᵤ`.
     fn shift_torque(&mut self, crossing: &Crossing<T, W, U>) {
         let known = crossing.known_torque;
         let before = self.last_torque.replace(known).unwrap_or(known);
+        if self.model.delay_s != T::zero() {
+            self.move_by((known - before) * (-self.model.delay_s * self.model.scale));
+        }
         let Some(offset) = self.model.offset_of(Group::Common) else { return };
         if let Some(of_delay) = self.sensitivity.get_mut(offset) {
             *of_delay -= (known - before) * self.model.scale;
