@@ -3,4 +3,5 @@
 
 pub mod accuracy;
 pub mod field;
+pub mod hardware;
 pub mod program;
