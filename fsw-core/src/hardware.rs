@@ -180,7 +180,7 @@ pub fn tilt_directions<T: Real>(axis: &Vec3<T>) -> [Vec3<T>; 2] {
     [first, axis.cross(&first)]
 }
 
-/// Axes of W wheels with errors: by columns `(1 + s + sᵢ) aᵢ + θ₁ e₁ + θ₂ e₂`. `errors` returns `(sᵢ, θ₁, θ₂)` of a
+/// Axes of W wheels with errors, by columns: `1 + s + sᵢ` times the unit vector along `aᵢ + θ₁ e₁ + θ₂ e₂`. `errors` returns `(sᵢ, θ₁, θ₂)` of a
 /// wheel.
 pub fn axes_with_errors<T: Real, const W: usize>(
     axes: &Mat<T, 3, W>,
@@ -190,12 +190,13 @@ pub fn axes_with_errors<T: Real, const W: usize>(
     of_columns(core::array::from_fn(|i| {
         let error = errors(i);
         let axis = column(axes, i);
-        let mut of_wheel = axis * (T::one() + common + error[0]);
-        if error[1] != T::zero() || error[2] != T::zero() {
-            let [first, second] = tilt_directions(&axis);
-            of_wheel += first * error[1] + second * error[2];
+        let share = T::one() + common + error[0];
+        if error[1] == T::zero() && error[2] == T::zero() {
+            return axis * share;
         }
-        of_wheel
+        let [first, second] = tilt_directions(&axis);
+        let tilted = axis + first * error[1] + second * error[2];
+        tilted * (share / norm(&tilted))
     }))
 }
 

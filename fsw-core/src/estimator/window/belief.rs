@@ -27,6 +27,8 @@ pub const SCALE_SIGMA: f64 = 2.3;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two tensors contradict each
 /// other.
 pub const CONTRADICTED: f64 = 33.0;
+/// Sigma of hardware that is held over the stated one.
+const HELD: f64 = 1e-3;
 /// Information of a constraint over that of the data on the same unknown.
 const CONSTRAINT: f64 = 1e5;
 
@@ -139,6 +141,9 @@ pub struct Beliefs<'a, T: Real, const U: usize> {
     pub unit_per_kg_m2: T,
     /// One sigma of a sample, rad/s: rows are in units of its variance.
     pub noise_rad_s: T,
+    /// True where the hardware is held at its point: at first a descent is far from the solution, and errors of
+    /// the hardware would take part in that.
+    pub holds_hardware: bool,
 }
 
 impl<T: Real, const U: usize> Beliefs<'_, T, U> {
@@ -230,6 +235,8 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
                     Some((_, Belief::Within(sigma))) => sigma[i],
                     None => T::zero(),
                 };
+                let is_held = self.holds_hardware && place >= self.groups.hardware;
+                let sigma = if is_held { sigma * T::lit(HELD) } else { sigma };
                 // A place that is not in use has an empty column, and any weight pins it.
                 let weight = if sigma > T::zero() { variance / (sigma * sigma) } else { T::one() };
                 let column = FIRST_GROUP + 3 * place + i;
@@ -388,6 +395,7 @@ mod tests {
             past: None,
             unit_per_kg_m2: UNIT,
             noise_rad_s: 1e-3,
+            holds_hardware: false,
         };
         let mut covariance = Mat::<f64, 6, 6>::zeros();
         for _ in 0..20 {

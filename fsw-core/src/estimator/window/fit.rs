@@ -32,6 +32,8 @@ const NEAR: f64 = 0.3;
 const ROUNDINGS: f64 = 4.0;
 /// Passes of a descent at most. From linear starts of random spacecraft it takes 4 to 8.
 const MOST_PASSES: u8 = 25;
+/// Passes with the hardware held at most.
+const MOST_HELD_PASSES: u8 = 12;
 /// First damping, as a share of each column's norm, and the largest one.
 const FIRST_DAMPING: f64 = 0.01;
 const LARGEST_DAMPING: f64 = 1e4;
@@ -73,6 +75,8 @@ pub struct Descent<T: Real, const W: usize, const U: usize> {
     damping: T,
     last_decrement: T,
     is_near: bool,
+    /// True until the descent has settled with the hardware held.
+    holds_hardware: bool,
     /// True in a pass that repeats the accepted point for a damped step.
     is_repeated: bool,
     /// True in the pass that judges the residuals at the solution.
@@ -81,7 +85,7 @@ pub struct Descent<T: Real, const W: usize, const U: usize> {
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize] Descent<T, W, U> {
-    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, is_final, passes
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, passes
 });
 
 /// Consequence of a completed pass.
@@ -112,6 +116,7 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
             damping: T::zero(),
             last_decrement: T::MAX,
             is_near: false,
+            holds_hardware: attempt != Attempt::Carried,
             is_repeated: false,
             is_final: false,
             passes: 0,
@@ -125,6 +130,7 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         self.damping = T::zero();
         self.last_decrement = T::MAX;
         self.is_near = false;
+        self.holds_hardware = true;
         self.is_repeated = false;
         self.is_final = false;
         self.passes = 0;
@@ -138,6 +144,8 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         wheels: &Momenta<T, W>,
     ) -> Next<T, U> {
         self.passes = self.passes.saturating_add(1);
+        self.holds_hardware &= beliefs.groups.has_hardware();
+        let beliefs = &Beliefs { holds_hardware: self.holds_hardware, ..*beliefs };
         let cost = self.cost(beliefs);
         let is_worse = !(cost.is_finite() && self.best.is_none_or(|(_, best)| cost <= best));
         if is_worse && !self.is_near && !self.is_repeated {
@@ -156,6 +164,9 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         let is_settled = decrement < T::lit(SETTLED)
             || self.is_near && decrement > T::lit(0.3) * self.last_decrement;
         let is_first = self.pass.scale_rad_s > beliefs.noise_rad_s * T::lit(0.5 * UNKNOWN_SCALE);
+        if (is_settled || self.passes >= MOST_HELD_PASSES) && self.holds_hardware {
+            return self.release(self.pass.point);
+        }
         if is_settled && is_first {
             // Once more, with weights.
             return Next::Pass(self.pass.point);
@@ -174,6 +185,16 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         self.step(step, beliefs, wheels)
     }
 
+    /// Goes on from a point with the hardware as stated.
+    fn release(&mut self, point: Point<T, U>) -> Next<T, U> {
+        self.holds_hardware = false;
+        self.is_repeated = false;
+        self.best = None;
+        self.damping = T::zero();
+        self.last_decrement = T::MAX;
+        Next::Pass(point)
+    }
+
     /// Robust cost of the pass and its point, rad²/s². Rounding of it is not a decrease.
     fn cost(&self, beliefs: &Beliefs<'_, T, U>) -> T {
         let cost = self.pass.residuals.cost + beliefs.cost(&self.pass.point);
@@ -186,7 +207,11 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         let first = T::lit(FIRST_DAMPING);
         self.damping = if self.damping < first { first } else { self.damping * T::lit(10.0) };
         self.is_repeated = true;
-        if self.damping > T::lit(LARGEST_DAMPING) || self.passes >= MOST_PASSES {
+        let is_stuck = self.damping > T::lit(LARGEST_DAMPING);
+        if self.holds_hardware && (is_stuck || self.passes >= MOST_HELD_PASSES) {
+            return self.release(point);
+        }
+        if is_stuck || self.passes >= MOST_PASSES {
             return Next::Failed;
         }
         Next::Pass(point)

@@ -368,6 +368,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past: self.past.as_ref(),
             unit_per_kg_m2,
             noise_rad_s: self.noise_rad_s(),
+            holds_hardware: false,
         }
     }
 

@@ -382,7 +382,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_small = rms(residuals, U) <= most;
         let is_correlated = residuals.correlation().abs() > correlation_limit(residuals);
         let mut factor = front.pass.factor;
-        let beliefs = self.beliefs(front.pass.unit_per_kg_m2);
+        let mut beliefs = self.beliefs(front.pass.unit_per_kg_m2);
+        // A stated noise that is too small would exaggerate the contradiction.
+        beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(&front.pass));
         let contradiction = beliefs.add(&mut factor, &front.pass.point);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
         let is_suspect = self.schedule.blocks < self.suspect_until;

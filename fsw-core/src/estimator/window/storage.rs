@@ -231,7 +231,7 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         let mut span = self.span_alone(index, start, unit, period_s)?;
         if has_offset {
             let course = |index: usize| {
-                self.span_alone(index, start, unit, period_s).map(|span| span.course())
+                self.span_alone(index, start, unit, period_s).map(|span| span.courses())
             };
             span.before = index.checked_sub(1).and_then(course);
             span.after = course(index + 1);

@@ -50,55 +50,106 @@ pub struct Span<T: Real, const W: usize> {
     pub wheels_at_start: Momenta<T, W>,
     /// Number of samples between its ends.
     pub samples: T,
-    /// Wheels in the blocks before and after it, for a time offset; none where there is no block.
-    pub before: Option<Course<T, W>>,
-    pub after: Option<Course<T, W>>,
+    /// Drive in the blocks before and after it, for a time offset; none where there is no block.
+    pub before: Option<Courses<T, W>>,
+    pub after: Option<Courses<T, W>>,
 }
 
-/// Momentum of each wheel over a block: a parabola with its right mean.
+/// Course of wheels and impulse over a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Course<T: Real, const W: usize> {
+pub struct Courses<T: Real, const W: usize> {
+    wheels: Course<T, W>,
+    /// Impulse of the external torque since the start of the block.
+    impulse: Course<T, 3>,
+}
+
+/// N quantities over a block, each a parabola with its right mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course<T: Real, const N: usize> {
     /// A share s of the way through: `by_share[0] + s (by_share[1] + s by_share[2])`.
-    by_share: [Momenta<T, W>; 3],
+    by_share: [Mat<T, N, 1>; 3],
     duration_s: T,
 }
 
-impl<T: Real, const W: usize> Course<T, W> {
+impl<T: Real, const N: usize> Course<T, N> {
     /// Parabola through both ends whose mean, beyond the straight line, is `share` of a sixth of its bulge.
     fn through(
-        start: &Momenta<T, W>,
-        end: &Momenta<T, W>,
-        mean: &Momenta<T, W>,
+        start: &Mat<T, N, 1>,
+        end: &Mat<T, N, 1>,
+        mean: &Mat<T, N, 1>,
         share: T,
-    ) -> [Momenta<T, W>; 3] {
+    ) -> [Mat<T, N, 1>; 3] {
         let beyond_line = mean - (start + end) * T::lit(0.5);
         let bulge = beyond_line * (share * T::lit(6.0));
         [*start, end - start + bulge, -bulge]
     }
 
     /// Value a share of the way through.
-    fn at(&self, share: T) -> Momenta<T, W> {
+    fn at(&self, share: T) -> Mat<T, N, 1> {
         let [start, slope, bend] = self.by_share;
         start + (slope + bend * share) * share
     }
 
     /// Mean from one share to another.
-    fn mean(&self, from: T, to: T) -> Momenta<T, W> {
+    fn mean(&self, from: T, to: T) -> Mat<T, N, 1> {
         let [start, slope, bend] = self.by_share;
         let squares = from * from + from * to + to * to;
         start + slope * ((from + to) * T::lit(0.5)) + bend * (squares * T::lit(1.0 / 3.0))
     }
 
     /// The mean over the time `s` before its end, and the value there.
-    fn before_end(&self, s: T) -> (Momenta<T, W>, Momenta<T, W>) {
+    fn before_end(&self, s: T) -> (Mat<T, N, 1>, Mat<T, N, 1>) {
         let from = T::one() - s / self.duration_s;
         (self.mean(from, T::one()), self.at(from))
     }
 
     /// The mean over the time `s` after its start, and the value there.
-    fn after_start(&self, s: T) -> (Momenta<T, W>, Momenta<T, W>) {
+    fn after_start(&self, s: T) -> (Mat<T, N, 1>, Mat<T, N, 1>) {
         let to = s / self.duration_s;
         (self.mean(T::zero(), to), self.at(to))
+    }
+
+    /// Start, end and mean of what the block shows a time `earlier_s` before; negative for later.
+    ///
+    /// Both ends are read from the parabolas of the blocks that they lie in, and the mean loses the part of one end
+    /// and gains that of the other one. Beyond the first and the last block the parabola of the block goes on.
+    fn shifted(
+        &self,
+        earlier_s: T,
+        before: Option<&Self>,
+        after: Option<&Self>,
+    ) -> [Mat<T, N, 1>; 3] {
+        let mean = self.mean(T::zero(), T::one());
+        let by = earlier_s.abs();
+        let share = by / self.duration_s;
+        if earlier_s > T::zero() {
+            let (lost, end) = self.before_end(by);
+            let (gained, start) = match before {
+                Some(before) => before.before_end(by),
+                None => (self.mean(-share, T::zero()), self.at(-share)),
+            };
+            [start, end, mean + (gained - lost) * share]
+        } else {
+            let (lost, start) = self.after_start(by);
+            let beyond = T::one() + share;
+            let (gained, end) = match after {
+                Some(after) => after.after_start(by),
+                None => (self.mean(T::one(), beyond), self.at(beyond)),
+            };
+            [start, end, mean + (gained - lost) * share]
+        }
+    }
+
+    /// The course with a constant added.
+    fn offset(mut self, by: &Mat<T, N, 1>) -> Self {
+        self.by_share[0] += by;
+        self
+    }
+
+    /// Value at the end of the block.
+    fn end(&self) -> Mat<T, N, 1> {
+        let [start, slope, bend] = self.by_share;
+        start + slope + bend
     }
 }
 
@@ -278,6 +329,9 @@ pub struct Crossing<T: Real, const W: usize, const U: usize> {
     mean_drive: Vec3<T>,
     drive_change: Vec3<T>,
     mean_beyond: Vec3<T>,
+    beyond_change: Vec3<T>,
+    /// Sum over the steps of the mean of both ends of g.
+    beyond_ends: Vec3<T>,
     /// `Δ ṁ` over a step, at the start of the block less that at the end of the last step.
     bend: Vec3<T>,
     /// Sums over the steps: mean of m; means of both ends of ω, of the drive, of each wheel, and sum of both of D.
@@ -342,14 +396,10 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         crossing
     }
 
-    /// A time offset shifts a change of the known torque: at the boundary of two blocks m takes `−δ x Δτᵤ`, and `∂m/∂δ`
-    /// takes `−x Δτᵤ`.
+    /// A time offset shifts a change of the known torque: at the boundary of two blocks `∂m/∂δ` takes `−x Δτᵤ`.
     fn shift_torque(&mut self, crossing: &Crossing<T, W, U>) {
         let known = crossing.known_torque;
         let before = self.last_torque.replace(known).unwrap_or(known);
-        if self.model.delay_s != T::zero() {
-            self.move_by((known - before) * (-self.model.delay_s * self.model.scale));
-        }
         let Some(offset) = self.model.offset_of(Group::Common) else { return };
         if let Some(of_delay) = self.sensitivity.get_mut(offset) {
             *of_delay -= (known - before) * self.model.scale;
@@ -361,8 +411,8 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         let dt = block.duration_s;
         // Motion is as fast as the body turns, or as wheels of much momentum make it nutate.
         let nutation = model.inverse * self.momentum;
-        let (of_wheel, wheel_mean) = span.wheels_within(model.delay_s);
-        let wheels = of_wheel.map(|momenta| model.axes * momenta);
+        let drive = span.drive_within(model.delay_s);
+        let wheels = drive.wheels.map(|momenta| model.axes * momenta);
         let rate = model.rate_of(&self.momentum, &wheels[0]);
         let turn_square = rate.dot(&rate).max(nutation.dot(&nutation)) * (dt * dt);
         let mut steps = 1;
@@ -372,12 +422,9 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
             steps += 1;
         }
         let share = T::one() / T::count(steps);
-        // The impulse already has all of what the turning of g makes of it.
-        let share_of_torque = model.torque_share;
-        let mean_beyond = block.beyond_ramp_n_m_s * (span.of_samples() * share_of_torque);
-        let turned = block.rate_rad_s.cross(&mean_beyond);
-        let known_torque = block.impulse_n_m_s * (share_of_torque / dt) + turned;
-        let drive = model.axes * wheel_mean;
+        let mean_beyond = drive.beyond * model.torque_share;
+        let known_torque = drive.impulse * (model.torque_share / dt);
+        let of_samples = T::one() / span.of_samples();
         let none = Vec3::zeros();
         Crossing {
             steps,
@@ -386,11 +433,11 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
             step_s: dt * share,
             share,
             samples: span.samples,
-            drive: drive - block.beyond_ramp_n_m_s * share_of_torque,
+            drive: model.axes * drive.wheel_mean - mean_beyond * of_samples,
             duration_s: dt,
             known_torque,
             torque: known_torque * model.scale + model.torque,
-            of_wheel,
+            of_wheel: drive.wheels,
             wheels,
             beyond_ramp: mean_beyond * T::lit(6.0),
             mean: none,
@@ -400,6 +447,8 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
             mean_drive: none,
             drive_change: none,
             mean_beyond: none,
+            beyond_change: none,
+            beyond_ends: none,
             bend: none,
             momentum: none,
             rate: none,
@@ -603,7 +652,8 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         if U > WITHOUT_HARDWARE {
             let slope = (crossing.of_wheel[1] + crossing.of_wheel[2]) * (T::one() / crossing.share);
             let slope = self.model.axes * slope * (T::one() / crossing.duration_s);
-            self.model.add_drives(&mut row, &b, &crossing.wheel_ends, &slope);
+            let beyond = &crossing.beyond_ends;
+            self.model.add_drives(&mut row, &b, &crossing.wheel_ends, &slope, beyond);
             self.model.add_gyro(&mut row, axis, &(crossing.rate * crossing.share));
         }
         row
@@ -636,7 +686,8 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         }
         self.model.add_body(&mut row, &b, rate, &(self.model.axes * wheels));
         if U > WITHOUT_HARDWARE {
-            self.model.add_drives(&mut row, &b, wheels, &Vec3::zeros());
+            let none = Vec3::zeros();
+            self.model.add_drives(&mut row, &b, wheels, &none, &none);
         }
         row
     }
@@ -676,8 +727,12 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
                         * (-(crossing.share + crossing.share) / crossing.duration_s);
                     let torque =
                         crossing.known_torque + crossing.mean_beyond.cross(&crossing.mean_rate);
-                    let by_torque =
+                    // The same sums as of the scale: without wheels both columns are proportional to rounding.
+                    let mut by_torque =
                         series * (torque * crossing.step_s) - by_drive * crossing.mean_beyond;
+                    if let Some(by_change) = by_drive_change {
+                        by_torque -= by_change * crossing.beyond_change;
+                    }
                     let per_share = x / self.model.torque_share;
                     let common = pushed_by(axes * mean, axes * change);
                     [pushed_by(slope, bend), by_torque * per_share, common]
@@ -767,8 +822,8 @@ impl<T: Real, const W: usize> Model<T, W> {
         [axis, first, second]
     }
 
-    /// Adds the direct derivatives by wheels and time offset, `−b V`, for momentum of the wheels and its slope,
-    /// rad/s².
+    /// Adds the direct derivatives by wheels and time offset, `−b V`, for momentum of the wheels, its slope,
+    /// rad/s², and the impulse beyond a ramp.
     #[inline(never)]
     fn add_drives<const U: usize>(
         &self,
@@ -776,6 +831,7 @@ impl<T: Real, const W: usize> Model<T, W> {
         b: &Vec3<T>,
         wheels: &Momenta<T, W>,
         slope: &Vec3<T>,
+        beyond: &Vec3<T>,
     ) {
         for place in 0..groups_of(U) {
             let by = match self.group[place] {
@@ -785,7 +841,8 @@ impl<T: Real, const W: usize> Model<T, W> {
                 }
                 Some(Group::Common) => {
                     let common = -b.dot(&(self.axes * wheels)) * self.scale;
-                    [b.dot(slope) * self.scale, T::zero(), common]
+                    let by_torque = b.dot(beyond) * self.scale / self.torque_share;
+                    [b.dot(slope) * self.scale, by_torque, common]
                 }
                 _ => continue,
             };
@@ -825,45 +882,68 @@ impl<T: Real, const W: usize> Span<T, W> {
         T::one() / (T::one() + T::lit(0.5) / (self.samples * self.samples))
     }
 
-    /// Course of the wheels over the block.
-    pub fn course(&self) -> Course<T, W> {
-        let (start, block) = (&self.wheels_at_start, &self.block);
-        let (end, mean) = (&block.wheels_end_n_m_s, &block.wheels_n_m_s);
-        let by_share = Course::through(start, end, mean, self.of_samples());
-        Course { by_share, duration_s: block.duration_s }
+    /// Mean impulse beyond a ramp over time, and the impulse, without the turning of the former.
+    fn impulse(&self) -> (Vec3<T>, Vec3<T>) {
+        let block = &self.block;
+        let beyond = block.beyond_ramp_n_m_s * self.of_samples();
+        // The impulse of a block has all of what the turning of g makes of it.
+        let turned = block.rate_rad_s.cross(&beyond) * block.duration_s;
+        (beyond, block.impulse_n_m_s + turned)
     }
 
-    /// Parabola of each wheel's momentum `delay_s` before the block, and its mean over the samples.
-    ///
-    /// Both ends are read from the parabolas of the blocks that they lie in, and the mean loses the part of one end
-    /// and gains that of the other one. Beyond the first and the last block the parabola of the block goes on.
-    fn wheels_within(&self, delay_s: T) -> ([Momenta<T, W>; 3], Momenta<T, W>) {
-        let course = self.course();
-        let mean = self.block.wheels_n_m_s;
-        if delay_s == T::zero() {
-            return (course.by_share, mean);
+    /// Course of wheels and impulse over the block.
+    pub fn courses(&self) -> Courses<T, W> {
+        let (start, block) = (&self.wheels_at_start, &self.block);
+        let duration_s = block.duration_s;
+        let (end, mean) = (&block.wheels_end_n_m_s, &block.wheels_n_m_s);
+        let by_share = Course::through(start, end, mean, self.of_samples());
+        let (beyond, impulse) = self.impulse();
+        let mean = impulse * T::lit(0.5) + beyond;
+        let of_impulse = Course::through(&Vec3::zeros(), &impulse, &mean, T::one());
+        Courses {
+            wheels: Course { by_share, duration_s },
+            impulse: Course { by_share: of_impulse, duration_s },
         }
-        let earlier = delay_s.abs();
-        let share = earlier / course.duration_s;
-        let (start, end, more) = if delay_s > T::zero() {
-            let (lost, end) = course.before_end(earlier);
-            let (gained, start) = match &self.before {
-                Some(before) => before.before_end(earlier),
-                None => (course.mean(-share, T::zero()), course.at(-share)),
-            };
-            (start, end, gained - lost)
-        } else {
-            let (lost, start) = course.after_start(earlier);
-            let beyond = T::one() + share;
-            let (gained, end) = match &self.after {
-                Some(after) => after.after_start(earlier),
-                None => (course.mean(T::one(), beyond), course.at(beyond)),
-            };
-            (start, end, gained - lost)
-        };
-        let mean = mean + more * share;
-        (Course::through(&start, &end, &mean, self.of_samples()), mean)
     }
+
+    /// Drive that acts within the block, `delay_s` before its instants.
+    fn drive_within(&self, delay_s: T) -> Drive<T, W> {
+        let mut drive = Drive { wheels: self.courses().wheels.by_share, ..self.drive() };
+        if delay_s == T::zero() {
+            return drive;
+        }
+        let own = self.courses();
+        let [before, after] = [&self.before, &self.after].map(Option::as_ref);
+        let wheels = own.wheels.shifted(delay_s, before.map(|b| &b.wheels), after.map(|a| &a.wheels));
+        // The mean over the samples lacks a share of the bulge that the mean over time has.
+        let [start, end, mean] = wheels;
+        let line = (start + end) * T::lit(0.5);
+        drive.wheel_mean = line + (mean - line) * (T::one() / self.of_samples());
+        drive.wheels = Course::through(&start, &end, &mean, T::one());
+        let before = before.map(|b| b.impulse.offset(&-b.impulse.end()));
+        let after = after.map(|a| a.impulse.offset(&own.impulse.end()));
+        let [start, end, mean] = own.impulse.shifted(delay_s, before.as_ref(), after.as_ref());
+        drive.impulse = end - start;
+        drive.beyond = mean - (start + end) * T::lit(0.5);
+        drive
+    }
+
+    fn drive(&self) -> Drive<T, W> {
+        let (beyond, impulse) = self.impulse();
+        let none = Momenta::zeros();
+        Drive { wheels: [none; 3], wheel_mean: self.block.wheels_n_m_s, impulse, beyond }
+    }
+}
+
+/// Drive that acts within a block.
+#[derive(Clone, Copy, Debug)]
+struct Drive<T: Real, const W: usize> {
+    /// Parabola of each wheel's momentum, and its mean over the samples.
+    wheels: [Momenta<T, W>; 3],
+    wheel_mean: Momenta<T, W>,
+    /// Impulse of the external torque, and the mean over time of what it has beyond a ramp.
+    impulse: Vec3<T>,
+    beyond: Vec3<T>,
 }
 
 impl<T: Real, const W: usize, const U: usize> Crossing<T, W, U> {
@@ -885,6 +965,8 @@ impl<T: Real, const W: usize, const U: usize> Crossing<T, W, U> {
         self.drive_change = w1 + w2 - g1 - g2;
         self.drive_ends += w0 - g0 + self.drive_change * half;
         if U > WITHOUT_HARDWARE {
+            self.beyond_change = g1 + g2;
+            self.beyond_ends += g0 + self.beyond_change * half;
             let (mean, _) = self.wheels_in_step();
             let bulge = self.of_wheel[2] * (share * share);
             // The mean of a parabola and that of its ends differ by a sixth of its bend.

@@ -674,7 +674,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn lets_drag_loose(&mut self, pass: &Pass<T, W, U>) -> bool {
         let Some(drag) = self.config.drag_per_s else { return false };
         let mut factor = pass.factor;
-        let contradiction = self.beliefs(pass.unit_per_kg_m2).add(&mut factor, &pass.point);
+        let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
+        beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(pass));
+        let contradiction = beliefs.add(&mut factor, &pass.point);
         let mut is_loose = false;
         for (place, of_place) in self.groups.place.iter_mut().enumerate() {
             let is_shown = contradiction[place] > T::lit(DRAG_SHOWN);
