@@ -7,7 +7,7 @@
 //! | not explained | explained | | the blocks before are discarded |
 //! | | not explained | | asked again with more blocks; in the end the model is wrong |
 
-use super::belief::{CONTRADICTED, Past};
+use super::belief::Past;
 use super::front::Front;
 use super::pass::Pass;
 use super::{Closing, Schedule, Window};
@@ -25,11 +25,11 @@ const CLEAN_BLOCKS: u32 = 24;
 
 /// Inquiry in progress.
 #[derive(Clone, Copy, Debug)]
-pub struct Inquiry<T: Real> {
+pub struct Inquiry<T: Real, const U: usize> {
     /// First block after the contradiction.
     pub rise: usize,
     /// Information of the blocks before it, where these are explained.
-    before: Option<Past<T>>,
+    before: Option<Past<T, U>>,
     /// True once the blocks before it have been fitted.
     has_before: bool,
     /// True while a fit for the inquiry is in progress.
@@ -37,14 +37,14 @@ pub struct Inquiry<T: Real> {
     attempts: u8,
 }
 
-crate::persist!([T: Real] Inquiry<T> { rise, before, has_before, has_asked, attempts });
+crate::persist!([T: Real, const U: usize] Inquiry<T, U> { rise, before, has_before, has_asked, attempts });
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// Begins or continues an inquiry after a fit that is settled, but does not explain all blocks.
     ///
     /// Blocks at reduced weight that ended some blocks ago are a fault that is over: what comes after it is
     /// fitted. Otherwise all blocks since the contradiction are.
-    pub(super) fn inquire(&mut self, fit: &Front<T, U>) {
+    pub(super) fn inquire(&mut self, fit: &Front<T, W, U>) {
         let residuals = &fit.pass.residuals;
         let run = residuals.longest;
         let is_long = run.count >= LONG_RUN;
@@ -91,7 +91,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Takes the result of a fit for the inquiry, over the blocks from `from` on.
-    pub(super) fn answer(&mut self, from: usize, fit: &Front<T, U>) {
+    pub(super) fn answer(&mut self, from: usize, fit: &Front<T, W, U>) {
         let is_good = self.is_good(fit);
         let before = self.information_of(fit);
         let Some(inquiry) = &mut self.inquiry else { return };
@@ -109,7 +109,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Information of a fit as that of an earlier window, where it is finite.
-    fn information_of(&self, fit: &Front<T, U>) -> Option<Past<T>> {
+    fn information_of(&self, fit: &Front<T, W, U>) -> Option<Past<T, U>> {
         let pass = &fit.pass;
         let past = Past::joined(self.information(pass), &pass.point, pass.unit_per_kg_m2, None);
         past.information.factor.iter().flatten().all(|x| x.is_finite()).then_some(past)
@@ -117,7 +117,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Ends an inquiry whose later blocks are explained: they become a window of their own.
     #[inline(never)]
-    fn separate(&mut self, from: usize, fit: &Front<T, U>) {
+    fn separate(&mut self, from: usize, fit: &Front<T, W, U>) {
         let before = self.inquiry.take().and_then(|inquiry| inquiry.before);
         match before {
             Some(before) if self.contradicts(&before, &fit.pass) => self.forget_past(),
@@ -148,22 +148,20 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Adds the blocks before an interruption to the earlier windows.
-    fn join_earlier(&mut self, before: &Past<T>) {
-        let mut point = super::unknowns::Point::sphere(crate::math::Vec3::zeros());
-        point.shape = before.shape;
+    fn join_earlier(&mut self, before: &Past<T, U>) {
         let unit = before.per_kg_m2;
-        let past = Past::joined(before.information, &point, unit, self.past.as_ref());
+        let past = Past::joined(before.information, &before.point, unit, self.past.as_ref());
         self.past = Some(past);
         self.past_age_s = T::zero();
     }
 
     /// True where the tensors before and after contradict each other.
-    fn contradicts(&self, before: &Past<T>, pass: &Pass<T, U>) -> bool {
+    fn contradicts(&self, before: &Past<T, U>, pass: &Pass<T, W, U>) -> bool {
         let (window, sigma) = self.window_alone(pass);
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.prior = None;
         beliefs.past = Some(before);
         beliefs.noise_rad_s = sigma;
-        beliefs.contradiction(&window, &pass.point) > T::lit(CONTRADICTED)
+        beliefs.contradiction(&window, &pass.point) > beliefs.contradicted()
     }
 }

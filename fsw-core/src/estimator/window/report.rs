@@ -5,11 +5,12 @@
 //! solution without the prior, with nothing but the ranges of any rigid body.
 
 use super::Window;
-use super::belief::Beliefs;
+use super::belief::{Beliefs, information_on};
 use super::front::Front;
 use super::pass::{Pass, Residuals};
-use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of};
+use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, shape_of};
 use crate::estimate::{Estimate, Status};
+use crate::hardware::Finding;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
@@ -39,6 +40,8 @@ const ENOUGH_ROWS: u32 = 30;
 const SCALE_OBSERVED: f64 = 0.1;
 /// The same above which the data know nothing of the scale: near the range of any body, 2.3.
 const NO_SCALE: f64 = 1.5;
+/// Information that pins a parameter to its value, over all that is known of it: 0.1 % of its variance is left.
+const KNOWN: f64 = 1e3;
 /// Sigma of a torque or bias over its range, below which it is reported.
 const SEEN: f64 = 0.5;
 
@@ -82,8 +85,8 @@ fn bring_to_nearest_physical<T: Real>(estimate: &mut Estimate<T>) {
 }
 
 /// Shape and scale with their information.
-struct Solution<T: Real> {
-    point: Point<T>,
+struct Solution<T: Real, const U: usize> {
+    point: Point<T, U>,
     unit_per_kg_m2: T,
     covariance: Mat<T, 6, 6>,
 }
@@ -107,7 +110,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Estimate of the front; false where it has no finite solution.
     #[inline(never)]
-    fn report_front(&self, front: &Front<T, U>, estimate: &mut Estimate<T>) -> bool {
+    fn report_front(&self, front: &Front<T, W, U>, estimate: &mut Estimate<T>) -> bool {
         let pass = &front.pass;
         let (window, sigma) = self.window_alone(pass);
         let unit = pass.unit_per_kg_m2;
@@ -127,12 +130,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
         let Some(past) = &self.past else { return false };
-        let mut point = Point::sphere(Vec3::zeros());
-        point.shape = past.shape;
         // The past enters as a belief: there are no blocks.
-        let nothing = SquareRootInformation::default();
+        let first = self.groups.first_kept::<U>();
+        let nothing = super::belief::kept(&SquareRootInformation::default(), first);
         let unit = past.per_kg_m2;
-        if !self.report_inertia(&nothing, &point, unit, T::one(), estimate) {
+        if !self.report_inertia(&nothing, &past.point, unit, T::one(), estimate) {
             return false;
         }
         estimate.residual_rms_rad_s = self.ended.residual_rms_rad_s;
@@ -157,8 +159,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Inertia, covariance, observed directions and status of information on shape and scale.
     fn report_inertia(
         &self,
-        window: &SquareRootInformation<T, 6>,
-        point: &Point<T>,
+        window: &SquareRootInformation<T, U>,
+        point: &Point<T, U>,
         unit_per_kg_m2: T,
         sigma: T,
         estimate: &mut Estimate<T>,
@@ -174,13 +176,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if !solve(window, point, &all, &mut solution) || !solve(window, point, &data, &mut alone) {
             return false;
         }
-        let trace = T::one() / (solution.point.scale * unit_per_kg_m2);
+        let trace = T::one() / (solution.point.scale() * unit_per_kg_m2);
         let n = solution.point.over_trace();
         estimate.inertia = Inertia::new(n.map(|n| n * trace));
         solution.add_curvature(&alone);
         solution.of_elements(&mut estimate.covariance_kg2_m4);
         if !is_finite_with_floor(estimate) {
             return false;
+        }
+        if self.groups.has_hardware() {
+            self.report_random(window, point, &all, &mut solution, estimate);
         }
         // At the estimate, with the information of the data.
         alone.point = solution.point;
@@ -192,9 +197,91 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         true
     }
 
+    /// Sigma of each element for hardware that is known exactly. Leaves the covariance of it in `solution`.
+    #[inline(never)]
+    fn report_random(
+        &self,
+        window: &SquareRootInformation<T, U>,
+        point: &Point<T, U>,
+        all: &Beliefs<'_, T, U>,
+        solution: &mut Solution<T, U>,
+        estimate: &mut Estimate<T>,
+    ) {
+        let mut factor = *window;
+        all.add_kept(&mut factor, point);
+        for column in self.groups.first_kept::<U>()..shape_of(U) {
+            let mut row = [T::zero(); U];
+            row[column] = T::one();
+            factor.fold(&row, T::zero(), information_on(&factor, column) * T::lit(KNOWN));
+        }
+        if !factor.covariance_of_last(&mut solution.covariance) {
+            return;
+        }
+        solution.covariance *= all.noise_rad_s * all.noise_rad_s;
+        let mut covariance = Mat::<T, 6, 6>::zeros();
+        solution.of_elements(&mut covariance);
+        let total = &estimate.covariance_kg2_m4;
+        estimate.sigma_random_kg_m2 = Some(core::array::from_fn(|i| {
+            covariance[(i, i)].max(T::zero()).min(total[(i, i)]).sqrt()
+        }));
+    }
+
+    /// Calls `visit` with the result on each parameter of the hardware, for the window's fit or, between windows,
+    /// for those that ended.
+    pub(super) fn findings(&self, visit: &mut dyn FnMut(Finding<T>)) {
+        let Some((factor, point, sigma, unit)) = self.joint_factor() else { return };
+        let (Some(step), Some(covariance)) = (factor.solve(), factor.covariance()) else { return };
+        let mut solution = Solution::blank();
+        solution.point = point.stepped(&step);
+        solution.unit_per_kg_m2 = unit;
+        let jacobian = solution.jacobian();
+        for place in self.groups.hardware..groups_of(U) {
+            let Some(Some((group, Belief::Within(stated)))) = self.groups.place.get(place) else {
+                continue;
+            };
+            for i in 0..3 {
+                let column = FIRST_GROUP + 3 * place + i;
+                let (Some(parameter), true) = (group.parameter(i), self.groups.is_active(place, i))
+                else {
+                    continue;
+                };
+                let root = covariance[(column, column)].sqrt();
+                let of_step = Mat::<T, 6, 1>::from_fn(|k, _| {
+                    covariance[(shape_of(U) + k, column)] * (sigma / root)
+                });
+                visit(Finding {
+                    parameter,
+                    value: solution.point.value(column),
+                    sigma: root * sigma,
+                    stated: stated[i],
+                    effect_kg_m2: (jacobian * of_step).into(),
+                });
+            }
+        }
+    }
+
+    /// Information with all beliefs, the point that it is about, one sigma of a row of unit weight, and the unit of
+    /// the inverse trace.
+    fn joint_factor(&self) -> Option<(SquareRootInformation<T, U>, Point<T, U>, T, T)> {
+        let (mut factor, point, sigma, unit) = match (&self.front, &self.past) {
+            (Some(Front { pass, .. }), _) => {
+                let (window, sigma) = self.window_alone(pass);
+                (window, pass.point, sigma, pass.unit_per_kg_m2)
+            }
+            (None, Some(past)) => {
+                let first = self.groups.first_kept::<U>();
+                let nothing = super::belief::kept(&SquareRootInformation::default(), first);
+                (nothing, past.point, T::one(), past.per_kg_m2)
+            }
+            (None, None) => return None,
+        };
+        Beliefs { noise_rad_s: sigma, ..self.beliefs(unit) }.add_kept(&mut factor, &point);
+        Some((factor, point, sigma, unit))
+    }
+
     /// Torque and bias where the data determine them.
     #[inline(never)]
-    fn report_groups(&self, pass: &Pass<T, U>, sigma: T, estimate: &mut Estimate<T>) {
+    fn report_groups(&self, pass: &Pass<T, W, U>, sigma: T, estimate: &mut Estimate<T>) {
         if self.groups.place.iter().all(|at| !matches!(at, Some((_, Belief::Within(_))))) {
             return;
         }
@@ -204,16 +291,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         beliefs.add(&mut factor, &pass.point);
         let (Some(step), Some(variances)) = (factor.solve(), factor.variances()) else { return };
         let solved = pass.point.stepped(&step);
-        let trace = T::one() / (solved.scale * unit);
+        let trace = T::one() / (solved.scale() * unit);
         for place in 0..groups_of(U) {
             let Some((group, Belief::Within(range))) = self.groups.place[place] else { continue };
             let to_physical = if group == Group::Torque { trace } else { T::one() };
-            let most = range * T::lit(SEEN) / (to_physical * sigma);
+            let most = range[0] * T::lit(SEEN) / (to_physical * sigma);
             let first = FIRST_GROUP + 3 * place;
             if !variances.iter().skip(first).take(3).all(|v| *v < most * most) {
                 continue;
             }
-            let value = solved.group[place] * to_physical;
+            let value = solved.of_place(place) * to_physical;
             match group {
                 // An inertia that is not observed is free to imitate a torque.
                 Group::Torque if estimate.observed.directions == 6 => {
@@ -236,7 +323,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
     /// block to block, so that fewer of them are independent;
     /// and by the distance to the minimum that rounding leaves.
-    pub(super) fn sigma_of_sample(&self, pass: &Pass<T, U>) -> T {
+    pub(super) fn sigma_of_sample(&self, pass: &Pass<T, W, U>) -> T {
         let residuals = &pass.residuals;
         let unsettled = T::one() + pass.decrement / T::count(U as u32);
         let noise = self.noise_rad_s();
@@ -259,7 +346,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Result of the tests for white residuals: of their size against the noise, of their correlation,
     /// and of a torque that is not among the unknowns.
-    fn is_white(&self, front: &Front<T, U>) -> Option<bool> {
+    fn is_white(&self, front: &Front<T, W, U>) -> Option<bool> {
         let residuals = &front.pass.residuals;
         if residuals.rows < ENOUGH_ROWS {
             return None;
@@ -277,7 +364,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Statistics of a window that ends with this front.
-    pub(super) fn ended_with(&self, front: &Front<T, U>) -> Ended<T> {
+    pub(super) fn ended_with(&self, front: &Front<T, W, U>) -> Ended<T> {
         Ended {
             residual_rms_rad_s: rms(&front.pass.residuals, U),
             residuals_white: self.is_white(front),
@@ -298,14 +385,14 @@ fn correlation_limit<T: Real>(residuals: &Residuals<T>) -> T {
 
 /// Solution of a window's information with beliefs, at the beliefs' noise; false where there is none.
 #[inline(never)]
-fn solve<T: Real>(
-    window: &SquareRootInformation<T, 6>,
-    point: &Point<T>,
-    beliefs: &Beliefs<'_, T>,
-    solution: &mut Solution<T>,
+fn solve<T: Real, const U: usize>(
+    window: &SquareRootInformation<T, U>,
+    point: &Point<T, U>,
+    beliefs: &Beliefs<'_, T, U>,
+    solution: &mut Solution<T, U>,
 ) -> bool {
     let mut factor = *window;
-    beliefs.add_inertia(&mut factor, point);
+    beliefs.add_kept(&mut factor, point);
     let Some(step) = factor.solve() else { return false };
     if !factor.covariance_of_last(&mut solution.covariance) {
         return false;
@@ -317,7 +404,7 @@ fn solve<T: Real>(
     true
 }
 
-impl<T: Real> Solution<T> {
+impl<T: Real, const U: usize> Solution<T, U> {
     /// Place for a solution.
     fn blank() -> Self {
         let point = Point::sphere(Vec3::zeros());
@@ -331,7 +418,7 @@ impl<T: Real> Solution<T> {
     /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to 0.9. Both as far as the scale comes
     /// from the data rather than from a prior of the elements.
     fn add_curvature(&mut self, alone: &Self) {
-        let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale;
+        let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale();
         let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
         let curved = if of_data > T::lit(NO_SCALE) {
@@ -352,10 +439,16 @@ impl<T: Real> Solution<T> {
         }
     }
 
-    /// Covariance of the six elements, kg² m⁴, by `∂j/∂q = B / κ` and `∂j/∂x = −j / x`.
+    /// Covariance of the six elements, kg² m⁴.
     #[inline(never)]
     fn of_elements(&self, covariance: &mut Mat<T, 6, 6>) {
-        let trace = T::one() / (self.point.scale * self.unit_per_kg_m2);
+        let jacobian = self.jacobian();
+        *covariance = jacobian * self.covariance * jacobian.transpose();
+    }
+
+    /// Derivatives of the six elements, kg m², by shape and scale: `∂j/∂q = B / κ` and `∂j/∂x = −j / x`.
+    fn jacobian(&self) -> Mat<T, 6, 6> {
+        let trace = T::one() / (self.point.scale() * self.unit_per_kg_m2);
         let n = self.point.over_trace();
         let mut jacobian = Mat::<T, 6, 6>::zeros();
         for element in 0..6 {
@@ -365,8 +458,8 @@ impl<T: Real> Solution<T> {
             for k in 0..5 {
                 jacobian[(element, k)] = by[k];
             }
-            jacobian[(element, 5)] = -n[element] * trace / self.point.scale;
+            jacobian[(element, 5)] = -n[element] * trace / self.point.scale();
         }
-        *covariance = jacobian * self.covariance * jacobian.transpose();
+        jacobian
     }
 }
