@@ -191,6 +191,7 @@ impl RandomFile {
             torque_scale_sigma: self.torque.scale_sigma.clone(),
             torque_sigma_n_m: self.disturbance.torque_sigma_n_m.clone(),
             modes: self.mode.clone(),
+            ..Statements::default()
         }
     }
 
@@ -275,6 +276,7 @@ impl ScenarioFile {
             torque_scale_sigma: torque.and_then(|profile| profile.get_ref().scale_sigma.clone()),
             torque_sigma_n_m: self.disturbance.torque_sigma_n_m.clone(),
             modes: self.mode.clone(),
+            ..Statements::default()
         }
     }
 
