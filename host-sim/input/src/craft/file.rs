@@ -211,6 +211,7 @@ mod tests {
                 common_spin_inertia_sigma: 0.004,
                 torque_scale_sigma: 0.1,
                 torque_sigma_n_m: Some(1e-5),
+                mount_sigma_rad: [0.0, 0.0, 2f64.to_radians()],
                 modes: vec![Mode { frequency_hz: 0.5, damping: 0.01 }],
                 assumed: vec!["gyro.axes_sigma_deg", "gyro.noise_tolerance"],
             },
