@@ -50,9 +50,14 @@ pub struct Observed<'a> {
 impl<'a> Observed<'a> {
     /// Motion of this scenario along its trajectory.
     pub fn new(scenario: &Scenario, trajectory: &'a Trajectory) -> Self {
+        Self::with_lag(scenario, trajectory, scenario.true_hardware.gyro.lag_s)
+    }
+
+    /// The same with this time constant of the gyro's low-pass filter, s.
+    pub fn with_lag(scenario: &Scenario, trajectory: &'a Trajectory, lag_s: f64) -> Self {
         let gyro = &scenario.true_hardware.gyro;
         Self {
-            filter: RateFilter::new(trajectory, gyro.lag_s),
+            filter: RateFilter::new(trajectory, lag_s),
             angles: Angles::new(trajectory),
             delay_s: gyro.delay_s,
             mean_s: gyro.averaged.then_some(1.0 / scenario.gyro.rate_hz),

@@ -33,6 +33,7 @@ impl Truth {
         let reference = Reference {
             truth_kg_m2: scenario.final_inertia_kg_m2(),
             bound_kg_m2: flight.bound.sigma_kg_m2,
+            joint_bound_kg_m2: flight.bound.joint_kg_m2(),
         };
         Ok(Self { reference, flight })
     }
@@ -83,10 +84,13 @@ impl Truths {
 /// Mean of the true elements and RMS of the bounds; no bound where any reference has none.
 fn typical(all: Vec<Reference>) -> Reference {
     let mean = |of: &dyn Fn(&Reference) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-    let has_bound = |i: usize| all.iter().all(|reference| reference.bound_kg_m2[i].is_some());
-    let square = |r: &Reference, i: usize| r.bound_kg_m2[i].map_or(0.0, |bound| bound * bound);
+    let rms = |of: fn(&Reference) -> &[Option<f64>; 6], i: usize| {
+        let square = |r: &Reference| of(r)[i].map_or(0.0, |bound| bound * bound);
+        all.iter().all(|r| of(r)[i].is_some()).then(|| mean(&square).sqrt())
+    };
     Reference {
         truth_kg_m2: std::array::from_fn(|i| mean(&|r| r.truth_kg_m2[i])),
-        bound_kg_m2: std::array::from_fn(|i| has_bound(i).then(|| mean(&|r| square(r, i)).sqrt())),
+        bound_kg_m2: std::array::from_fn(|i| rms(|r| &r.bound_kg_m2, i)),
+        joint_bound_kg_m2: std::array::from_fn(|i| rms(|r| &r.joint_bound_kg_m2, i)),
     }
 }

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use fsw_core::{Outcome, Status as CoreStatus};
 
 use super::history::{AccelerationRow, HistoryRow};
-use super::json::{CrlbReport, ReplayReport, RunReport, Spikes, Status, matrix};
+use super::json::{CrlbReport, EffectRow, ReplayReport, RunReport, Spikes, Status, matrix};
 use crate::estimation::{AnyEstimator, EstimationResult, Method};
 use crate::input::Scenario;
 use crate::input::log::LogRow;
-use crate::truth::{Bound, Flight, TorqueEffect};
+use crate::truth::{Bound, Effect, Flight, TorqueEffect};
 
 impl HistoryRow {
     /// State of the estimator after one row of the log.
@@ -102,6 +102,7 @@ impl CrlbReport {
             bound.sigma_kg_m2,
             bound.observed_directions,
         );
+        let report = report.of_hardware(bound);
         match torque {
             Some(modelled) if scenario.solve_for.torque => {
                 report.with_torque(None, modelled.together_n_m)
@@ -112,6 +113,20 @@ impl CrlbReport {
             }
             None => report,
         }
+    }
+
+    /// Adds the bounds with the stated errors of the hardware, if there are any.
+    fn of_hardware(self, bound: &Bound) -> Self {
+        let Some(hardware) = &bound.hardware else { return self };
+        let effect = |effect: &Effect| EffectRow {
+            name: effect.name.clone(),
+            sigma: effect.sigma,
+            unit: effect.unit.to_owned(),
+            inertia_kg_m2: effect.inertia_kg_m2,
+            posterior_over_prior: effect.posterior_over_prior,
+        };
+        let effects = hardware.effects.iter().map(effect).collect();
+        self.with_hardware(hardware.considered_kg_m2, hardware.solved_kg_m2, effects)
     }
 }
 

@@ -34,6 +34,8 @@ impl McReport {
             rmse_kg_m2: statistics.rmse_kg_m2,
             bias_kg_m2: statistics.bias_kg_m2,
             bound_kg_m2: reference.bound_kg_m2,
+            joint_bound_kg_m2: reference.joint_bound_kg_m2,
+            rmse_over_joint_bound: statistics.rmse_over_joint_bound,
             rmse_over_bound: statistics.rmse_over_bound,
             rmse_over_bound_of_all: statistics.rmse_over_bound_of_all(),
             bias_over_bound: statistics.bias_over_bound,

@@ -4,6 +4,7 @@ use std::iter::Peekable;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::bound::hardware::{HardwareBound, HardwareInformation, HardwareSensitivities};
 use super::bound::information::{Bound, Information};
 use super::bound::sensitivities::Sensitivities;
 use super::bound::torque_effect::TorqueEffect;
@@ -68,7 +69,8 @@ impl Flight {
             (end, information) = propagation.stretch(&next, &stretch, start)?;
             craft = next;
         }
-        let bound = information.bound(scenario.gyro.reading_variance_rad2_s2());
+        let mut bound = information.bound(scenario.gyro.reading_variance_rad2_s2());
+        bound.hardware = hardware_bound(scenario)?;
         let trajectory = trajectory(scenario)?;
         Ok(Self { instants: propagation.instants, bound, trajectory })
     }
@@ -97,6 +99,36 @@ impl Flight {
         let trajectory = trajectory(scenario)?;
         Ok(Self { instants: propagation.instants, bound, trajectory })
     }
+}
+
+/// Bound with the stated errors of the hardware, over the last stretch of the flight; none if there is no
+/// error.
+fn hardware_bound(scenario: &Scenario) -> Result<Option<HardwareBound>, IntegrationFailed> {
+    let kinks_s = kinks_s(scenario);
+    let mut craft = Spacecraft::new(scenario);
+    let mut stretch = scenario.stretch(0);
+    if HardwareSensitivities::new(&craft, scenario).is_none() {
+        return Ok(None);
+    }
+    let mut state = craft.initial_state();
+    for later in scenario.stretches().skip(1) {
+        state = advance_past_kinks(&craft, &kinks_s, stretch.from_s, later.from_s, state)?;
+        let next = Spacecraft::of_stretch(scenario, &later);
+        state = craft.becomes(&next, &state);
+        (craft, stretch) = (next, later);
+    }
+    let Some(equations) = HardwareSensitivities::new(&craft, scenario) else { return Ok(None) };
+    let mut information = HardwareInformation::new(&equations);
+    let mut state = equations.from_motion(state);
+    let mut now_s = stretch.from_s;
+    for time_s in sample_times_us(scenario).map(seconds).filter(|time_s| *time_s >= stretch.from_s)
+    {
+        state = advance_past_kinks(&equations, &kinks_s, now_s, time_s, state)?;
+        now_s = time_s;
+        information.add(&equations, time_s, &state);
+    }
+    let noise_rad_s = scenario.gyro.reading_variance_rad2_s2().sqrt();
+    Ok(Some(information.bound(&equations, noise_rad_s)))
 }
 
 /// Motion between the samples, if a sensor of the scenario depends on it.

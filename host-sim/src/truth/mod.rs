@@ -22,6 +22,7 @@ pub mod state;
 mod torque_free;
 pub mod trajectory;
 
+pub use bound::hardware::{Effect, HardwareBound};
 pub use bound::information::Bound;
 pub use bound::torque_effect::TorqueEffect;
 pub use bound::unknowns::Unknowns;

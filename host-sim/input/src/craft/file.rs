@@ -182,6 +182,30 @@ mod tests {
         Craft::from_toml("craft.toml", text).unwrap_err().to_string()
     }
 
+    /// Hardware with an error in every key.
+    fn imperfect_hardware() -> StatedHardware {
+        StatedHardware {
+            gyro_scale: [0.01, 0.0, -0.02],
+            gyro_axes_rad: [0.001, 0.0, 0.0, 0.002, 0.0, 0.0],
+            gyro_scale_sigma: 0.003,
+            gyro_axes_sigma_rad: 0.1f64.to_radians(),
+            gyro_delay_s: 0.02,
+            gyro_delay_sigma_s: 0.0,
+            gyro_averaged: true,
+            gyro_noise_tolerance: 0.2,
+            bias_sigma_rad_s: None,
+            bias_walk_rad_s_sqrt_s: 1e-6,
+            wheel_spin_inertia_sigma: vec![0.02],
+            wheel_axis_sigma_rad: vec![0.3f64.to_radians()],
+            common_spin_inertia_sigma: 0.004,
+            torque_scale_sigma: 0.1,
+            torque_sigma_n_m: Some(1e-5),
+            mount_sigma_rad: [0.0, 0.0, 2f64.to_radians()],
+            modes: vec![Mode { frequency_hz: 0.5, damping: 0.01 }],
+            assumed: vec!["gyro.axes_sigma_deg", "gyro.noise_tolerance"],
+        }
+    }
+
     #[test]
     fn written_craft_reads_back_the_same() {
         let craft = Craft {
@@ -195,25 +219,7 @@ mod tests {
                 range_rad_s: None,
                 quantum_rad_s: Some(1e-5),
             },
-            hardware: StatedHardware {
-                gyro_scale: [0.01, 0.0, -0.02],
-                gyro_axes_rad: [0.001, 0.0, 0.0, 0.002, 0.0, 0.0],
-                gyro_scale_sigma: 0.003,
-                gyro_axes_sigma_rad: 0.1f64.to_radians(),
-                gyro_delay_s: 0.02,
-                gyro_delay_sigma_s: 0.0,
-                gyro_averaged: true,
-                gyro_noise_tolerance: 0.2,
-                bias_sigma_rad_s: None,
-                bias_walk_rad_s_sqrt_s: 1e-6,
-                wheel_spin_inertia_sigma: vec![0.02],
-                wheel_axis_sigma_rad: vec![0.3f64.to_radians()],
-                common_spin_inertia_sigma: 0.004,
-                torque_scale_sigma: 0.1,
-                torque_sigma_n_m: Some(1e-5),
-                modes: vec![Mode { frequency_hz: 0.5, damping: 0.01 }],
-                assumed: vec!["gyro.axes_sigma_deg", "gyro.noise_tolerance"],
-            },
+            hardware: imperfect_hardware(),
             prior: Some(Prior {
                 inertia_kg_m2: [25.0, 25.0, 25.0, 2.0, 2.0, 2.0],
                 sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],

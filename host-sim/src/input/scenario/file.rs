@@ -211,6 +211,21 @@ impl RandomFile {
     }
 }
 
+/// Each of the tensors times a factor leaves a positive definite body without its wheels.
+fn carries_wheels(tensors: &[[f64; 6]], factor: f64, wheels: &[SimulatedWheel]) -> bool {
+    let rest = |j: &[f64; 6]| moments_without_wheels(&j.map(|j| j * factor), wheels)[0];
+    tensors.iter().all(|tensor| rest(tensor) > 0.0)
+}
+
+/// The body that carries the hardware of a scenario.
+fn carrier(inertia_kg_m2: &[f64; 6], wheels: &[SimulatedWheel]) -> Carrier {
+    Carrier {
+        wheels: wheels.len(),
+        largest_moment_kg_m2: principal_moments(&tensor(inertia_kg_m2))[2],
+        smallest_moment_kg_m2: moments_without_wheels(inertia_kg_m2, wheels)[0],
+    }
+}
+
 impl ScenarioFile {
     fn read(self, root: &Section<'_>, folder: &Path) -> Result<Scenario, InputError> {
         let duration_s = root.number(&DURATION, &self.duration_s)?;
@@ -229,11 +244,8 @@ impl ScenarioFile {
         .read(root, duration_s)?;
         let later = changes.sudden.iter().map(|change| change.inertia_kg_m2);
         let tensors: Vec<[f64; 6]> = later.chain([*inertia_kg_m2]).collect();
-        let carries_wheels = |factor: f64| {
-            let rest = |j: &[f64; 6]| moments_without_wheels(&j.map(|j| j * factor), &wheels)[0];
-            tensors.iter().all(|tensor| rest(tensor) > 0.0)
-        };
-        let dispersion = self.dispersion.read(&root.table("dispersion"), carries_wheels)?;
+        let carries = |factor: f64| carries_wheels(&tensors, factor, &wheels);
+        let dispersion = self.dispersion.read(&root.table("dispersion"), carries)?;
         let torque = (self.torque.as_ref())
             .map(|profile| external_profile(&root.table("torque"), profile, surroundings))
             .transpose()?;
@@ -242,12 +254,7 @@ impl ScenarioFile {
             .transpose()?;
         let disturbance = self.disturbance.read(root)?;
         let hardware = self.statements().read(root, Unstated::Ideal)?;
-        let carrier = Carrier {
-            wheels: wheels.len(),
-            largest_moment_kg_m2: principal_moments(&tensor(inertia_kg_m2))[2],
-            smallest_moment_kg_m2: moments_without_wheels(inertia_kg_m2, &wheels)[0],
-        };
-        let true_hardware = self.hardware.read(root, &carrier)?;
+        let true_hardware = self.hardware.read(root, &carrier(inertia_kg_m2, &wheels))?;
         let filter = self.filter(root)?;
         let prior = self.prior.map(|prior| prior.read(root)).transpose()?;
         Ok(Scenario {

@@ -67,6 +67,8 @@ pub fn mc() -> McReport {
         rmse_kg_m2: bound.map(|bound| Some(1.25 * bound)),
         bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
         bound_kg_m2: bound.map(Some),
+        joint_bound_kg_m2: [None; 6],
+        rmse_over_joint_bound: [None; 6],
         rmse_over_bound: [Some(1.25); 6],
         rmse_over_bound_of_all: Some(1.25),
         bias_over_bound: [Some(-0.1); 6],

@@ -13,7 +13,7 @@ pub(super) mod examples;
 mod target;
 mod tensor;
 
-pub use bound::CrlbReport;
+pub use bound::{CrlbReport, EffectRow};
 pub use campaign::McReport;
 pub use estimate::{ReplayReport, RunReport, Spikes, Status};
 pub use target::{PilReport, TargetReport};

@@ -39,11 +39,12 @@ use nalgebra::{Matrix3, Vector3};
 pub use keys::{
     AVERAGED, AXES_SIGMA, AXIS_SIGMA, Assumption, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA,
     DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA, EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES,
-    KNOWN_SCALE, MODE_TABLE, MOUNT_SIGMA, MOUNT_TABLE, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA,
-    TORQUE_SIGMA, TORQUE_TABLE, WHEELS_TABLE,
+    KNOWN_SCALE, MODE_TABLE, MOUNT_SIGMA, MOUNT_TABLE, NOISE_TOLERANCE, SCALE_SIGMA,
+    SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA, TORQUE_TABLE, WHEELS_TABLE,
 };
 pub use read::{
-    GyroStatements, ModeFile, MountFile, Statements, TorqueScaleFile, Unstated, WheelStatements, WheelsFile,
+    GyroStatements, ModeFile, MountFile, Statements, TorqueScaleFile, Unstated, WheelStatements,
+    WheelsFile,
 };
 
 /// Errors of the hardware as known to the estimator: known parts, and one sigma of the rest.
