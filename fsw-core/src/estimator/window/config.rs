@@ -124,6 +124,13 @@ impl<T: Real, const W: usize> Config<T, W> {
         self.gate.validate()
     }
 
+    /// One sigma of an error that scales all that drives the body, share: it scales the tensor, and no motion shows
+    /// it. Without wheels that of the known torque. As an unknown its column would be proportional to that of the
+    /// scale, and single precision would find false information in their rounding.
+    pub(super) fn considered_scale(&self) -> T {
+        if W == 0 { self.hardware.torque_scale } else { T::zero() }
+    }
+
     /// Groups of the hardware that are not known exactly, with their sigmas.
     fn hardware_groups(&self) -> impl Iterator<Item = Option<(Group, Belief<T>)>> + '_ {
         let h = &self.hardware;
@@ -139,7 +146,9 @@ impl<T: Real, const W: usize> Config<T, W> {
             let tilt = h.wheel_axis_rad[i];
             within(Group::Wheel(i as u8), [h.wheel_inertia[i], tilt, tilt])
         });
-        let common = [h.delay_sigma_s, h.torque_scale, h.common_wheel_inertia];
+        // Without wheels the scale of the torque is that of the inertia: see `considered_scale`.
+        let torque_scale = if W > 0 { h.torque_scale } else { T::zero() };
+        let common = [h.delay_sigma_s, torque_scale, h.common_wheel_inertia];
         of_gyro.into_iter().chain(of_wheels).chain([within(Group::Common, common)])
     }
 

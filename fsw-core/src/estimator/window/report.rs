@@ -184,12 +184,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if !is_finite_with_floor(estimate) {
             return false;
         }
-        let is_mounted = self.config.hardware.mount_rad != [T::zero(); 3];
-        if self.groups.has_hardware() || is_mounted {
+        let is_considered = self.config.hardware.mount_rad != [T::zero(); 3]
+            || self.config.considered_scale() > T::zero();
+        if self.groups.has_hardware() || is_considered {
             self.report_random(window, point, &all, &mut solution, estimate);
         }
-        if is_mounted {
-            self.add_mount(estimate);
+        if is_considered {
+            self.add_considered(estimate);
         }
         // At the estimate, with the information of the data.
         alone.point = solution.point;
@@ -201,9 +202,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         true
     }
 
-    /// Adds the uncertain turn of all sensors to the covariance.
+    /// Adds to the covariance what no motion shows: the turn of all sensors, and a common scale of all that drives the
+    /// body, `s² j jᵀ`.
     #[inline(never)]
-    fn add_mount(&self, estimate: &mut Estimate<T>) {
+    fn add_considered(&self, estimate: &mut Estimate<T>) {
+        let scale = self.config.considered_scale();
+        let by = Mat::<T, 6, 1>::from(estimate.inertia.elements_kg_m2()) * scale;
+        estimate.covariance_kg2_m4 += by * by.transpose();
         for (axis, sigma) in self.config.hardware.mount_rad.into_iter().enumerate() {
             let by = Mat::<T, 6, 1>::from(turned_by(&estimate.inertia, axis)) * sigma;
             estimate.covariance_kg2_m4 += by * by.transpose();
@@ -260,6 +265,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                     effect_kg_m2: turned_by(&inertia, axis).map(|by| by * stated),
                 });
             }
+        }
+        let scale = self.config.considered_scale();
+        if scale > T::zero() {
+            visit(Finding {
+                parameter: Parameter::TorqueScale,
+                value: T::zero(),
+                sigma: scale,
+                stated: scale,
+                effect_kg_m2: inertia.elements_kg_m2().map(|j| j * scale),
+            });
         }
         for place in self.groups.hardware..groups_of(U) {
             let Some(Some((group, Belief::Within(stated)))) = self.groups.place.get(place) else {
