@@ -63,6 +63,25 @@ impl<T: Real, const W: usize> Hardware<T, W> {
         }
     }
 
+    /// Every parameter with one sigma, in [`Parameter::unit`], zero included: gyro, wheels by number, time offset,
+    /// torque, common spin inertia.
+    pub fn parameters(&self) -> impl Iterator<Item = (Parameter, T)> {
+        let scale = [0, 1, 2].map(|axis| (Parameter::GyroScale(axis), self.gyro_scale));
+        let axes = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
+            .map(|(axis, about)| (Parameter::GyroAxes(axis, about), self.gyro_axes_rad));
+        let (inertia, tilt) = (self.wheel_inertia, self.wheel_axis_rad);
+        let wheels = (0u8..).zip(inertia.into_iter().zip(tilt)).flat_map(|(wheel, (inertia, tilt))| {
+            let tilts = [0, 1].map(|direction| (Parameter::WheelAxis(wheel, direction), tilt));
+            core::iter::once((Parameter::WheelInertia(wheel), inertia)).chain(tilts)
+        });
+        let common = [
+            (Parameter::Delay, self.delay_sigma_s),
+            (Parameter::TorqueScale, self.torque_scale),
+            (Parameter::CommonWheelInertia, self.common_wheel_inertia),
+        ];
+        scale.into_iter().chain(axes).chain(wheels).chain(common)
+    }
+
     /// Checks the ranges.
     ///
     /// # Errors
@@ -101,6 +120,16 @@ pub enum Parameter {
     /// Common error of the spin inertias.
     CommonWheelInertia,
 }
+
+crate::persist!([] enum Parameter {
+    0 => GyroScale(axis: u8),
+    1 => GyroAxes(axis: u8, about: u8),
+    2 => WheelInertia(wheel: u8),
+    3 => WheelAxis(wheel: u8, direction: u8),
+    4 => Delay,
+    5 => TorqueScale,
+    6 => CommonWheelInertia
+});
 
 impl Parameter {
     /// Name of the kind, as reports have it.

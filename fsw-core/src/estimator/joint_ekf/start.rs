@@ -107,4 +107,14 @@ impl<T: Real> Start<T> {
         let state = State { rate_rad_s: solution.rate_rad_s, inertia: solution.inertia };
         Ok(Self { state, covariance, range_kg_m2 })
     }
+
+    /// The start with the covariance that ends an alignment at the latest, uncorrelated, in place of the
+    /// smaller one of its noise: for hardware whose errors the alignment leaves out. The rate has that of a
+    /// reading.
+    pub fn without_covariance(self, noise_rad_s: T) -> Self {
+        let largest = self.state.inertia.trace_kg_m2() * T::lit(ALIGNED / 3.0);
+        let sigma = |i: usize| if i < 3 { noise_rad_s } else { largest };
+        let covariance = Ud::diagonal(core::array::from_fn(|i| sigma(i) * sigma(i)));
+        Self { covariance, ..self }
+    }
 }
