@@ -119,6 +119,10 @@ pub enum Parameter {
     TorqueScale,
     /// Common error of the spin inertias.
     CommonWheelInertia,
+    /// Constant bias of one gyro axis.
+    GyroBias(u8),
+    /// Constant disturbance torque about one axis.
+    DisturbanceTorque(u8),
 }
 
 crate::persist!([] enum Parameter {
@@ -128,7 +132,9 @@ crate::persist!([] enum Parameter {
     3 => WheelAxis(wheel: u8, direction: u8),
     4 => Delay,
     5 => TorqueScale,
-    6 => CommonWheelInertia
+    6 => CommonWheelInertia,
+    7 => GyroBias(axis: u8),
+    8 => DisturbanceTorque(axis: u8)
 });
 
 impl Parameter {
@@ -142,6 +148,8 @@ impl Parameter {
             Self::Delay => "time offset",
             Self::TorqueScale => "torque scale",
             Self::CommonWheelInertia => "common wheel spin inertia",
+            Self::GyroBias(_) => "gyro bias",
+            Self::DisturbanceTorque(_) => "disturbance torque",
         }
     }
 
@@ -150,8 +158,44 @@ impl Parameter {
         match self {
             Self::GyroAxes(..) | Self::WheelAxis(..) => "rad",
             Self::Delay => "s",
+            Self::GyroBias(_) => "rad/s",
+            Self::DisturbanceTorque(_) => "N m",
             _ => "",
         }
+    }
+}
+
+/// Disturbances that are constant over a flight, one sigma on each axis; zero for none.
+///
+/// Beside [`Hardware`], since they are unknowns of an estimator that can solve for them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disturbance<T: Real> {
+    /// External torque that is not known, N m.
+    pub torque_n_m: T,
+    /// Gyro bias, rad/s.
+    pub gyro_bias_rad_s: T,
+}
+
+impl<T: Real> Disturbance<T> {
+    /// No disturbance.
+    pub fn none() -> Self {
+        Self { torque_n_m: T::zero(), gyro_bias_rad_s: T::zero() }
+    }
+
+    /// Every parameter with one sigma, in [`Parameter::unit`], zero included.
+    pub fn parameters(&self) -> impl Iterator<Item = (Parameter, T)> {
+        let bias = [0, 1, 2].map(|axis| (Parameter::GyroBias(axis), self.gyro_bias_rad_s));
+        let torque = [0, 1, 2].map(|axis| (Parameter::DisturbanceTorque(axis), self.torque_n_m));
+        bias.into_iter().chain(torque)
+    }
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first sigma that is negative or not finite.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        not_negative("disturbance.torque_n_m", self.torque_n_m)?;
+        not_negative("disturbance.gyro_bias_rad_s", self.gyro_bias_rad_s)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Input of an estimator's configuration, and the parts of it that all estimators share.
 
-use fsw_core::hardware::Hardware;
+use fsw_core::hardware::{Disturbance, Hardware};
 use fsw_core::{Prior, Real, gate};
 
 use super::error::SetUpError;
@@ -73,6 +73,15 @@ impl Setup<'_> {
             wheel_axis_rad: std::array::from_fn(|i| of_wheel(&stated.wheel_axis_sigma_rad, i)),
             common_wheel_inertia: T::lit(common),
             torque_scale: T::lit(stated.torque_scale_sigma),
+        }
+    }
+
+    /// Disturbances that the craft states, for an estimator that considers them.
+    pub(super) fn disturbance<T: Real>(&self) -> Disturbance<T> {
+        let stated = &self.craft.hardware;
+        Disturbance {
+            torque_n_m: T::lit(stated.torque_sigma_n_m.unwrap_or(0.0)),
+            gyro_bias_rad_s: T::lit(stated.bias_sigma_rad_s.unwrap_or(0.0)),
         }
     }
 

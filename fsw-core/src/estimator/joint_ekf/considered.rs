@@ -1,7 +1,7 @@
 //! Considered parameters: errors of gyro, wheels and torque that widen the covariance without being
 //! estimated.
 //!
-//! Each parameter p of the stated [`Hardware`] carries a column `Γ = ∂(x − x̂)/∂p`: the error of the nine
+//! Each parameter p of the stated [`Hardware`], and each [`Disturbance`], carries a column `Γ = ∂(x − x̂)/∂p`: the error of the nine
 //! states that a parameter of one would cause. With the deviation `σ_p` of each, errors of different
 //! parameters independent, the covariance of the error is
 //!
@@ -38,6 +38,7 @@
 //! | scale factor of axis i | `ωᵢ` on axis i |
 //! | reading of axis i of a rate about axis k | `ω_k` on axis i |
 //! | time offset | `−ω̇`, at the end of the interval |
+//! | bias of axis i | 1 on axis i |
 //!
 //! Of the motion, `∂f/∂p = N q`, `N = ½ (1 + A) J⁻¹`, with q the impulse (N m s) that an interval of
 //! length Δt adds to the equation of motion `J ω̇ = τ − ḣ_w − ω × (J ω + h_w)`. For a part `η d` of the
@@ -49,6 +50,7 @@
 //! | tilt of its axis | that of `d = e₁` or `e₂`, the same η |
 //! | common spin inertia | `−Δh_w − (ω × h_w) Δt` |
 //! | known torque | `τ Δt` |
+//! | disturbance torque about axis i | `Δt` on axis i |
 //!
 //! Each is of second order in the step, as the transition is.
 //!
@@ -56,9 +58,10 @@
 //!
 //! From a prior, the errors of the inertia do not depend on the hardware: its rows of Γ are zero. A
 //! rate that is taken from a reading has the reading's error, `Γ_ω = −∂h/∂p`. An alignment depends on
-//! the hardware in a way that is not accumulated: the filter takes over its values, and the covariance
-//! that ends an alignment in place of the smaller one of its noise
-//! ([`Start::without_covariance`](super::start::Start::without_covariance)).
+//! the hardware in a way that is not accumulated. Its values are taken over; its covariance is widened by ten times
+//! the relative error of a reading that the hardware explains, up to the tenth of the mean moment that ends an
+//! alignment. Ten is the amplification by motion that determines the products of inertia weakly: of 0.1° of the gyro's
+//! axes 1 % on the STSAT-3 spin-up.
 //!
 //! # Cost
 //!
@@ -70,8 +73,9 @@ use crate::dynamics::interval::Interval;
 use crate::dynamics::step::Transition;
 use crate::dynamics::wheels::{Momenta, WheelArray};
 use crate::error::{ConfigError, Invalid};
-use crate::hardware::{Finding, Hardware, Parameter, tilt_directions};
-use crate::math::{Mat, Vec3, column, scalar::Real};
+use crate::hardware::{Disturbance, Finding, Hardware, Parameter, tilt_directions};
+use crate::math::{Mat, Vec3, column, norm, scalar::Real};
+use crate::sample::Sample;
 
 /// Prediction over one interval, for its columns.
 #[derive(Clone, Copy, Debug)]
@@ -158,6 +162,10 @@ impl<T: Real> Column<T> {
                 self.reading = acceleration_rad_s2 * -self.sigma;
                 return;
             }
+            Some(Parameter::GyroBias(axis)) => {
+                self.reading = axis_vector(axis) * self.sigma;
+                return;
+            }
             _ => return,
         };
         if axis < 3 && about < 3 {
@@ -191,7 +199,11 @@ impl<T: Real> Column<T> {
                 Some((change + turned) * -self.sigma)
             }
             Parameter::TorqueScale => Some(interval.middle.torque_n_m * (dt * self.sigma)),
-            Parameter::GyroScale(_) | Parameter::GyroAxes(..) | Parameter::Delay => None,
+            Parameter::DisturbanceTorque(axis) => Some(axis_vector(axis) * (dt * self.sigma)),
+            Parameter::GyroScale(_)
+            | Parameter::GyroAxes(..)
+            | Parameter::GyroBias(_)
+            | Parameter::Delay => None,
         }
     }
 
@@ -217,6 +229,11 @@ impl<T: Real> Column<T> {
     fn innovation(&self, axis: usize) -> T {
         self.state[axis] + self.reading[axis]
     }
+}
+
+/// Unit vector of an axis; zero beyond the third.
+fn axis_vector<T: Real>(axis: u8) -> Vec3<T> {
+    Vec3::from_fn(|i, _| if i == usize::from(axis) { T::one() } else { T::zero() })
 }
 
 /// Momentum of one wheel about its own axis, N m s; zero beyond the last.
@@ -247,13 +264,15 @@ impl<T: Real, const P: usize> Considered<T, P> {
     /// # Errors
     /// A sigma out of its range; more parameters than P.
     pub fn new<const W: usize>(
-        hardware: &Hardware<T, W>,
+        (hardware, disturbance): (&Hardware<T, W>, &Disturbance<T>),
         wheels: &WheelArray<T, W>,
     ) -> Result<Self, ConfigError> {
         hardware.validate()?;
+        disturbance.validate()?;
         let mut columns = [Column::unused(); P];
         let mut places = columns.iter_mut();
-        for (parameter, sigma) in hardware.parameters().filter(|(_, sigma)| *sigma > T::zero()) {
+        let stated = hardware.parameters().chain(disturbance.parameters());
+        for (parameter, sigma) in stated.filter(|(_, sigma)| *sigma > T::zero()) {
             let no_room = ConfigError { field: "hardware", reason: Invalid::NoRoom };
             *places.next().ok_or(no_room)? = Column::of(parameter, sigma, wheels);
         }
@@ -301,6 +320,62 @@ impl<T: Real, const P: usize> Considered<T, P> {
             }
             column.momentum = column.wheel().map_or(T::zero(), |wheel| momentum_of(momenta, wheel));
         }
+    }
+
+    /// Common relative error of all elements by the parameters that scale momentum or torque, one sigma: root sum of
+    /// squares, as for wheels or a torque that set the scale alone.
+    pub fn scale_error(&self) -> T {
+        let mut square = T::zero();
+        for column in self.active() {
+            let scales = matches!(
+                column.parameter,
+                Some(
+                    Parameter::GyroScale(_)
+                        | Parameter::WheelInertia(_)
+                        | Parameter::CommonWheelInertia
+                        | Parameter::TorqueScale
+                )
+            );
+            if scales {
+                square += column.sigma * column.sigma;
+            }
+        }
+        square.sqrt()
+    }
+
+    /// Rate error of a reading that the parameters explain, one sigma, rad/s, for an integral over `duration_s` (s)
+    /// up to this sample, and a body of this mean moment `J̄`, kg m²:
+    ///
+    /// | parameter | error |
+    /// |---|---|
+    /// | gyro scale and axes, bias, time offset | `σ abs(ω)`, `σ`, `σ abs(ω)` for a motion of 1 rad/s |
+    /// | wheels | `σ abs(h) / J̄` |
+    /// | torque | `σ abs(τ) t / J̄`, `σ t / J̄` |
+    pub fn rate_error_rad_s<const W: usize>(
+        &self,
+        sample: &Sample<T, W>,
+        wheels: &WheelArray<T, W>,
+        (mean_moment_kg_m2, duration_s): (T, T),
+    ) -> T {
+        let momenta = wheels.momenta_n_m_s(&sample.wheel_speed_rad_s);
+        let (rate, torque) = (norm(&sample.rate_rad_s), norm(&sample.torque_n_m));
+        let by_moment = T::one() / mean_moment_kg_m2;
+        let mut square = T::zero();
+        for column in self.active() {
+            let size = match column.parameter {
+                None => T::zero(),
+                Some(Parameter::GyroBias(_)) => T::one(),
+                Some(Parameter::GyroScale(_) | Parameter::GyroAxes(..) | Parameter::Delay) => rate,
+                Some(Parameter::WheelInertia(wheel) | Parameter::WheelAxis(wheel, _)) => {
+                    momentum_of(&momenta, usize::from(wheel)) * by_moment
+                }
+                Some(Parameter::CommonWheelInertia) => norm(&(wheels.axes() * momenta)) * by_moment,
+                Some(Parameter::TorqueScale) => torque * duration_s * by_moment,
+                Some(Parameter::DisturbanceTorque(_)) => duration_s * by_moment,
+            };
+            square += size * size * column.sigma * column.sigma;
+        }
+        square.sqrt()
     }
 
     /// Columns over an interval that ends with these momenta of the wheels, N m s, and `∂h/∂p` at its end.

@@ -119,8 +119,8 @@ use crate::error::ConfigError;
 use crate::estimate::{Estimate, Status};
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
-use crate::hardware::{Finding, Hardware};
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::hardware::{Disturbance, Finding, Hardware};
+use crate::math::{Mat, Vec3, norm, scalar::Real};
 use crate::monitor::innovation::{Innovation, InnovationMonitor};
 use crate::monitor::shift::{self, ShiftTest};
 use crate::monitor::spikes::{Decision, SpikeGate};
@@ -131,7 +131,7 @@ use crate::prior::Prior;
 use crate::sample::Sample;
 use aligning::{Aligning, Pending, Progress};
 use delay::Delay;
-use start::Start;
+use start::{AlignmentError, Start};
 
 /// The filter as printed: AB2 propagation, first-order transition, `(1 − K H) P`.
 pub type JointEkfPublished<T, const W: usize> = JointEkf<T, AsPublished<T>, W>;
@@ -210,12 +210,12 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
 }
 
 impl<T: Real, const W: usize, const P: usize> JointEkfUd<T, W, P> {
-    /// A filter that considers the stated errors of the hardware ([`considered`]), and corrects for the known
-    /// time offset.
+    /// A filter that considers the stated errors of the hardware and constant disturbances ([`considered`]), and
+    /// corrects for the known time offset.
     ///
     /// ```
     /// use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
-    /// use fsw_core::hardware::Hardware;
+    /// use fsw_core::hardware::{Disturbance, Hardware};
     /// use fsw_core::{Vec3, WheelArray};
     ///
     /// // Scale factors of the gyro to 0.5 %, spin inertia of the wheel to 1 %: four parameters.
@@ -223,9 +223,10 @@ impl<T: Real, const W: usize, const P: usize> JointEkfUd<T, W, P> {
     /// let hardware =
     ///     Hardware { gyro_scale: 0.005, wheel_inertia: [0.01], ..Hardware::ideal() };
     /// let config = Config::new(1.8e-4);
-    /// assert!(JointEkfUd::<f32, 1, 4>::considering(config, wheels, &hardware).is_ok());
-    /// let error = JointEkfUd::<f32, 1, 3>::considering(config, wheels, &hardware).unwrap_err();
-    /// assert_eq!(error.field, "hardware");
+    /// let none = Disturbance::none();
+    /// assert!(JointEkfUd::<f32, 1, 4>::considering(config, wheels, &hardware, &none).is_ok());
+    /// let refused = JointEkfUd::<f32, 1, 3>::considering(config, wheels, &hardware, &none);
+    /// assert_eq!(refused.unwrap_err().field, "hardware");
     /// # Ok::<(), fsw_core::ConfigError>(())
     /// ```
     ///
@@ -236,8 +237,9 @@ impl<T: Real, const W: usize, const P: usize> JointEkfUd<T, W, P> {
         config: Config<T>,
         wheels: WheelArray<T, W>,
         hardware: &Hardware<T, W>,
+        disturbance: &Disturbance<T>,
     ) -> Result<Self, ConfigError> {
-        let considered = Considered::new(hardware, &wheels)?;
+        let considered = Considered::new((hardware, disturbance), &wheels)?;
         Self::with_columns(config, wheels, considered)
     }
 }
@@ -420,17 +422,39 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             return Outcome::Coasting(Coasting::Aligning);
         };
         let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
-        match aligning.step((&sample.rate_rad_s, &drive), elapsed_s, noise, prior) {
+        let (considered, wheels) = (&self.considered, &self.wheels);
+        let error = |mean_moment_kg_m2: T, samples: u32| {
+            let of_body = (mean_moment_kg_m2, elapsed_s * T::count(samples));
+            considered.rate_error_rad_s(sample, wheels, of_body)
+        };
+        let allowed = |mean_moment_kg_m2: T, samples: u32| {
+            let error = error(mean_moment_kg_m2, samples);
+            (noise * noise + error * error * T::lit(ALLOWED)).sqrt()
+        };
+        match aligning.step((&sample.rate_rad_s, &drive), elapsed_s, noise, prior, allowed) {
             Progress::Continues => Outcome::Coasting(Coasting::Aligning),
             Progress::Refused => Outcome::Coasting(Coasting::Spike),
             Progress::Aligned(start, pending) => {
-                let is_ideal = self.considered.is_empty();
-                self.track_from(if is_ideal { start } else { start.without_covariance(noise) });
+                self.track_from(self.widened_by_hardware(start, sample));
                 self.phase = Phase::Joining(pending);
                 self.state.rate_rad_s = sample.rate_rad_s;
                 Outcome::Reset(Reset::Aligned)
             }
         }
+    }
+
+    /// A start by alignment up to this sample, with the errors of the hardware in its covariance.
+    fn widened_by_hardware(&self, start: Start<T>, sample: &Sample<T, W>) -> Start<T> {
+        if P == 0 {
+            return start;
+        }
+        let of_body = (start.state.inertia.trace_kg_m2() * T::lit(1.0 / 3.0), T::zero());
+        let error = self.considered.rate_error_rad_s(sample, &self.wheels, of_body);
+        start.widened(&AlignmentError {
+            rate_rad_s: error,
+            of_rate_rad_s: norm(&sample.rate_rad_s),
+            scale: self.considered.scale_error(),
+        })
     }
 
     /// Starts from the prior and this sample: tracking, or aligning where the prior is vague.
