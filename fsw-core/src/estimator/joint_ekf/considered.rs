@@ -52,7 +52,8 @@
 //! | known torque | `τ Δt` |
 //! | disturbance torque about axis i | `Δt` on axis i |
 //!
-//! Each is of second order in the step, as the transition is.
+//! Each is of second order in the step, as the transition is. A turn of all sensors as one is not shown by any
+//! motion: it has no column, and turns the tensor in the covariance alone.
 //!
 //! # Start
 //!
@@ -73,9 +74,10 @@ use crate::dynamics::interval::Interval;
 use crate::dynamics::step::Transition;
 use crate::dynamics::wheels::{Momenta, WheelArray};
 use crate::error::{ConfigError, Invalid};
-use crate::hardware::{Disturbance, Finding, Hardware, Parameter, tilt_directions};
+use crate::hardware::{Disturbance, Finding, Hardware, Parameter, tilt_directions, turned_by};
 use crate::math::{Mat, Vec3, column, norm, scalar::Real};
 use crate::sample::Sample;
+use crate::tensor::Inertia;
 
 /// Prediction over one interval, for its columns.
 #[derive(Clone, Copy, Debug)]
@@ -203,6 +205,7 @@ impl<T: Real> Column<T> {
             Parameter::GyroScale(_)
             | Parameter::GyroAxes(..)
             | Parameter::GyroBias(_)
+            | Parameter::Mount(_)
             | Parameter::Delay => None,
         }
     }
@@ -247,14 +250,16 @@ pub struct Considered<T: Real, const P: usize> {
     columns: [Column<T>; P],
     /// Known time offset, s.
     delay_s: T,
+    /// Turn of all sensors as one about each axis, one sigma, rad.
+    mount_rad: [T; 3],
 }
 
-crate::persist!([T: Real, const P: usize] Considered<T, P> { columns; unchanged delay_s });
+crate::persist!([T: Real, const P: usize] Considered<T, P> { columns; unchanged delay_s, mount_rad });
 
 impl<T: Real> Considered<T, 0> {
     /// Hardware that is known exactly.
     pub fn nothing() -> Self {
-        Self { columns: [], delay_s: T::zero() }
+        Self { columns: [], delay_s: T::zero(), mount_rad: [T::zero(); 3] }
     }
 }
 
@@ -276,7 +281,7 @@ impl<T: Real, const P: usize> Considered<T, P> {
             let no_room = ConfigError { field: "hardware", reason: Invalid::NoRoom };
             *places.next().ok_or(no_room)? = Column::of(parameter, sigma, wheels);
         }
-        Ok(Self { columns, delay_s: hardware.delay_s })
+        Ok(Self { columns, delay_s: hardware.delay_s, mount_rad: hardware.mount_rad })
     }
 
     /// Known time offset that is to be corrected, s; `None` where it is zero.
@@ -284,8 +289,13 @@ impl<T: Real, const P: usize> Considered<T, P> {
         (P > 0 && self.delay_s != T::zero()).then_some(self.delay_s)
     }
 
-    /// True without any parameter.
-    pub fn is_empty(&self) -> bool {
+    /// True where the covariance is that of the noise.
+    pub fn is_ideal(&self) -> bool {
+        self.is_empty() && self.mount_rad == [T::zero(); 3]
+    }
+
+    /// True without any column.
+    fn is_empty(&self) -> bool {
         self.active().next().is_none()
     }
 
@@ -363,7 +373,7 @@ impl<T: Real, const P: usize> Considered<T, P> {
         let mut square = T::zero();
         for column in self.active() {
             let size = match column.parameter {
-                None => T::zero(),
+                None | Some(Parameter::Mount(_)) => T::zero(),
                 Some(Parameter::GyroBias(_)) => T::one(),
                 Some(Parameter::GyroScale(_) | Parameter::GyroAxes(..) | Parameter::Delay) => rate,
                 Some(Parameter::WheelInertia(wheel) | Parameter::WheelAxis(wheel, _)) => {
@@ -448,24 +458,39 @@ impl<T: Real, const P: usize> Considered<T, P> {
     }
 
     /// Adds the covariance of the six elements by the parameters, kg² m⁴.
-    pub fn add_to(&self, covariance: &mut Mat<T, 6, 6>) {
-        for column in self.active() {
-            let [_, _, _, effect @ ..] = &column.state;
+    pub fn add_to(&self, covariance: &mut Mat<T, 6, 6>, inertia: &Inertia<T>) {
+        self.each(inertia, &mut |finding| {
+            let effect = finding.effect_kg_m2;
             for i in 0..6 {
                 for k in 0..6 {
                     covariance[(i, k)] += effect[i] * effect[k];
                 }
             }
-        }
+        });
     }
 
-    /// Calls `visit` with each parameter: value zero, the stated sigma, and its effect.
-    pub fn each(&self, visit: &mut dyn FnMut(Finding<T>)) {
+    /// Calls `visit` with each parameter: value zero, the stated sigma, and its effect on this inertia.
+    pub fn each(&self, inertia: &Inertia<T>, visit: &mut dyn FnMut(Finding<T>)) {
+        if P == 0 {
+            return;
+        }
+        let finding = |parameter, sigma, effect_kg_m2| Finding {
+            parameter,
+            value: T::zero(),
+            sigma,
+            stated: sigma,
+            effect_kg_m2,
+        };
+        for (axis, sigma) in (0u8..).zip(self.mount_rad) {
+            if sigma > T::zero() {
+                let effect = turned_by(inertia, usize::from(axis)).map(|by| by * sigma);
+                visit(finding(Parameter::Mount(axis), sigma, effect));
+            }
+        }
         for column in self.active() {
             let Some(parameter) = column.parameter else { return };
-            let [_, _, _, effect_kg_m2 @ ..] = column.state;
-            let (value, sigma) = (T::zero(), column.sigma);
-            visit(Finding { parameter, value, sigma, stated: sigma, effect_kg_m2 });
+            let [_, _, _, effect @ ..] = column.state;
+            visit(finding(parameter, column.sigma, effect));
         }
     }
 }

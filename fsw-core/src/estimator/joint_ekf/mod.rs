@@ -575,14 +575,14 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> Estimator<T, W> for Jo
         let p = self.form.covariance();
         let mut covariance = Mat::from_fn(|i, k| p[(3 + i, 3 + k)]);
         let random = core::array::from_fn(|i| covariance[(i, i)].max(T::zero()).sqrt());
-        self.considered.add_to(&mut covariance);
+        self.considered.add_to(&mut covariance, &self.state.inertia);
         let residual = self.monitor.residual_rms_rad_s();
         let estimate =
             Estimate::of_inertia(self.state.inertia, covariance, &self.range_kg_m2, residual);
         Estimate {
             status: self.status().unwrap_or(estimate.status),
             residuals_white: self.whiteness.is_white(),
-            sigma_random_kg_m2: (!self.considered.is_empty()).then_some(random),
+            sigma_random_kg_m2: (!self.considered.is_ideal()).then_some(random),
             ..estimate
         }
     }
@@ -596,6 +596,6 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> Estimator<T, W> for Jo
     }
 
     fn each_of_hardware(&self, visit: &mut dyn FnMut(Finding<T>)) {
-        self.considered.each(visit);
+        self.considered.each(&self.state.inertia, visit);
     }
 }

@@ -79,9 +79,11 @@ impl Group {
             }
             Self::Wheel(wheel) if component == 0 => Some(Parameter::WheelInertia(wheel)),
             Self::Wheel(wheel) => Some(Parameter::WheelAxis(wheel, first - 1)),
-            Self::Common => [Parameter::Delay, Parameter::TorqueScale, Parameter::CommonWheelInertia]
-                .get(component)
-                .copied(),
+            Self::Common => {
+                [Parameter::Delay, Parameter::TorqueScale, Parameter::CommonWheelInertia]
+                    .get(component)
+                    .copied()
+            }
             Self::Torque | Self::Bias | Self::Drag => None,
         }
     }
@@ -174,6 +176,12 @@ impl<T: Real> Groups<T> {
     /// True where hardware is among the unknowns.
     pub fn has_hardware(&self) -> bool {
         self.place.iter().skip(self.hardware).any(Option::is_some)
+    }
+
+    /// True where the model has a time offset, known or unknown.
+    pub fn has_offset(&self) -> bool {
+        let is_unknown = |place| self.is_at(place, Group::Common) && self.is_active(place, 0);
+        self.delay_s != T::zero() || (self.hardware..GROUPS).any(is_unknown)
     }
 
     /// First of U unknowns that lasts from window to window.

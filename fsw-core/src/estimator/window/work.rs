@@ -232,13 +232,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     fn advance_front(&mut self) -> bool {
         let (end, stretch, period_s) = (self.end(), self.stretch(), self.period_s);
+        let has_offset = self.groups.has_offset();
         let Some(front) = &mut self.front else { return false };
         let next = front.pass.next;
         if next >= end {
             return false;
         }
         let unit = front.pass.unit_per_kg_m2;
-        let Some(span) = self.blocks.span(next, &stretch, unit, period_s) else { return false };
+        let Some(span) = self.blocks.span(next, &stretch, unit, period_s, has_offset) else {
+            return false;
+        };
         let residuals = &front.pass.residuals;
         let was_contradicted = residuals.is_contradicted || residuals.has_many_low();
         front.pass.take(&span);
@@ -359,7 +362,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let mut span = None;
         if let Work::Descent(Descent { pass, from, .. }) = &self.work {
             let stretch = self.start_of(*from);
-            span = self.blocks.span(pass.next, &stretch, pass.unit_per_kg_m2, self.period_s);
+            let has_offset = self.groups.has_offset();
+            let unit = pass.unit_per_kg_m2;
+            span = self.blocks.span(pass.next, &stretch, unit, self.period_s, has_offset);
         }
         match (&mut self.work, span) {
             (Work::Descent(descent), Some(span)) => descent.pass.take(&span),
@@ -540,8 +545,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             return self.end_with(descent, is_settled);
         }
         if is_at_end {
-            let cost =
-                descent.pass.residuals.cost + self.beliefs(unit).cost(&descent.pass.point);
+            let cost = descent.pass.residuals.cost + self.beliefs(unit).cost(&descent.pass.point);
             if descent.chosen.is_none_or(|(_, (least, _))| cost < least) {
                 descent.chosen = Some((descent.pass.point, (cost, unit)));
             }
@@ -549,7 +553,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.next_attempt(descent, is_settled)
     }
 
-    fn next_attempt(&mut self, descent: &mut Descent<T, W, U>, is_settled: bool) -> Option<After<T, U>> {
+    fn next_attempt(
+        &mut self,
+        descent: &mut Descent<T, W, U>,
+        is_settled: bool,
+    ) -> Option<After<T, U>> {
         let (from, end) = (descent.from, descent.end);
         let attempt = match (descent.attempt, descent.linear) {
             (Attempt::Carried, _) => {
