@@ -248,18 +248,21 @@ fn momentum_of<T: Real, const W: usize>(momenta: &Momenta<T, W>, wheel: usize) -
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Considered<T: Real, const P: usize> {
     columns: [Column<T>; P],
+    /// The rate has been taken from the last reading: the part of a time offset in it, `ω̇ δ`, follows with the
+    /// acceleration over the next interval.
+    is_reading: bool,
     /// Known time offset, s.
     delay_s: T,
     /// Turn of all sensors as one about each axis, one sigma, rad.
     mount_rad: [T; 3],
 }
 
-crate::persist!([T: Real, const P: usize] Considered<T, P> { columns; unchanged delay_s, mount_rad });
+crate::persist!([T: Real, const P: usize] Considered<T, P> { columns, is_reading; unchanged delay_s, mount_rad });
 
 impl<T: Real> Considered<T, 0> {
     /// Hardware that is known exactly.
     pub fn nothing() -> Self {
-        Self { columns: [], delay_s: T::zero(), mount_rad: [T::zero(); 3] }
+        Self { columns: [], is_reading: false, delay_s: T::zero(), mount_rad: [T::zero(); 3] }
     }
 }
 
@@ -281,7 +284,8 @@ impl<T: Real, const P: usize> Considered<T, P> {
             let no_room = ConfigError { field: "hardware", reason: Invalid::NoRoom };
             *places.next().ok_or(no_room)? = Column::of(parameter, sigma, wheels);
         }
-        Ok(Self { columns, delay_s: hardware.delay_s, mount_rad: hardware.mount_rad })
+        let Hardware { delay_s, mount_rad, .. } = *hardware;
+        Ok(Self { columns, is_reading: false, delay_s, mount_rad })
     }
 
     /// Known time offset that is to be corrected, s; `None` where it is zero.
@@ -315,13 +319,14 @@ impl<T: Real, const P: usize> Considered<T, P> {
     }
 
     /// Start of the rate, with these momenta of the wheels, N m s. From a reading, rad/s, its rows of Γ become
-    /// `−∂h/∂p`; otherwise zero. The part of a time offset is left out: the acceleration at a start is unknown.
+    /// `−∂h/∂p`; otherwise zero.
     pub fn restart_rate<const W: usize>(
         &mut self,
         reading_rad_s: Option<&Vec3<T>>,
         momenta: &Momenta<T, W>,
     ) {
         let none = Vec3::zeros();
+        self.is_reading = reading_rad_s.is_some();
         for column in self.active_mut() {
             column.reading = none;
             column.set_reading(reading_rad_s.unwrap_or(&none), &none);
@@ -400,10 +405,22 @@ impl<T: Real, const P: usize> Considered<T, P> {
         let by_impulse = (Mat::identity() + transition.rate) * body.inverse() * half;
         let rate = (start + end) * half;
         let acceleration = acceleration_at_end(body, end, interval);
+        if core::mem::take(&mut self.is_reading) {
+            self.start_of_delay(&((end - start) * (T::one() / interval.duration_s)));
+        }
         for column in self.active_mut() {
             let added = column.impulse(&rate, interval, momenta).map(|q| by_impulse * q);
             column.propagate(transition, added);
             column.set_reading(end, &acceleration);
+        }
+    }
+
+    /// Adds the error of a start from a late reading at this acceleration, rad/s².
+    fn start_of_delay(&mut self, acceleration_rad_s2: &Vec3<T>) {
+        for column in self.active_mut().filter(|c| c.parameter == Some(Parameter::Delay)) {
+            for axis in 0..3 {
+                column.state[axis] += acceleration_rad_s2[axis] * column.sigma;
+            }
         }
     }
 

@@ -106,6 +106,8 @@ mod state;
 pub mod structured_ud;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_hardware;
 
 pub use as_published::AsPublished;
 pub use config::{Config, InitialRate};
