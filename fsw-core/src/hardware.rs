@@ -70,6 +70,25 @@ impl<T: Real, const W: usize> Hardware<T, W> {
         }
     }
 
+    /// Every parameter that acts on motion or reading, with one sigma in [`Parameter::unit`], zero included: gyro,
+    /// wheels by number, time offset, torque, common spin inertia.
+    pub fn parameters(&self) -> impl Iterator<Item = (Parameter, T)> {
+        let scale = [0, 1, 2].map(|axis| (Parameter::GyroScale(axis), self.gyro_scale));
+        let axes = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
+            .map(|(axis, about)| (Parameter::GyroAxes(axis, about), self.gyro_axes_rad));
+        let (inertia, tilt) = (self.wheel_inertia, self.wheel_axis_rad);
+        let wheels = (0u8..).zip(inertia.into_iter().zip(tilt)).flat_map(|(wheel, (inertia, tilt))| {
+            let tilts = [0, 1].map(|direction| (Parameter::WheelAxis(wheel, direction), tilt));
+            core::iter::once((Parameter::WheelInertia(wheel), inertia)).chain(tilts)
+        });
+        let common = [
+            (Parameter::Delay, self.delay_sigma_s),
+            (Parameter::TorqueScale, self.torque_scale),
+            (Parameter::CommonWheelInertia, self.common_wheel_inertia),
+        ];
+        scale.into_iter().chain(axes).chain(wheels).chain(common)
+    }
+
     /// Checks the ranges.
     ///
     /// # Errors
@@ -112,7 +131,24 @@ pub enum Parameter {
     CommonWheelInertia,
     /// Turn of all sensors as one, about an axis.
     Mount(u8),
+    /// Constant bias of one gyro axis.
+    GyroBias(u8),
+    /// Constant disturbance torque about one axis.
+    DisturbanceTorque(u8),
 }
+
+crate::persist!([] enum Parameter {
+    0 => GyroScale(axis: u8),
+    1 => GyroAxes(axis: u8, about: u8),
+    2 => WheelInertia(wheel: u8),
+    3 => WheelAxis(wheel: u8, direction: u8),
+    4 => Delay,
+    5 => TorqueScale,
+    6 => CommonWheelInertia,
+    7 => Mount(axis: u8),
+    8 => GyroBias(axis: u8),
+    9 => DisturbanceTorque(axis: u8)
+});
 
 impl Parameter {
     /// Name of the kind, as reports have it.
@@ -126,6 +162,8 @@ impl Parameter {
             Self::TorqueScale => "torque scale",
             Self::CommonWheelInertia => "common wheel spin inertia",
             Self::Mount(_) => "mount",
+            Self::GyroBias(_) => "gyro bias",
+            Self::DisturbanceTorque(_) => "disturbance torque",
         }
     }
 
@@ -134,8 +172,44 @@ impl Parameter {
         match self {
             Self::GyroAxes(..) | Self::WheelAxis(..) | Self::Mount(_) => "rad",
             Self::Delay => "s",
+            Self::GyroBias(_) => "rad/s",
+            Self::DisturbanceTorque(_) => "N m",
             _ => "",
         }
+    }
+}
+
+/// Disturbances that are constant over a flight, one sigma on each axis; zero for none.
+///
+/// Beside [`Hardware`], since they are unknowns of an estimator that can solve for them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disturbance<T: Real> {
+    /// External torque that is not known, N m.
+    pub torque_n_m: T,
+    /// Gyro bias, rad/s.
+    pub gyro_bias_rad_s: T,
+}
+
+impl<T: Real> Disturbance<T> {
+    /// No disturbance.
+    pub fn none() -> Self {
+        Self { torque_n_m: T::zero(), gyro_bias_rad_s: T::zero() }
+    }
+
+    /// Every parameter with one sigma, in [`Parameter::unit`], zero included.
+    pub fn parameters(&self) -> impl Iterator<Item = (Parameter, T)> {
+        let bias = [0, 1, 2].map(|axis| (Parameter::GyroBias(axis), self.gyro_bias_rad_s));
+        let torque = [0, 1, 2].map(|axis| (Parameter::DisturbanceTorque(axis), self.torque_n_m));
+        bias.into_iter().chain(torque)
+    }
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first sigma that is negative or not finite.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        not_negative("disturbance.torque_n_m", self.torque_n_m)?;
+        not_negative("disturbance.gyro_bias_rad_s", self.gyro_bias_rad_s)
     }
 }
 

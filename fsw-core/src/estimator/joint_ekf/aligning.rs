@@ -60,13 +60,15 @@ impl<T: Real> Aligning<T> {
         self.contradicts_model
     }
 
-    /// Takes in a sample, `elapsed_s` after the one before. At most two samples leave the gate.
+    /// Takes in a sample, `elapsed_s` after the one before. At most two samples leave the gate. `allowed_rad_s`: noise
+    /// that the residuals may have by errors of the hardware, rad/s, for a mean moment (kg m²) and the number of samples.
     pub(super) fn step(
         &mut self,
         (rate_rad_s, drive): (&Vec3<T>, &Drive<T>),
         elapsed_s: T,
         noise_rad_s: T,
         prior: Option<&Prior<T>>,
+        allowed_rad_s: impl FnOnce(T, u32) -> T,
     ) -> Progress<T> {
         let Some(judged) = self.outliers.push(elapsed_s, *rate_rad_s, *drive, noise_rad_s) else {
             return Progress::Continues;
@@ -77,7 +79,7 @@ impl<T: Real> Aligning<T> {
             self.add(second, noise_rad_s, prior);
         }
         if second.is_none() && judged.is_accepted {
-            return self.start(&judged.payload, noise_rad_s, prior);
+            return self.start(&judged.payload, noise_rad_s, prior, allowed_rad_s);
         }
         let is_refused = !judged.is_accepted || second.is_some_and(|second| !second.is_accepted);
         if is_refused { Progress::Refused } else { Progress::Continues }
@@ -97,7 +99,13 @@ impl<T: Real> Aligning<T> {
 
     /// First state, where a solution is due and good enough, and only the delay of the gate is
     /// pending. `drive`: that of the last judged sample.
-    fn start(&mut self, drive: &Drive<T>, noise_rad_s: T, prior: Option<&Prior<T>>) -> Progress<T> {
+    fn start(
+        &mut self,
+        drive: &Drive<T>,
+        noise_rad_s: T,
+        prior: Option<&Prior<T>>,
+        allowed_rad_s: impl FnOnce(T, u32) -> T,
+    ) -> Progress<T> {
         let Some(alignment) = self.alignment.as_ref().filter(|a| start::is_due(a)) else {
             return Progress::Continues;
         };
@@ -106,8 +114,10 @@ impl<T: Real> Aligning<T> {
         let [Some(first), Some(second), None] = steps else {
             return Progress::Continues;
         };
-        let measured_rad_s = || self.outliers.noise_rad_s();
-        match Start::from_motion(alignment, prior, noise_rad_s, measured_rad_s) {
+        let allowed_rad_s = |mean_moment_kg_m2| {
+            self.outliers.noise_rad_s().max(allowed_rad_s(mean_moment_kg_m2, alignment.samples()))
+        };
+        match Start::from_motion(alignment, prior, noise_rad_s, allowed_rad_s) {
             Err(reason) => {
                 // These data cannot lead to a start: the next ones may.
                 if reason == NoStart::Contradiction {

@@ -15,17 +15,10 @@ use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::monitor::observability::observed;
+use crate::monitor::whiteness::{ENOUGH_ROWS, largest_correlation, largest_rms};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
-/// Excess of the residuals over the noise that is still called white, and the number of sigmas of its
-/// sampling error `1 / √(2 · 3 · blocks)`.
-const WHITE_EXCESS: f64 = 0.05;
-const WHITE_EXCESS_SIGMA: f64 = 5.4;
-/// The same of the correlation from block to block, with the sampling error `1 / √(3 · blocks)`. A
-/// correlation of 0.1 makes the sigma 10 % too small.
-const CORRELATED: f64 = 0.1;
-const CORRELATED_SIGMA: f64 = 4.0;
 /// Largest correlation that enters the inflation.
 const MOST_CORRELATED: f64 = 0.97;
 /// Contradiction of an assumed absence of torque: chi-square of three degrees of freedom exceeds it once
@@ -34,8 +27,6 @@ const TORQUE_SHOWN: f64 = 12.2;
 /// Degrees of freedom that the stated noise weighs, and the measured one, against the residuals.
 const STATED_DEGREES: f64 = 30.0;
 const MEASURED_DEGREES: f64 = 10.0;
-/// Fewest residuals that are tested.
-const ENOUGH_ROWS: u32 = 30;
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
 /// The same above which the data know nothing of the scale: near the range of any body, 2.3.
@@ -375,7 +366,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let degrees = T::count(residuals.degrees(U as u32));
         let variance = (noise * noise * weight + residuals.squares) / (weight + degrees);
         let rho = residuals.correlation().min(T::lit(MOST_CORRELATED));
-        let inflation = if rho > correlation_limit(residuals) {
+        let inflation = if rho > largest_correlation(residuals.rows) {
             (T::one() + rho) / (T::one() - rho)
         } else {
             T::one()
@@ -392,10 +383,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if residuals.rows < ENOUGH_ROWS {
             return None;
         }
-        let share = T::lit(WHITE_EXCESS_SIGMA) / (T::count(residuals.blocks) * T::lit(6.0)).sqrt();
-        let most = self.reference_rad_s() * (T::lit(1.0 + WHITE_EXCESS) + share);
+        let most = self.reference_rad_s() * largest_rms(residuals.blocks);
         let is_small = rms(residuals, U) <= most;
-        let is_correlated = residuals.correlation().abs() > correlation_limit(residuals);
+        let is_correlated = residuals.correlation().abs() > largest_correlation(residuals.rows);
         let mut factor = front.pass.factor;
         let mut beliefs = self.beliefs(front.pass.unit_per_kg_m2);
         // A stated noise that is too small would exaggerate the contradiction.
@@ -419,11 +409,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 /// Root mean square of the residuals of a sample, one axis, rad/s.
 pub(super) fn rms<T: Real>(residuals: &Residuals<T>, unknowns: usize) -> T {
     (residuals.squares / T::count(residuals.degrees(unknowns as u32).max(1))).sqrt()
-}
-
-/// Correlation from block to block that chance and a harmless one explain.
-fn correlation_limit<T: Real>(residuals: &Residuals<T>) -> T {
-    T::lit(CORRELATED) + T::lit(CORRELATED_SIGMA) / T::count(residuals.rows.max(1)).sqrt()
 }
 
 /// Solution of a window's information with beliefs, at the beliefs' noise; false where there is none.

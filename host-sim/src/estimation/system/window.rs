@@ -39,33 +39,12 @@ pub fn set_up<T: Real, const W: usize, const H: usize>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn AnyEstimator>, SetUpError> {
-    if errors_of_hardware::<T, W>(setup) != Hardware::ideal() {
+    if setup.hardware::<T, W>() != Hardware::ideal() {
         with_unknowns::<T, W, H>(setup, wheels)
     } else if setup.craft.solve_for == SolveFor::default() {
         with_unknowns::<T, W, WITH_TORQUE>(setup, wheels)
     } else {
         with_unknowns::<T, W, WITH_DRAG>(setup, wheels)
-    }
-}
-
-/// Errors of the hardware as the craft states them. Wheels that fill up the array have none.
-fn errors_of_hardware<T: Real, const W: usize>(setup: &Setup<'_>) -> Hardware<T, W> {
-    let stated = &setup.craft.hardware;
-    let of_wheel = |all: &[f64], i: usize| T::lit(all.get(i).copied().unwrap_or(0.0));
-    let has_wheels = !setup.craft.wheels.is_empty();
-    let common = if has_wheels { stated.common_spin_inertia_sigma } else { 0.0 };
-    // A mean over the interval before its time stamp is half an interval old.
-    let averaging_s = if stated.gyro_averaged { 0.5 * setup.sample_period_s } else { 0.0 };
-    Hardware {
-        gyro_scale: T::lit(stated.gyro_scale_sigma),
-        gyro_axes_rad: T::lit(stated.gyro_axes_sigma_rad),
-        delay_s: T::lit(stated.gyro_delay_s + averaging_s),
-        delay_sigma_s: T::lit(stated.gyro_delay_sigma_s),
-        wheel_inertia: std::array::from_fn(|i| of_wheel(&stated.wheel_spin_inertia_sigma, i)),
-        wheel_axis_rad: std::array::from_fn(|i| of_wheel(&stated.wheel_axis_sigma_rad, i)),
-        common_wheel_inertia: T::lit(common),
-        torque_scale: T::lit(stated.torque_scale_sigma),
-        mount_rad: stated.mount_sigma_rad.map(T::lit),
     }
 }
 
@@ -94,7 +73,7 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
     config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(torque_sigma_n_m));
     config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(bias_sigma_rad_s));
     config.drag_per_s = solve_for.torque.then_some(T::lit(DRAG_SIGMA_PER_S));
-    config.hardware = errors_of_hardware(setup);
+    config.hardware = setup.hardware();
     config.slices_per_step = SLICES_PER_STEP;
     config.is_torque_smooth = setup.craft.filter.is_torque_smooth;
     config.block_samples = block_samples(setup.sample_period_s, config.block_samples);
