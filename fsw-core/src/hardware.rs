@@ -196,6 +196,9 @@ mod tests {
         let ideal = Hardware::<f32, 1>::ideal();
         assert_eq!(ideal.validate(), Ok(()));
         assert_eq!(refused(Hardware { gyro_scale: -1.0, ..ideal }), "hardware.gyro_scale");
-        assert_eq!(refused(Hardware { wheel_axis_rad: [f32::NAN], ..ideal }), "hardware.wheel_axis_rad");
+        assert_eq!(
+            refused(Hardware { wheel_axis_rad: [f32::NAN], ..ideal }),
+            "hardware.wheel_axis_rad"
+        );
     }
 }

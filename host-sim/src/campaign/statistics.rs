@@ -33,6 +33,10 @@ pub struct Statistics {
     pub rmse_over_bound: [Option<f64>; 6],
     /// Mean of the error of each run over its own bound; none where any run has no bound.
     pub bias_over_bound: [Option<f64>; 6],
+    /// RMS of the reported sigma of each element, kg m².
+    pub sigma_kg_m2: [Option<f64>; 6],
+    /// RMS of its part by the noise alone, kg m².
+    pub sigma_random_kg_m2: [Option<f64>; 6],
     /// Mean NEES over its degrees of freedom: 1 for a consistent covariance, above 1 for an
     /// overconfident one.
     pub nees_per_dof: Option<f64>,
@@ -68,6 +72,8 @@ struct Sums {
     not_converged: usize,
     error: [Moments; 6],
     over_bound: [Moments; 6],
+    sigma: [Moments; 6],
+    random: [Moments; 6],
     nees: Moments,
 }
 
@@ -88,6 +94,8 @@ impl Sums {
         }
         for i in 0..6 {
             self.error[i].add(score.error_kg_m2[i]);
+            self.sigma[i].add(score.sigma_kg_m2[i]);
+            self.random[i].add(score.sigma_random_kg_m2[i]);
             if let Some(ratio) = score.error_over_bound[i] {
                 self.over_bound[i].add(ratio);
             }
@@ -110,6 +118,8 @@ impl Sums {
             bias_kg_m2: self.error.map(|moments| moments.mean()),
             rmse_over_bound: std::array::from_fn(|i| bounded(i)?.rms()),
             bias_over_bound: std::array::from_fn(|i| bounded(i)?.mean()),
+            sigma_kg_m2: self.sigma.map(|moments| moments.rms()),
+            sigma_random_kg_m2: self.random.map(|moments| moments.rms()),
             nees_per_dof: self.nees.mean(),
             nees_runs: self.nees.count,
             nees_95: nees_95(self.nees.count),

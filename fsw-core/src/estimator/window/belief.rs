@@ -231,8 +231,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
                     None => T::zero(),
                 };
                 // A place that is not in use has an empty column, and any weight pins it.
-                let weight =
-                    if sigma > T::zero() { variance / (sigma * sigma) } else { T::one() };
+                let weight = if sigma > T::zero() { variance / (sigma * sigma) } else { T::one() };
                 let column = FIRST_GROUP + 3 * place + i;
                 let mut row = [T::zero(); U];
                 row[column] = T::one();
@@ -260,11 +259,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     }
 
     /// Calls `add` with each row on the inertia, its right-hand side and weight.
-    fn each_of_inertia(
-        &self,
-        point: &Point<T, U>,
-        mut add: impl FnMut(&[T; U], T, T),
-    ) {
+    fn each_of_inertia(&self, point: &Point<T, U>, mut add: impl FnMut(&[T; U], T, T)) {
         let variance = self.noise_rad_s * self.noise_rad_s;
         self.each_known(point, &mut add);
         let centre = self.prior.map_or([T::zero(); 5], shape_of_prior);
@@ -286,12 +281,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     }
 
     /// Row of one element of the prior: `∂j/∂q = B / κ`, `∂j/∂x = −j / x`, in kg m².
-    fn prior_row(
-        &self,
-        prior: &Prior<T>,
-        element: usize,
-        point: &Point<T, U>,
-    ) -> ([T; U], T) {
+    fn prior_row(&self, prior: &Prior<T>, element: usize, point: &Point<T, U>) -> ([T; U], T) {
         let element = element.min(5);
         let trace = T::one() / (point.scale() * self.unit_per_kg_m2);
         let mut of_element = [T::zero(); 6];

@@ -409,7 +409,8 @@ mod tests {
         for (k, block) in blocks.iter().enumerate() {
             let mean = h + block.impulse_n_m_s.x / 2.0;
             if k > 0 {
-                worst = worst.max((mean - block.drive_n_m_s(&Mat::identity()).x - block.rate_rad_s.x).abs());
+                worst = worst
+                    .max((mean - block.drive_n_m_s(&Mat::identity()).x - block.rate_rad_s.x).abs());
             }
             h += block.impulse_n_m_s.x;
         }

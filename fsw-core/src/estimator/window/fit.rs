@@ -132,7 +132,11 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
 
     /// Decides after a pass over all blocks.
     #[inline(never)]
-    pub fn after_pass(&mut self, beliefs: &Beliefs<'_, T, U>, wheels: &Momenta<T, W>) -> Next<T, U> {
+    pub fn after_pass(
+        &mut self,
+        beliefs: &Beliefs<'_, T, U>,
+        wheels: &Momenta<T, W>,
+    ) -> Next<T, U> {
         self.passes = self.passes.saturating_add(1);
         let cost = self.cost(beliefs);
         let is_worse = !(cost.is_finite() && self.best.is_none_or(|(_, best)| cost <= best));
@@ -190,7 +194,12 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
 
     /// The next point: by the undamped step, or by one with the present damping and more until its
     /// tensor is positive definite.
-    fn step(&mut self, newton: [T; U], beliefs: &Beliefs<'_, T, U>, wheels: &Momenta<T, W>) -> Next<T, U> {
+    fn step(
+        &mut self,
+        newton: [T; U],
+        beliefs: &Beliefs<'_, T, U>,
+        wheels: &Momenta<T, W>,
+    ) -> Next<T, U> {
         let mut step = newton;
         for _ in 0..8 {
             if self.damping > T::zero()
@@ -229,8 +238,7 @@ fn is_usable<T: Real, const U: usize>(point: &Point<T, U>) -> bool {
     let least = T::lit(LEAST_MOMENT);
     let [xx, yy, zz, xy, xz, yz] = point.over_trace();
     let inside = [xx - least, yy - least, zz - least, xy, xz, yz];
-    crate::tensor::Inertia::new(inside).is_positive_definite()
-        && point.is_finite()
+    crate::tensor::Inertia::new(inside).is_positive_definite() && point.is_finite()
 }
 
 /// Step of a pass with all beliefs, damped by a share of each column's norm, and its Newton decrement in
@@ -303,7 +311,9 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
 /// `m = n ω + x w`, rad/s.
 pub fn momentum_of<T: Real, const U: usize>(
     point: &Point<T, U>,
-    rate: &Vec3<T>, wheels: &Vec3<T>) -> Vec3<T> {
+    rate: &Vec3<T>,
+    wheels: &Vec3<T>,
+) -> Vec3<T> {
     let n = crate::tensor::Inertia::new(point.over_trace()).matrix_kg_m2();
     n * rate + wheels * point.scale()
 }

@@ -440,7 +440,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn take_in_block(&mut self, block: &Block<T, W>) {
         let noise = self.reference_rad_s();
         let typical_kg_m2 = T::lit(1.0 / 3.0) / self.unit_per_kg_m2;
-        let begins = self.is_quiet && self.excitation.begins(block, self.wheels.axes(), noise, typical_kg_m2);
+        let begins = self.is_quiet
+            && self.excitation.begins(block, self.wheels.axes(), noise, typical_kg_m2);
         self.add_block(block);
         self.excitation.add(block, self.wheels.axes(), noise, typical_kg_m2);
         if begins || self.is_quiet && self.excitation.is_driven() {

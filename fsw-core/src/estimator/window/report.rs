@@ -241,8 +241,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             };
             for i in 0..3 {
                 let column = FIRST_GROUP + 3 * place + i;
-                let (Some(parameter), true) =
-                    (group.parameter(i), self.groups.is_active(place, i))
+                let (Some(parameter), true) = (group.parameter(i), self.groups.is_active(place, i))
                 else {
                     continue;
                 };

@@ -219,7 +219,13 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
     }
 
     /// Block `index` of a stretch with its wheels and torque times `unit`; samples come every `period_s`.
-    pub fn span(&self, index: usize, start: &Stretch<T, W>, unit: T, period_s: T) -> Option<Span<T, W>> {
+    pub fn span(
+        &self,
+        index: usize,
+        start: &Stretch<T, W>,
+        unit: T,
+        period_s: T,
+    ) -> Option<Span<T, W>> {
         let block = self.blocks.get(index)?;
         let before = index.checked_sub(1).and_then(|i| self.blocks.get(i));
         let wheels_at_start = before.map_or(start.wheels_n_m_s, |b| b.wheels_end_n_m_s);
@@ -366,7 +372,13 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
     }
 
     /// True where the mean wheel momentum of a group is `reference`, N m s, to its standard error.
-    fn is_still(&self, from: usize, end: usize, reference: &Momenta<T, W>, start: &Stretch<T, W>) -> bool {
+    fn is_still(
+        &self,
+        from: usize,
+        end: usize,
+        reference: &Momenta<T, W>,
+        start: &Stretch<T, W>,
+    ) -> bool {
         let blocks = self.blocks.get(from..end).unwrap_or(&[]);
         let mean = mean_wheels(blocks);
         let mut scatter = T::zero();

@@ -181,7 +181,6 @@ impl<T: Real, const W: usize> Model<T, W> {
         let place = self.group.iter().position(|at| *at == Some(group))?;
         Some(FIRST_GROUP + 3 * place)
     }
-
 }
 
 /// Axes of the wheels at a point, by columns.
@@ -268,12 +267,7 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
     }
 
     /// Starts at a point; false where its tensor has no inverse.
-    pub fn start(
-        &mut self,
-        point: &Point<T, U>,
-        groups: &Groups<T>,
-        axes: &Mat<T, 3, W>,
-    ) -> bool {
+    pub fn start(&mut self, point: &Point<T, U>, groups: &Groups<T>, axes: &Mat<T, 3, W>) -> bool {
         let Some(model) = Model::new(point, groups, axes) else { return false };
         self.model = model;
         self.momentum = point.momentum();
@@ -468,7 +462,13 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
             }
         }
         if U > WITHOUT_HARDWARE {
-            self.differentiate_by_hardware(crossing, &carry, &series, &by_drive, by_drive_change.as_ref());
+            self.differentiate_by_hardware(
+                crossing,
+                &carry,
+                &series,
+                &by_drive,
+                by_drive_change.as_ref(),
+            );
         }
         let sum = &mut crossing.sensitivity;
         let mut put = |column: &mut Vec3<T>, c: usize, pushed: Vec3<T>| {
@@ -618,11 +618,13 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
                 Some(Group::Common) => {
                     let axes = &self.model.axes;
                     let slope = axes * change * (-T::one() / crossing.step_s);
-                    let bend = axes * crossing.of_wheel[2]
+                    let bend = axes
+                        * crossing.of_wheel[2]
                         * (-(crossing.share + crossing.share) / crossing.duration_s);
-                    let torque = crossing.known_torque + crossing.mean_beyond.cross(&crossing.mean_rate);
-                    let by_torque = series * (torque * crossing.step_s)
-                        - by_drive * crossing.mean_beyond;
+                    let torque =
+                        crossing.known_torque + crossing.mean_beyond.cross(&crossing.mean_rate);
+                    let by_torque =
+                        series * (torque * crossing.step_s) - by_drive * crossing.mean_beyond;
                     let per_share = x / self.model.torque_share;
                     let common = pushed_by(axes * mean, axes * change);
                     [pushed_by(slope, bend), by_torque * per_share, common]
@@ -632,7 +634,12 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
             for (i, pushed) in pushed.iter().enumerate() {
                 let c = FIRST_GROUP + 3 * place + i;
                 if self.model.is_active(place, i) {
-                    carry_column(carry, pushed, &mut self.sensitivity[c], &mut crossing.sensitivity[c]);
+                    carry_column(
+                        carry,
+                        pushed,
+                        &mut self.sensitivity[c],
+                        &mut crossing.sensitivity[c],
+                    );
                 }
             }
         }

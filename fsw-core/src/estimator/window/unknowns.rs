@@ -79,9 +79,11 @@ impl Group {
             }
             Self::Wheel(wheel) if component == 0 => Some(Parameter::WheelInertia(wheel)),
             Self::Wheel(wheel) => Some(Parameter::WheelAxis(wheel, first - 1)),
-            Self::Common => [Parameter::Delay, Parameter::TorqueScale, Parameter::CommonWheelInertia]
-                .get(component)
-                .copied(),
+            Self::Common => {
+                [Parameter::Delay, Parameter::TorqueScale, Parameter::CommonWheelInertia]
+                    .get(component)
+                    .copied()
+            }
             Self::Torque | Self::Bias | Self::Drag => None,
         }
     }

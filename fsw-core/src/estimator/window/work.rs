@@ -540,8 +540,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             return self.end_with(descent, is_settled);
         }
         if is_at_end {
-            let cost =
-                descent.pass.residuals.cost + self.beliefs(unit).cost(&descent.pass.point);
+            let cost = descent.pass.residuals.cost + self.beliefs(unit).cost(&descent.pass.point);
             if descent.chosen.is_none_or(|(_, (least, _))| cost < least) {
                 descent.chosen = Some((descent.pass.point, (cost, unit)));
             }
@@ -549,7 +548,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.next_attempt(descent, is_settled)
     }
 
-    fn next_attempt(&mut self, descent: &mut Descent<T, W, U>, is_settled: bool) -> Option<After<T, U>> {
+    fn next_attempt(
+        &mut self,
+        descent: &mut Descent<T, W, U>,
+        is_settled: bool,
+    ) -> Option<After<T, U>> {
         let (from, end) = (descent.from, descent.end);
         let attempt = match (descent.attempt, descent.linear) {
             (Attempt::Carried, _) => {

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! estimate  replay, run      campaign  mc      bound  crlb      target  pil
+//! hardware  errors of gyro, wheels and torque in the tables of estimates
 //! cells     heading lines and the format of a cell
 //! ```
 
@@ -9,6 +10,7 @@ mod bound;
 mod campaign;
 mod cells;
 mod estimate;
+mod hardware;
 mod target;
 
 pub use bound::crlb;
