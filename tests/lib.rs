@@ -2,5 +2,6 @@
 //! one target per file or folder beside this library.
 
 pub mod accuracy;
+pub mod diagnose;
 pub mod field;
 pub mod program;

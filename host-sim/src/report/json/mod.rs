@@ -10,6 +10,7 @@ mod campaign;
 mod estimate;
 #[cfg(test)]
 pub(super) mod examples;
+mod explanation;
 mod hardware;
 mod target;
 mod tensor;
@@ -17,6 +18,7 @@ mod tensor;
 pub use bound::CrlbReport;
 pub use campaign::McReport;
 pub use estimate::{ReplayReport, RunReport, Spikes, Status};
+pub use explanation::{DiagnosisReport, ExplanationReport};
 pub use hardware::HardwareResult;
 pub use target::{PilReport, TargetReport};
 pub use tensor::{elements, matrix};

@@ -10,10 +10,12 @@ mod bound;
 mod campaign;
 mod cells;
 mod estimate;
+mod explanation;
 mod hardware;
 mod target;
 
 pub use bound::crlb;
 pub use campaign::mc;
 pub use estimate::{replay, run};
+pub use explanation::diagnosis;
 pub use target::pil;
