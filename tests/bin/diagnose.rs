@@ -36,7 +36,10 @@ fn main() -> Result<()> {
     let names = &arguments.names;
     let is_selected =
         |name: &str| names.is_empty() || names.iter().any(|part| name.contains(part.as_str()));
-    println!("{:<18}{:<34}{:>6}{:>6}{:>6}  mistaken for", "scenario", "error", "shows", "first", "named");
+    println!(
+        "{:<18}{:<34}{:>6}{:>6}{:>6}  mistaken for",
+        "scenario", "error", "shows", "first", "named"
+    );
     let mut all = Vec::new();
     for scenario in SCENARIOS {
         if arguments.scenario.as_ref().is_some_and(|only| only != scenario) {

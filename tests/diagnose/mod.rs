@@ -93,7 +93,16 @@ pub fn fly(
         let own = error.flight(&scenario)?;
         let outcomes = (seed..seed + runs)
             .into_par_iter()
-            .map(|seed| fly_one(&scenario, own.as_ref().unwrap_or(&flight), &flight, &error, seed, with_prior))
+            .map(|seed| {
+                fly_one(
+                    &scenario,
+                    own.as_ref().unwrap_or(&flight),
+                    &flight,
+                    &error,
+                    seed,
+                    with_prior,
+                )
+            })
             .collect::<Result<_>>()?;
         rows.push(Row {
             scenario: scenario_name,

@@ -32,8 +32,7 @@ impl Planted {
         if self.torque_n_m == Vector3::zeros() {
             return Ok(None);
         }
-        let scenario =
-            Scenario { disturbance_torque_n_m: self.torque_n_m, ..scenario.clone() };
+        let scenario = Scenario { disturbance_torque_n_m: self.torque_n_m, ..scenario.clone() };
         Ok(Some(Flight::simulate(&scenario)?))
     }
 
@@ -102,7 +101,9 @@ fn gyro_mistakes() -> Vec<Planted> {
             correction[(axis, order[axis])] = signs[axis];
         }
         let columns: Vec<String> = (0..3)
-            .map(|i| format!("{}{}", if signs[i] < 0.0 { "-" } else { "" }, ["x", "y", "z"][order[i]]))
+            .map(|i| {
+                format!("{}{}", if signs[i] < 0.0 { "-" } else { "" }, ["x", "y", "z"][order[i]])
+            })
             .collect();
         let kind = match (order == [0, 1, 2], correction.determinant() > 0.0) {
             (true, _) => "flipped",
@@ -116,9 +117,10 @@ fn gyro_mistakes() -> Vec<Planted> {
         })
     });
     let mut all: Vec<Planted> = axes.collect();
-    for (name, unit, factor) in
-        [("gyro in deg/s", "deg/s", 180.0 / std::f64::consts::PI), ("gyro in mrad/s", "mrad/s", 1e3)]
-    {
+    for (name, unit, factor) in [
+        ("gyro in deg/s", "deg/s", 180.0 / std::f64::consts::PI),
+        ("gyro in mrad/s", "mrad/s", 1e3),
+    ] {
         all.push(error(name, true, move |log, _, _| {
             log.iter_mut().for_each(|row| row.rate_rad_s *= factor);
             format!("gyro in {unit}")
@@ -243,10 +245,9 @@ fn wheel_units() -> Vec<Planted> {
             format!("spin inertia of all wheels in {unit}")
         }));
     }
-    for (name, unit, factor) in [
-        ("one wheel inertia in g m²", "g m²", 1e3),
-        ("one wheel inertia in g cm²", "g cm²", 1e7),
-    ] {
+    for (name, unit, factor) in
+        [("one wheel inertia in g m²", "g m²", 1e3), ("one wheel inertia in g cm²", "g cm²", 1e7)]
+    {
         all.push(error(name, true, move |_, craft, seed| {
             let wheel = seed as usize % craft.wheels.len();
             craft.wheels[wheel].spin_inertia_kg_m2 *= factor;
@@ -262,7 +263,9 @@ fn motor_torques() -> Vec<Planted> {
         error(name, true, move |log, craft, _| {
             let momentum = |row: &LogRow| {
                 let wheels = craft.wheels.iter().zip(&row.wheel_speed_rad_s);
-                wheels.map(|(w, speed)| w.axis * (w.spin_inertia_kg_m2 * speed)).sum::<Vector3<f64>>()
+                wheels
+                    .map(|(w, speed)| w.axis * (w.spin_inertia_kg_m2 * speed))
+                    .sum::<Vector3<f64>>()
             };
             let momenta: Vec<_> = log.iter().map(momentum).collect();
             for row in 1..log.len() {
@@ -286,7 +289,9 @@ fn torque_mistakes() -> Vec<Planted> {
             "torque in mN m".to_owned()
         }),
     ];
-    for (axis, name) in ["sign of torque x", "sign of torque y", "sign of torque z"].into_iter().enumerate() {
+    for (axis, name) in
+        ["sign of torque x", "sign of torque y", "sign of torque z"].into_iter().enumerate()
+    {
         all.push(error(name, true, move |log, _, _| {
             log.iter_mut().for_each(|row| row.torque_n_m[axis] *= -1.0);
             name.to_owned()
@@ -351,7 +356,8 @@ fn gyro_errors() -> Vec<Planted> {
         error("outliers on 1 %", false, |log, _, seed| {
             let mut random = Pcg64::seed_from_u64(seed);
             for _ in 0..log.len().div_ceil(100) {
-                let (row, axis) = (random.random_range(8..log.len() - 8), random.random_range(0..3));
+                let (row, axis) =
+                    (random.random_range(8..log.len() - 8), random.random_range(0..3));
                 log[row].rate_rad_s[axis] += draw(&mut random, 0.01);
             }
             "outliers".to_owned()
@@ -389,5 +395,8 @@ fn torque_error(scenario: &Scenario) -> Planted {
     let inertia = &scenario.spacecraft.inertia_kg_m2;
     let size = TORQUE_SIGMAS * scenario.gyro.noise_rad_s / scenario.duration_s;
     let torque_n_m = Vector3::new(inertia[0], -inertia[1], inertia[2]) * size;
-    Planted { torque_n_m, ..error("constant torque", false, |_, _, _| "constant torque".to_owned()) }
+    Planted {
+        torque_n_m,
+        ..error("constant torque", false, |_, _, _| "constant torque".to_owned())
+    }
 }

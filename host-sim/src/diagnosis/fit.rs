@@ -15,7 +15,7 @@ const SHORTEST: usize = 24;
 /// Steps of each stage, at most.
 const STEPS: usize = 8;
 /// Relative decrease of chi-square at which a stage ends.
-const SETTLED: f64 = 1e-5;
+const SETTLED: f64 = 1e-4;
 /// Sigma of each element over the scale before the data: any rigid body of about that scale.
 const ANY_BODY: f64 = 100.0;
 
@@ -47,8 +47,8 @@ pub(super) struct Fit {
     pub unused_squares: f64,
     /// Number of scalar readings.
     pub readings: f64,
+    scale_kg_m2: f64,
     point: Point,
-    segments: Segments,
 }
 
 /// A record, what is fitted to it, and the prior of the inertia.
@@ -74,36 +74,38 @@ impl<'a> Problem<'a> {
         let segments = self.segments(STAGES[0]);
         let zeros = vec![0.0; self.unknowns.names.len()];
         let drive = self.drive(&zeros);
-        let fits = starts(self.record, &drive, &segments).into_iter().filter_map(|inertia| {
+        let points = starts(self.record, &drive, &segments).into_iter().filter_map(|inertia| {
             let momentum = self.momenta(&drive, &segments, &inertia);
-            self.descend(segments.clone(), Point { inertia, further: zeros.clone(), momentum })
+            let point = Point { inertia, further: zeros.clone(), momentum };
+            Some((self.equations(&segments, &point)?, point))
         });
-        fits.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square))
+        let (equations, point) = points.min_by(|a, b| a.0.chi_square.total_cmp(&b.0.chi_square))?;
+        self.descend(&segments, equations, point)
     }
 
-    /// The later stages from the first.
-    pub(super) fn whole(&self, coarse: Fit) -> Option<Fit> {
-        let mut fit = coarse;
+    /// The later stages, from a fit of the first.
+    pub(super) fn whole(&self, coarse: &Fit) -> Option<Fit> {
+        let Point { mut inertia, mut further, .. } = coarse.point.clone();
+        inertia *= coarse.scale_kg_m2 / self.scale_kg_m2;
+        let mut known: Option<(Vec<usize>, Vec<Vector3<f64>>)> = None;
+        let mut fit = None;
         for count in &STAGES[1..] {
             let segments = self.segments(*count);
-            if segments.starts.len() == fit.segments.starts.len() {
-                continue;
-            }
-            let of_start = |start: &usize| fit.segments.starts.iter().position(|s| s == start);
-            let known: Option<Vec<Vector3<f64>>> =
-                segments.starts.iter().map(|s| Some(fit.point.momentum[of_start(s)?])).collect();
-            let drive = self.drive(&fit.point.further);
-            let momentum =
-                known.unwrap_or_else(|| self.momenta(&drive, &segments, &fit.point.inertia));
-            let point = Point { momentum, ..fit.point.clone() };
-            fit = self.descend(segments, point)?;
+            let of_start = |start: &usize| {
+                let (starts, momenta) = known.as_ref()?;
+                Some(momenta[starts.iter().position(|s| s == start)?])
+            };
+            let earlier: Option<Vec<_>> = segments.starts.iter().map(of_start).collect();
+            let drive = self.drive(&further);
+            let momentum = earlier.unwrap_or_else(|| self.momenta(&drive, &segments, &inertia));
+            let point = Point { inertia, further, momentum };
+            let equations = self.equations(&segments, &point)?;
+            let next = self.descend(&segments, equations, point)?;
+            (inertia, further) = (next.point.inertia, next.point.further.clone());
+            known = Some((segments.starts, next.point.momentum.clone()));
+            fit = Some(next);
         }
-        Some(fit)
-    }
-
-    /// The fit of the whole record; none where the model does not follow the motion.
-    pub(super) fn fit(&self) -> Option<Fit> {
-        self.whole(self.coarse()?)
+        fit
     }
 
     /// Equal parts of each stretch without gap. Fewer segments start where more did.
@@ -147,14 +149,17 @@ impl<'a> Problem<'a> {
         segments.starts.iter().map(of_start).collect()
     }
 
-    /// Levenberg-Marquardt from a point.
-    fn descend(&self, segments: Segments, start: Point) -> Option<Fit> {
-        let mut point = start;
-        let mut equations = self.equations(&segments, &point)?;
+    /// Levenberg-Marquardt from a point and its equations.
+    fn descend(
+        &self,
+        segments: &Segments,
+        mut equations: Equations,
+        mut point: Point,
+    ) -> Option<Fit> {
         let mut damping = 1e-6;
         for _ in 0..STEPS {
             let Some(next) = self.stepped(&equations, &point, damping) else { break };
-            match self.equations(&segments, &next) {
+            match self.equations(segments, &next) {
                 Some(better) if better.chi_square <= equations.chi_square => {
                     let decrease = equations.chi_square - better.chi_square;
                     let is_settled = decrease < SETTLED * better.chi_square;
@@ -167,7 +172,7 @@ impl<'a> Problem<'a> {
                 _ => damping = (damping * 30.0).max(1e-3),
             }
         }
-        self.result(segments, point, &equations)
+        self.result(point, &equations)
     }
 
     fn stepped(&self, equations: &Equations, point: &Point, damping: f64) -> Option<Point> {
@@ -211,10 +216,9 @@ impl<'a> Problem<'a> {
         equations.chi_square.is_finite().then_some(equations)
     }
 
-    fn result(&self, segments: Segments, point: Point, equations: &Equations) -> Option<Fit> {
+    fn result(&self, point: Point, equations: &Equations) -> Option<Fit> {
         let covariance = inverse(&equations.normal)?;
-        let weights = &self.record.weight[MARGIN..self.record.len() - MARGIN];
-        let readings = 3.0 * weights.iter().filter(|weight| **weight > 0.0).count() as f64;
+        let readings = self.record.readings();
         let excess = (equations.chi_square / readings).max(1.0);
         let sigma = |i: usize| (covariance[(i, i)].max(0.0) * excess).sqrt();
         let chi_square = equations.chi_square + distance_to_physical(&point.inertia, &covariance);
@@ -224,8 +228,8 @@ impl<'a> Problem<'a> {
             values: point.further.clone(),
             unused_squares: equations.unused_squares,
             readings,
+            scale_kg_m2: self.scale_kg_m2,
             point,
-            segments,
         })
     }
 }

@@ -87,14 +87,7 @@ impl Change {
                 record.wheel_rad_s.iter_mut().for_each(|speeds| shift(speeds, *rows))
             }
             Self::Interpolate => interpolate(record),
-            Self::FreshReadings => {
-                let rates = &record.rate_rad_s;
-                for row in 1..rates.len() {
-                    if rates[row] == rates[row - 1] {
-                        record.weight[row] = 0.0;
-                    }
-                }
-            }
+            Self::FreshReadings => *record = record.without_repeated(),
         }
     }
 }

@@ -31,7 +31,7 @@ use fit::{Fit, Problem, Unknowns};
 use hardware::Group;
 use mistakes::Mistake;
 use model::Unknown;
-use record::{MARGIN, Record};
+use record::{MARGIN, MOST_COARSE_ROWS, MOST_ROWS, Record};
 
 /// Fewest rows of a diagnosis.
 const FEWEST_ROWS: usize = 4 * MARGIN;
@@ -43,6 +43,8 @@ const LEAST_SHARE: f64 = 0.02;
 const SAME_SCORE: f64 = 10.0;
 /// Error of a stated gyro noise that is none, one sigma, share: noise density is a typical value.
 const NOISE_TOLERANCE: f64 = 0.2;
+/// Most mistakes that are fitted beyond the first stage.
+const MOST_FITTED: usize = 10;
 /// Most explanations.
 const MOST: usize = 12;
 
@@ -106,8 +108,11 @@ pub fn diagnose(craft: &Craft, rows: &[LogRow]) -> Option<Diagnosis> {
     let reference = Reference::new(craft, record);
     let mistakes = mistakes::all(&reference.record);
     let groups = hardware::groups(&reference.record, &reference.base);
-    let mut all: Vec<Explanation> =
-        mistakes.par_iter().filter_map(|mistake| reference.of_mistake(mistake)).collect();
+    let candidates = reference.promising(&mistakes);
+    let mut all: Vec<Explanation> = candidates
+        .par_iter()
+        .filter_map(|(mistake, coarse)| reference.of_mistake(mistake, coarse))
+        .collect();
     all.par_extend(groups.par_iter().filter_map(|group| reference.of_group(group)));
     all.extend(reference.of_noise());
     all.extend(reference.of_outliers(&outliers, rows));
@@ -144,15 +149,14 @@ impl<'a> Reference<'a> {
             base.extend((0..3).map(Unknown::Bias));
         }
         let base = Unknowns::of(base);
-        let record = raw.clone().averaged();
+        let record = raw.averaged(MOST_ROWS);
+        let coarse = coarse(craft, &raw, &base);
         let problem = Problem::new(&record, &base, craft.prior.as_ref());
-        let coarse = problem.coarse();
-        let null = coarse.clone().and_then(|coarse| problem.whole(coarse));
+        let null = coarse.as_ref().and_then(|coarse| problem.whole(coarse));
         let stated = craft.gyro.reading_sigma_rad_s().unwrap_or(raw.noise_rad_s);
         let ratio = (raw.noise_rad_s / stated).max(1.0);
         let unit = ratio * ratio;
-        let weights = &record.weight[MARGIN..record.len() - MARGIN];
-        let readings = 3.0 * weights.iter().filter(|weight| **weight > 0.0).count() as f64;
+        let readings = record.readings();
         let about_mean = chi_square_about_mean(&record);
         let found = null.as_ref().map_or(about_mean, |fit| fit.chi_square.min(about_mean));
         let unused = null.as_ref().map_or(0.0, |fit| fit.unused_squares);
@@ -198,19 +202,29 @@ impl<'a> Reference<'a> {
         }
     }
 
-    fn of_mistake(&self, mistake: &Mistake) -> Option<Explanation> {
-        let record = mistake.undone(&self.record).averaged();
-        let problem = Problem::new(&record, &self.base, self.craft.prior.as_ref());
-        let coarse = problem.coarse()?;
-        let is_better = self.coarse.as_ref().is_none_or(|fit| {
-            let noise =
-                self.noise_contradiction(1.0) - self.noise_contradiction(mistake.gyro_factor());
-            coarse.chi_square < fit.chi_square + noise - SAME_SCORE
-        });
-        if !is_better {
-            return None;
-        }
-        let fit = problem.whole(coarse)?;
+    /// The mistakes whose first stage is better than that of the log as it is, the best ones.
+    fn promising<'m>(&self, mistakes: &'m [Mistake]) -> Vec<(&'m Mistake, Fit)> {
+        let of_reading = |fit: &Fit| fit.chi_square / fit.readings;
+        let noise = |factor: f64| self.noise_contradiction(factor) / self.readings;
+        let limit = self
+            .coarse
+            .as_ref()
+            .map_or(f64::INFINITY, |fit| of_reading(fit) + noise(1.0) - SAME_SCORE / fit.readings);
+        let candidate = |mistake: &'m Mistake| {
+            let record = mistake.undone(&self.record);
+            let fit = coarse(self.craft, &record, &self.base)?;
+            let score = of_reading(&fit) + noise(mistake.gyro_factor());
+            (score < limit).then_some((mistake, fit, score))
+        };
+        let mut all: Vec<_> = mistakes.par_iter().filter_map(candidate).collect();
+        all.sort_by(|a, b| a.2.total_cmp(&b.2));
+        all.truncate(MOST_FITTED);
+        all.into_iter().map(|(mistake, fit, _)| (mistake, fit)).collect()
+    }
+
+    fn of_mistake(&self, mistake: &Mistake, coarse: &Fit) -> Option<Explanation> {
+        let record = mistake.undone(&self.record).averaged(MOST_ROWS);
+        let fit = Problem::new(&record, &self.base, self.craft.prior.as_ref()).whole(coarse)?;
         // A change that drops readings is compared on the mean of a reading.
         let of_readings = self.readings / fit.readings;
         let left = fit.chi_square * of_readings * self.unit;
@@ -220,11 +234,12 @@ impl<'a> Reference<'a> {
     }
 
     fn of_group(&self, group: &Group) -> Option<Explanation> {
-        let record = self.record.clone().averaged();
+        let record = self.record.averaged(MOST_ROWS);
         let mut names = self.base.names.clone();
         names.extend(&group.unknowns);
         let unknowns = Unknowns::of(names);
-        let fit = Problem::new(&record, &unknowns, self.craft.prior.as_ref()).fit()?;
+        let coarse = coarse(self.craft, &self.record, &unknowns)?;
+        let fit = Problem::new(&record, &unknowns, self.craft.prior.as_ref()).whole(&coarse)?;
         let left = fit.chi_square * self.unit + self.noise_contradiction(1.0);
         let remedy = hardware::remedy(group.name, &fit, &unknowns.names, &record);
         let decrease = self.chi_square_used() - left;
@@ -263,6 +278,15 @@ impl<'a> Reference<'a> {
         explanation.value = Some((count, 0.0));
         Some(explanation)
     }
+}
+
+/// First stage of the fit of a record.
+fn coarse(craft: &Craft, record: &Record, unknowns: &Unknowns) -> Option<Fit> {
+    if record.len() < FEWEST_ROWS {
+        return None;
+    }
+    let record = record.averaged(MOST_COARSE_ROWS);
+    Problem::new(&record, unknowns, craft.prior.as_ref()).coarse()
 }
 
 /// Chi-square of the readings about their mean: without any model.

@@ -6,7 +6,9 @@ use crate::input::Craft;
 use crate::input::log::LogRow;
 
 /// Most rows of a fit. A longer log is averaged over equal numbers of rows.
-const MOST_ROWS: usize = 3_000;
+pub(super) const MOST_ROWS: usize = 3_000;
+/// Most rows of the first stage of a fit.
+pub(super) const MOST_COARSE_ROWS: usize = 800;
 /// Rows at each end whose readings are not fitted: the reach of a shift and of the interpolation.
 pub(super) const MARGIN: usize = 6;
 /// Interval between rows beyond which the log has a gap, median intervals.
@@ -99,12 +101,12 @@ impl Record {
         (0..deviations.len()).filter(is_outlier).map(|i| i + 2).collect()
     }
 
-    /// The record averaged over as many rows as bring it to [`MOST_ROWS`]. An average of rates, momenta and torques
+    /// The record averaged over as many rows as bring it to `most`. An average of rates, momenta and torques
     /// of the same instants obeys the same equation to second order in the interval.
-    pub(super) fn averaged(self) -> Self {
-        let length = self.len().div_ceil(MOST_ROWS);
+    pub(super) fn averaged(&self, most: usize) -> Self {
+        let length = self.len().div_ceil(most);
         if length <= 1 {
-            return self;
+            return self.clone();
         }
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let means = |values: &[f64]| values.chunks_exact(length).map(mean).collect::<Vec<_>>();
@@ -120,9 +122,33 @@ impl Record {
             wheel_rad_s: self.wheel_rad_s.iter().map(|speeds| means(speeds)).collect(),
             torque_n_m: vectors(&self.torque_n_m),
             weight: weights.map(|part| if is_whole(part) { length as f64 } else { 0.0 }).collect(),
-            wheels: self.wheels,
+            wheels: self.wheels.clone(),
             noise_rad_s: self.noise_rad_s,
         }
+    }
+
+    /// The record without the rows whose reading repeats that of the row before.
+    pub(super) fn without_repeated(&self) -> Self {
+        let rates = &self.rate_rad_s;
+        let fresh: Vec<usize> =
+            (0..self.len()).filter(|row| *row == 0 || rates[*row] != rates[row - 1]).collect();
+        let numbers = |values: &[f64]| fresh.iter().map(|row| values[*row]).collect::<Vec<_>>();
+        let vectors = |values: &[Vector3<f64>]| fresh.iter().map(|row| values[*row]).collect();
+        Self {
+            time_s: numbers(&self.time_s),
+            rate_rad_s: vectors(rates),
+            wheel_rad_s: self.wheel_rad_s.iter().map(|speeds| numbers(speeds)).collect(),
+            torque_n_m: vectors(&self.torque_n_m),
+            weight: numbers(&self.weight),
+            wheels: self.wheels.clone(),
+            noise_rad_s: self.noise_rad_s,
+        }
+    }
+
+    /// Number of scalar readings that are fitted.
+    pub(super) fn readings(&self) -> f64 {
+        let fitted = MARGIN..self.len().saturating_sub(MARGIN).max(MARGIN);
+        3.0 * self.weight[fitted].iter().filter(|weight| **weight > 0.0).count() as f64
     }
 
     /// First rows after gaps.
