@@ -14,13 +14,15 @@
 //! | `sᵢ`, `s` | errors of the spin inertias: of each wheel, and common to all | share | `wheel_inertia`, `common_wheel_inertia` |
 //! | `θ₁ θ₂` | tilts of a spin axis, about two directions normal to it ([`tilt_directions`]) | rad | `wheel_axis_rad` |
 //! | `t` | error of the known external torque | share | `torque_scale` |
+//! | `μ` | turn of all sensors as one: the tensor in the wanted axes is `J + μ^× J − J μ^×` | rad | `mount_rad` |
 //!
 //! All are constant over the life of an estimator, of zero mean and independent of one another before the data.
 //! What motion makes of them, and what it can tell, stands with the estimators
 //! ([`window`](crate::estimator::window)).
 
 use crate::error::ConfigError;
-use crate::math::{Mat, Vec3, column, norm, of_columns, range::not_negative, scalar::Real};
+use crate::math::{Mat, Vec3, column, norm, of_columns, range::not_negative, scalar::Real, skew};
+use crate::tensor::Inertia;
 
 /// Stated errors of the hardware, one sigma each; zero for one that is known exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,10 +43,14 @@ pub struct Hardware<T: Real, const W: usize> {
     pub common_wheel_inertia: T,
     /// Known external torque, share.
     pub torque_scale: T,
+    /// Turn of gyro and wheels as one against the axes of the tensor, about each axis, rad. No motion shows it: it
+    /// turns the tensor and enters its covariance alone.
+    pub mount_rad: [T; 3],
 }
 
 crate::persist!([T: Real, const W: usize] Hardware<T, W> {
-    gyro_scale, gyro_axes_rad, delay_s, delay_sigma_s, wheel_inertia, wheel_axis_rad, common_wheel_inertia, torque_scale
+    gyro_scale, gyro_axes_rad, delay_s, delay_sigma_s, wheel_inertia, wheel_axis_rad, common_wheel_inertia, torque_scale,
+    mount_rad
 });
 
 impl<T: Real, const W: usize> Hardware<T, W> {
@@ -60,6 +66,7 @@ impl<T: Real, const W: usize> Hardware<T, W> {
             wheel_axis_rad: [none; W],
             common_wheel_inertia: none,
             torque_scale: none,
+            mount_rad: [none; 3],
         }
     }
 
@@ -74,6 +81,9 @@ impl<T: Real, const W: usize> Hardware<T, W> {
         not_negative("hardware.delay_sigma_s", self.delay_sigma_s)?;
         not_negative("hardware.common_wheel_inertia", self.common_wheel_inertia)?;
         not_negative("hardware.torque_scale", self.torque_scale)?;
+        for sigma in self.mount_rad {
+            not_negative("hardware.mount_rad", sigma)?;
+        }
         for i in 0..W {
             not_negative("hardware.wheel_inertia", self.wheel_inertia[i])?;
             not_negative("hardware.wheel_axis_rad", self.wheel_axis_rad[i])?;
@@ -100,6 +110,8 @@ pub enum Parameter {
     TorqueScale,
     /// Common error of the spin inertias.
     CommonWheelInertia,
+    /// Turn of all sensors as one, about an axis.
+    Mount(u8),
 }
 
 impl Parameter {
@@ -113,13 +125,14 @@ impl Parameter {
             Self::Delay => "time offset",
             Self::TorqueScale => "torque scale",
             Self::CommonWheelInertia => "common wheel spin inertia",
+            Self::Mount(_) => "mount",
         }
     }
 
     /// Unit of its value; empty for a share.
     pub const fn unit(self) -> &'static str {
         match self {
-            Self::GyroAxes(..) | Self::WheelAxis(..) => "rad",
+            Self::GyroAxes(..) | Self::WheelAxis(..) | Self::Mount(_) => "rad",
             Self::Delay => "s",
             _ => "",
         }
@@ -139,6 +152,16 @@ pub struct Finding<T: Real> {
     pub stated: T,
     /// Shift of the six elements of the tensor by one sigma of what the data leave of it, kg m².
     pub effect_kg_m2: [T; 6],
+}
+
+/// Change of the six elements of a tensor by a turn of the body axes about one of them, per radian:
+/// `e^× J − J e^×`.
+pub fn turned_by<T: Real>(inertia: &Inertia<T>, axis: usize) -> [T; 6] {
+    let mut turn = Vec3::zeros();
+    turn[axis.min(2)] = T::one();
+    let by = skew(&turn) * inertia.matrix_kg_m2();
+    let sum = by + by.transpose();
+    [sum[(0, 0)], sum[(1, 1)], sum[(2, 2)], sum[(0, 1)], sum[(0, 2)], sum[(1, 2)]]
 }
 
 /// The two directions of the tilts of a unit axis a: `e₁` normal to a and to the body axis that is farthest from
@@ -187,6 +210,21 @@ mod tests {
             let [e1, e2] = tilt_directions::<f64>(&axis);
             assert!(axis.dot(&e1).abs() < 1e-15 && axis.dot(&e2).abs() < 1e-15);
             assert!((e1.norm() - 1.0).abs() < 1e-15 && (axis.cross(&e1) - e2).norm() < 1e-15);
+        }
+    }
+
+    /// Against the rotated tensor by finite differences.
+    #[test]
+    fn a_turn_is_the_derivative_of_a_rotation() {
+        let inertia = Inertia::new([2.0, 3.0, 4.0, 0.3, -0.2, 0.1f64]);
+        for axis in 0..3 {
+            let mut turn = nalgebra::Vector3::zeros();
+            turn[axis] = 1e-6;
+            let rotation = nalgebra::Rotation3::new(turn).into_inner();
+            let turned = rotation * inertia.matrix_kg_m2() * rotation.transpose();
+            let apart = (turned - inertia.matrix_kg_m2()) / 1e-6;
+            let by = Inertia::new(turned_by(&inertia, axis)).matrix_kg_m2();
+            assert!((apart - by).norm() < 1e-5);
         }
     }
 

@@ -10,7 +10,7 @@ use super::front::Front;
 use super::pass::{Pass, Residuals};
 use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, shape_of};
 use crate::estimate::{Estimate, Status};
-use crate::hardware::Finding;
+use crate::hardware::{Finding, Parameter, turned_by};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
@@ -184,8 +184,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if !is_finite_with_floor(estimate) {
             return false;
         }
-        if self.groups.has_hardware() {
+        let is_mounted = self.config.hardware.mount_rad != [T::zero(); 3];
+        if self.groups.has_hardware() || is_mounted {
             self.report_random(window, point, &all, &mut solution, estimate);
+        }
+        if is_mounted {
+            self.add_mount(estimate);
         }
         // At the estimate, with the information of the data.
         alone.point = solution.point;
@@ -195,6 +199,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         estimate.observed = observed(&solution.covariance, &range);
         estimate.status = Status::of(&estimate.observed);
         true
+    }
+
+    /// Adds the uncertain turn of all sensors to the covariance.
+    #[inline(never)]
+    fn add_mount(&self, estimate: &mut Estimate<T>) {
+        for (axis, sigma) in self.config.hardware.mount_rad.into_iter().enumerate() {
+            let by = Mat::<T, 6, 1>::from(turned_by(&estimate.inertia, axis)) * sigma;
+            estimate.covariance_kg2_m4 += by * by.transpose();
+        }
     }
 
     /// Sigma of each element for hardware that is known exactly. Leaves the covariance of it in `solution`.
@@ -235,6 +248,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         solution.point = point.stepped(&step);
         solution.unit_per_kg_m2 = unit;
         let jacobian = solution.jacobian();
+        let trace = T::one() / (solution.point.scale() * unit);
+        let inertia = Inertia::new(solution.point.over_trace().map(|n| n * trace));
+        for (axis, stated) in self.config.hardware.mount_rad.into_iter().enumerate() {
+            if stated > T::zero() {
+                visit(Finding {
+                    parameter: Parameter::Mount(axis as u8),
+                    value: T::zero(),
+                    sigma: stated,
+                    stated,
+                    effect_kg_m2: turned_by(&inertia, axis).map(|by| by * stated),
+                });
+            }
+        }
         for place in self.groups.hardware..groups_of(U) {
             let Some(Some((group, Belief::Within(stated)))) = self.groups.place.get(place) else {
                 continue;

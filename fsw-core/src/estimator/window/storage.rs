@@ -218,8 +218,28 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         self.blocks.get(index)
     }
 
-    /// Block `index` of a stretch with its wheels and torque times `unit`; samples come every `period_s`.
+    /// Block `index` of a stretch with its wheels and torque times `unit`; samples come every `period_s`. With
+    /// its neighbours where the model has a time offset.
     pub fn span(
+        &self,
+        index: usize,
+        start: &Stretch<T, W>,
+        unit: T,
+        period_s: T,
+        has_offset: bool,
+    ) -> Option<Span<T, W>> {
+        let mut span = self.span_alone(index, start, unit, period_s)?;
+        if has_offset {
+            let course = |index: usize| {
+                self.span_alone(index, start, unit, period_s).map(|span| span.course())
+            };
+            span.before = index.checked_sub(1).and_then(course);
+            span.after = course(index + 1);
+        }
+        Some(span)
+    }
+
+    fn span_alone(
         &self,
         index: usize,
         start: &Stretch<T, W>,
@@ -228,8 +248,8 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
     ) -> Option<Span<T, W>> {
         let block = self.blocks.get(index)?;
         let before = index.checked_sub(1).and_then(|i| self.blocks.get(i));
-        let wheels_at_start = before.map_or(start.wheels_n_m_s, |b| b.wheels_end_n_m_s);
-        let scaled = Block {
+        let wheels_at_start = before.map_or(start.wheels_n_m_s, |b| b.wheels_end_n_m_s) * unit;
+        let block = Block {
             wheels_n_m_s: block.wheels_n_m_s * unit,
             wheels_end_n_m_s: block.wheels_end_n_m_s * unit,
             impulse_n_m_s: block.impulse_n_m_s * unit,
@@ -237,7 +257,7 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
             ..*block
         };
         let samples = (block.duration_s / period_s).max(T::one());
-        Some(Span { block: scaled, wheels_at_start: wheels_at_start * unit, samples })
+        Some(Span { block, wheels_at_start, samples, before: None, after: None })
     }
 
     /// Appends a block. Without a free place it joins the last one, so that no time is missing.

@@ -50,6 +50,56 @@ pub struct Span<T: Real, const W: usize> {
     pub wheels_at_start: Momenta<T, W>,
     /// Number of samples between its ends.
     pub samples: T,
+    /// Wheels in the blocks before and after it, for a time offset; none where there is no block.
+    pub before: Option<Course<T, W>>,
+    pub after: Option<Course<T, W>>,
+}
+
+/// Momentum of each wheel over a block: a parabola with its right mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course<T: Real, const W: usize> {
+    /// A share s of the way through: `by_share[0] + s (by_share[1] + s by_share[2])`.
+    by_share: [Momenta<T, W>; 3],
+    duration_s: T,
+}
+
+impl<T: Real, const W: usize> Course<T, W> {
+    /// Parabola through both ends whose mean, beyond the straight line, is `share` of a sixth of its bulge.
+    fn through(
+        start: &Momenta<T, W>,
+        end: &Momenta<T, W>,
+        mean: &Momenta<T, W>,
+        share: T,
+    ) -> [Momenta<T, W>; 3] {
+        let beyond_line = mean - (start + end) * T::lit(0.5);
+        let bulge = beyond_line * (share * T::lit(6.0));
+        [*start, end - start + bulge, -bulge]
+    }
+
+    /// Value a share of the way through.
+    fn at(&self, share: T) -> Momenta<T, W> {
+        let [start, slope, bend] = self.by_share;
+        start + (slope + bend * share) * share
+    }
+
+    /// Mean from one share to another.
+    fn mean(&self, from: T, to: T) -> Momenta<T, W> {
+        let [start, slope, bend] = self.by_share;
+        let squares = from * from + from * to + to * to;
+        start + slope * ((from + to) * T::lit(0.5)) + bend * (squares * T::lit(1.0 / 3.0))
+    }
+
+    /// The mean over the time `s` before its end, and the value there.
+    fn before_end(&self, s: T) -> (Momenta<T, W>, Momenta<T, W>) {
+        let from = T::one() - s / self.duration_s;
+        (self.mean(from, T::one()), self.at(from))
+    }
+
+    /// The mean over the time `s` after its start, and the value there.
+    fn after_start(&self, s: T) -> (Momenta<T, W>, Momenta<T, W>) {
+        let to = s / self.duration_s;
+        (self.mean(T::zero(), to), self.at(to))
+    }
 }
 
 /// Model of the motion at one point of the unknowns.
@@ -307,7 +357,7 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         let dt = block.duration_s;
         // Motion is as fast as the body turns, or as wheels of much momentum make it nutate.
         let nutation = model.inverse * self.momentum;
-        let of_wheel = span.wheels_within(model.delay_s / dt);
+        let (of_wheel, wheel_mean) = span.wheels_within(model.delay_s);
         let wheels = of_wheel.map(|momenta| model.axes * momenta);
         let rate = model.rate_of(&self.momentum, &wheels[0]);
         let turn_square = rate.dot(&rate).max(nutation.dot(&nutation)) * (dt * dt);
@@ -323,8 +373,7 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         let mean_beyond = block.beyond_ramp_n_m_s * (span.of_samples() * share_of_torque);
         let turned = block.rate_rad_s.cross(&mean_beyond);
         let known_torque = block.impulse_n_m_s * (share_of_torque / dt) + turned;
-        let drift = (block.wheels_end_n_m_s - span.wheels_at_start) * (model.delay_s / dt);
-        let drive = model.axes * (block.wheels_n_m_s - drift);
+        let drive = model.axes * wheel_mean;
         let none = Vec3::zeros();
         Crossing {
             steps,
@@ -772,18 +821,44 @@ impl<T: Real, const W: usize> Span<T, W> {
         T::one() / (T::one() + T::lit(0.5) / (self.samples * self.samples))
     }
 
-    /// Coefficients of the parabola of each wheel's momentum through both ends, of the right mean over the
-    /// samples, earlier by a share of the block.
-    fn wheels_within(&self, earlier: T) -> [Momenta<T, W>; 3] {
-        let (start, end) = (self.wheels_at_start, self.block.wheels_end_n_m_s);
-        let beyond_line = self.block.wheels_n_m_s - (start + end) * T::lit(0.5);
-        let bulge = beyond_line * (self.of_samples() * T::lit(6.0));
-        let slope = end - start + bulge;
-        if earlier == T::zero() {
-            return [start, slope, -bulge];
+    /// Course of the wheels over the block.
+    pub fn course(&self) -> Course<T, W> {
+        let (start, block) = (&self.wheels_at_start, &self.block);
+        let (end, mean) = (&block.wheels_end_n_m_s, &block.wheels_n_m_s);
+        let by_share = Course::through(start, end, mean, self.of_samples());
+        Course { by_share, duration_s: block.duration_s }
+    }
+
+    /// Parabola of each wheel's momentum `delay_s` before the block, and its mean over the samples.
+    ///
+    /// Both ends are read from the parabolas of the blocks that they lie in, and the mean loses the part of one end
+    /// and gains that of the other one. Beyond the first and the last block the parabola of the block goes on.
+    fn wheels_within(&self, delay_s: T) -> ([Momenta<T, W>; 3], Momenta<T, W>) {
+        let course = self.course();
+        let mean = self.block.wheels_n_m_s;
+        if delay_s == T::zero() {
+            return (course.by_share, mean);
         }
-        let moved = start - (slope + bulge * earlier) * earlier;
-        [moved, slope + bulge * (earlier + earlier), -bulge]
+        let earlier = delay_s.abs();
+        let share = earlier / course.duration_s;
+        let (start, end, more) = if delay_s > T::zero() {
+            let (lost, end) = course.before_end(earlier);
+            let (gained, start) = match &self.before {
+                Some(before) => before.before_end(earlier),
+                None => (course.mean(-share, T::zero()), course.at(-share)),
+            };
+            (start, end, gained - lost)
+        } else {
+            let (lost, start) = course.after_start(earlier);
+            let beyond = T::one() + share;
+            let (gained, end) = match &self.after {
+                Some(after) => after.after_start(earlier),
+                None => (course.mean(T::one(), beyond), course.at(beyond)),
+            };
+            (start, end, gained - lost)
+        };
+        let mean = mean + more * share;
+        (Course::through(&start, &end, &mean, self.of_samples()), mean)
     }
 }
 
@@ -943,7 +1018,7 @@ mod tests {
                     ..Block::empty()
                 };
                 // So many that their mean is that over time.
-                Span { block, wheels_at_start: wheels(t), samples: 1e6 }
+                Span { block, wheels_at_start: wheels(t), samples: 1e6, before: None, after: None }
             })
             .collect()
     }

@@ -178,6 +178,12 @@ impl<T: Real> Groups<T> {
         self.place.iter().skip(self.hardware).any(Option::is_some)
     }
 
+    /// True where the model has a time offset, known or unknown.
+    pub fn has_offset(&self) -> bool {
+        let is_unknown = |place| self.is_at(place, Group::Common) && self.is_active(place, 0);
+        self.delay_s != T::zero() || (self.hardware..GROUPS).any(is_unknown)
+    }
+
     /// First of U unknowns that lasts from window to window.
     pub fn first_kept<const U: usize>(&self) -> usize {
         FIRST_GROUP + 3 * self.hardware.min(groups_of(U))

@@ -232,13 +232,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     fn advance_front(&mut self) -> bool {
         let (end, stretch, period_s) = (self.end(), self.stretch(), self.period_s);
+        let has_offset = self.groups.has_offset();
         let Some(front) = &mut self.front else { return false };
         let next = front.pass.next;
         if next >= end {
             return false;
         }
         let unit = front.pass.unit_per_kg_m2;
-        let Some(span) = self.blocks.span(next, &stretch, unit, period_s) else { return false };
+        let Some(span) = self.blocks.span(next, &stretch, unit, period_s, has_offset) else {
+            return false;
+        };
         let residuals = &front.pass.residuals;
         let was_contradicted = residuals.is_contradicted || residuals.has_many_low();
         front.pass.take(&span);
@@ -359,7 +362,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let mut span = None;
         if let Work::Descent(Descent { pass, from, .. }) = &self.work {
             let stretch = self.start_of(*from);
-            span = self.blocks.span(pass.next, &stretch, pass.unit_per_kg_m2, self.period_s);
+            let has_offset = self.groups.has_offset();
+            let unit = pass.unit_per_kg_m2;
+            span = self.blocks.span(pass.next, &stretch, unit, self.period_s, has_offset);
         }
         match (&mut self.work, span) {
             (Work::Descent(descent), Some(span)) => descent.pass.take(&span),

@@ -10,7 +10,7 @@ use super::disturbance::{self, DisturbanceFile, SolveFor};
 use super::filter::{self, Filter, FilterFile};
 use super::gyro::{self, GyroData, GyroFile};
 use super::hardware::{
-    self, ModeFile, StatedHardware, Statements, TorqueScaleFile, Unstated, WheelsFile,
+    self, ModeFile, MountFile, StatedHardware, Statements, TorqueScaleFile, Unstated, WheelsFile,
 };
 use super::prior::{self, Prior, PriorFile};
 use super::wheel::{self, Wheel, WheelFile, check_count};
@@ -27,6 +27,7 @@ const ROOT: Table = Table {
         Key::required("wheels", TABLE, "", ANY, "Errors of all wheels").or("assumed errors"),
         Key::required("gyro", TABLE, "", ANY, "Gyro").or("unknown gyro"),
         Key::required("torque", TABLE, "", ANY, "Error of the torque columns").or("assumed error"),
+        Key::required("mount", TABLE, "", ANY, "Turn of all sensors as one").or("none"),
         Key::required("mode", REPEATED, "", ANY, "Flexible modes and slosh").or("rigid body"),
         Key::required("prior", TABLE, "", ANY, "Expected inertia").or("no prior"),
         Key::required("filter", TABLE, "", ANY, "Process noise").or("that of the estimators"),
@@ -35,12 +36,13 @@ const ROOT: Table = Table {
 };
 
 /// The tables of a craft file.
-pub const TABLES: [Table; 9] = [
+pub const TABLES: [Table; 10] = [
     ROOT,
     wheel::TABLE,
     hardware::WHEELS_TABLE,
     gyro::TABLE,
     hardware::TORQUE_TABLE,
+    hardware::MOUNT_TABLE,
     hardware::MODE_TABLE,
     prior::TABLE,
     filter::TABLE,
@@ -132,6 +134,7 @@ impl Craft {
             wheels: file.wheels,
             torque_scale_sigma: file.torque.scale_sigma,
             torque_sigma_n_m,
+            mount: file.mount,
             modes: file.mode,
         }
         .read(&root, Unstated::DataSheet)?;
@@ -158,6 +161,8 @@ struct CraftFile {
     gyro: GyroFile,
     #[serde(default)]
     torque: TorqueScaleFile,
+    #[serde(default)]
+    mount: MountFile,
     #[serde(default)]
     mode: Vec<Spanned<ModeFile>>,
     prior: Option<PriorFile>,

@@ -65,6 +65,7 @@ fn errors_of_hardware<T: Real, const W: usize>(setup: &Setup<'_>) -> Hardware<T,
         wheel_axis_rad: std::array::from_fn(|i| of_wheel(&stated.wheel_axis_sigma_rad, i)),
         common_wheel_inertia: T::lit(common),
         torque_scale: T::lit(stated.torque_scale_sigma),
+        mount_rad: stated.mount_sigma_rad.map(T::lit),
     }
 }
 

@@ -10,6 +10,7 @@ use super::change::{Changes, Stretch};
 use super::control::Control;
 use super::dispersion::Dispersion;
 use super::gyro::SimulatedGyro;
+use super::hardware::TrueHardware;
 use super::profile::ExternalTorque;
 use super::spacecraft::Spacecraft;
 use super::wheel::SimulatedWheel;
@@ -35,6 +36,9 @@ pub struct Scenario {
     pub gyro: SimulatedGyro,
     /// Errors of the hardware as known to the estimator. Ideal unless stated.
     pub hardware: StatedHardware,
+    /// True errors of the hardware, unknown to the estimator. Those drawn by the seed are included
+    /// once drawn: see [`Scenario::of_seed`].
+    pub true_hardware: TrueHardware,
     /// True constant external torque unknown to the estimator, body axes, N m.
     pub disturbance_torque_n_m: Vector3<f64>,
     /// Unknowns of the estimator besides the inertia.
@@ -67,6 +71,7 @@ impl Scenario {
             control: None,
             gyro,
             hardware: StatedHardware::default(),
+            true_hardware: TrueHardware::default(),
             disturbance_torque_n_m: Vector3::zeros(),
             solve_for: SolveFor::default(),
             prior: None,
@@ -98,6 +103,12 @@ impl Scenario {
             solve_for: self.solve_for,
             initial_estimate: self.initial_estimate.clone(),
         }
+    }
+
+    /// The wheels with their true axes and spin inertias.
+    pub fn true_wheels(&self) -> Vec<SimulatedWheel> {
+        let wheels = self.wheels.iter().enumerate();
+        wheels.map(|(index, wheel)| self.true_hardware.true_wheel(index, wheel)).collect()
     }
 
     /// The flight in stretches between sudden changes; a single one without changes.

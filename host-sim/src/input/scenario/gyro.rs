@@ -116,6 +116,36 @@ impl SimulatedGyro {
     }
 }
 
+/// `[gyro]` of a scenario of random spacecraft: errors alone.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GyroErrorsFile {
+    scale_sigma: Option<Spanned<f64>>,
+    axes_sigma_deg: Option<Spanned<f64>>,
+    delay_s: Option<Spanned<f64>>,
+    delay_sigma_s: Option<Spanned<f64>>,
+    #[serde(default)]
+    averaged: bool,
+    bias_sigma_rad_s: Option<Spanned<f64>>,
+    noise_tolerance: Option<Spanned<f64>>,
+}
+
+impl GyroErrorsFile {
+    /// The statements on errors.
+    pub(super) fn statements(&self) -> GyroStatements {
+        GyroStatements {
+            scale_sigma: self.scale_sigma.clone(),
+            axes_sigma_deg: self.axes_sigma_deg.clone(),
+            delay_s: self.delay_s.clone(),
+            delay_sigma_s: self.delay_sigma_s.clone(),
+            averaged: self.averaged,
+            bias_sigma_rad_s: self.bias_sigma_rad_s.clone(),
+            noise_tolerance: self.noise_tolerance.clone(),
+            ..GyroStatements::default()
+        }
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct GyroFile {

@@ -172,6 +172,15 @@ pub const TORQUE_SIGMA: Key = Key::required(
     "Constant disturbance torque about each axis, one sigma; estimated if present",
 )
 .or("that of the estimator");
+/// Turn of gyro and wheels as one.
+pub const MOUNT_SIGMA: Key = Key::required(
+    "sigma_deg",
+    VECTOR,
+    "deg",
+    ANGLE_SIGMA,
+    "Turn of gyro and wheels as one against the axes in which the tensor is wanted, about each axis, one sigma",
+)
+.or(ZERO_LIST);
 const FREQUENCY: Key =
     Key::required("frequency_hz", NUMBER, "Hz", POSITIVE, "Undamped frequency with the body held");
 const DAMPING: Key = Key::required("damping", NUMBER, "", DAMPING_RATIO, "Damping ratio");
@@ -187,6 +196,13 @@ pub const TORQUE_TABLE: Table = Table {
     header: "[torque]",
     about: "The torque columns of the log. Optional.",
     keys: &[TORQUE_SCALE_SIGMA],
+};
+/// The keys of `[mount]`.
+pub const MOUNT_TABLE: Table = Table {
+    header: "[mount]",
+    about: "A unit of gyro and wheels on a body: no motion shows how it is turned, and the tensor turns with it. \
+            Optional.",
+    keys: &[MOUNT_SIGMA],
 };
 /// The keys of `[[mode]]`.
 pub const MODE_TABLE: Table = Table {

@@ -39,11 +39,11 @@ use nalgebra::{Matrix3, Vector3};
 pub use keys::{
     AVERAGED, AXES_SIGMA, AXIS_SIGMA, Assumption, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA,
     DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA, EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES,
-    KNOWN_SCALE, MODE_TABLE, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA,
+    KNOWN_SCALE, MODE_TABLE, MOUNT_SIGMA, MOUNT_TABLE, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA,
     TORQUE_SIGMA, TORQUE_TABLE, WHEELS_TABLE,
 };
 pub use read::{
-    GyroStatements, ModeFile, Statements, TorqueScaleFile, Unstated, WheelStatements, WheelsFile,
+    GyroStatements, ModeFile, MountFile, Statements, TorqueScaleFile, Unstated, WheelStatements, WheelsFile,
 };
 
 /// Errors of the hardware as known to the estimator: known parts, and one sigma of the rest.
@@ -82,6 +82,8 @@ pub struct StatedHardware {
     /// Constant disturbance torque about each axis, one sigma, N m; an unknown of the estimator if
     /// present.
     pub torque_sigma_n_m: Option<f64>,
+    /// Turn of gyro and wheels as one against the axes of the tensor, about each axis, one sigma, rad.
+    pub mount_sigma_rad: [f64; 3],
     /// Flexible modes and sloshing liquids, each an unknown of the estimator.
     pub modes: Vec<Mode>,
     /// Keys of [`DATA_SHEET`] that the craft file leaves out and that took the value there.

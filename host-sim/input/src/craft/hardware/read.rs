@@ -6,7 +6,7 @@ use toml::Spanned;
 use super::keys::{
     AXES_SIGMA, AXIS_SIGMA, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY,
     DELAY_SIGMA, EACH_AXIS_SIGMA, EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING,
-    MODE_FREQUENCY, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA,
+    MODE_FREQUENCY, MOUNT_SIGMA, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA,
     TORQUE_SIGMA,
 };
 use super::{Mode, StatedHardware};
@@ -76,6 +76,13 @@ pub struct TorqueScaleFile {
     pub scale_sigma: Number,
 }
 
+/// `[mount]` as written.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MountFile {
+    sigma_deg: Option<List>,
+}
+
 /// `[[mode]]` as written.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -97,6 +104,8 @@ pub struct Statements {
     pub torque_scale_sigma: Number,
     /// `torque_sigma_n_m` of `[disturbance]`.
     pub torque_sigma_n_m: Number,
+    /// `[mount]`.
+    pub mount: MountFile,
     /// Each `[[mode]]`.
     pub modes: Vec<Spanned<ModeFile>>,
 }
@@ -152,6 +161,8 @@ impl Statements {
         )?;
         hardware.torque_sigma_n_m =
             disturbance.optional_number(&TORQUE_SIGMA, &self.torque_sigma_n_m)?;
+        let mount_deg = root.table("mount").vector_or_zero(&MOUNT_SIGMA, &self.mount.sigma_deg)?;
+        hardware.mount_sigma_rad = mount_deg.map(f64::to_radians).into();
         let modes = self.modes.iter().enumerate();
         hardware.modes = modes
             .map(|(index, mode)| mode.get_ref().read(&root.entry("mode", index)))

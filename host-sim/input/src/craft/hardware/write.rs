@@ -4,7 +4,7 @@
 use super::StatedHardware;
 use super::keys::{
     AVERAGED, AXES_SIGMA, AXIS_SIGMA, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET,
-    DELAY, DELAY_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING, MODE_FREQUENCY, NOISE_TOLERANCE,
+    DELAY, DELAY_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING, MODE_FREQUENCY, MOUNT_SIGMA, NOISE_TOLERANCE,
     SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
 };
 use crate::key::Key;
@@ -55,7 +55,7 @@ impl StatedHardware {
         self.write_assumable(text, "wheel.axis_sigma_deg", &AXIS_SIGMA, tilt_deg);
     }
 
-    /// The tables `[wheels]`, `[torque]` and `[[mode]]`.
+    /// The tables `[wheels]`, `[torque]`, `[mount]` and `[[mode]]`.
     pub(in crate::craft) fn write_tables(&self, text: &mut String) {
         if self.common_spin_inertia_sigma != 0.0 {
             let key = COMMON_SPIN_INERTIA_SIGMA.name;
@@ -64,6 +64,10 @@ impl StatedHardware {
         *text += "[torque]\n";
         let sigma = self.torque_scale_sigma;
         self.write_assumable(text, "torque.scale_sigma", &TORQUE_SCALE_SIGMA, sigma);
+        if self.mount_sigma_rad != [0.0; 3] {
+            let sigma_deg = self.mount_sigma_rad.map(degrees);
+            *text += &format!("[mount]\n{} = {sigma_deg:?}\n", MOUNT_SIGMA.name);
+        }
         for mode in &self.modes {
             *text += &format!("[[mode]]\n{} = {:?}\n", MODE_FREQUENCY.name, mode.frequency_hz);
             *text += &format!("{} = {:?}\n", MODE_DAMPING.name, mode.damping);
