@@ -20,7 +20,9 @@ use fsw_core::Status;
 use rayon::iter::{ParallelBridge, ParallelIterator};
 use thiserror::Error;
 
-use crate::estimation::{EstimatorName, Precision, SetUpError, Setup, estimate_log, set_up};
+use crate::estimation::{
+    EstimatorName, Precision, SetUpError, Setup, estimate_log, largest_systematic, set_up,
+};
 use crate::input::Scenario;
 use crate::simulation::log_of;
 use crate::truth::IntegrationFailed;
@@ -65,6 +67,8 @@ pub struct CampaignRun {
     /// The last residuals are consistent with white noise; none where the estimator does not test
     /// it.
     pub residuals_white: Option<bool>,
+    /// Kind of hardware error with the largest effect on the tensor; none for ideal hardware.
+    pub largest_systematic: Option<&'static str>,
     /// Samples processed by the estimator.
     pub steps: u64,
     /// Time spent in the estimator, without sensors and set-up.
@@ -155,6 +159,7 @@ impl Campaign<'_> {
             restarts: result.counts.divergence_resets + result.counts.lockout_resets,
             changes: result.changes(),
             residuals_white: result.estimate.residuals_white,
+            largest_systematic: largest_systematic(&result.hardware),
             steps: log.len() as u64,
             estimator_time,
         })

@@ -41,6 +41,8 @@ pub struct Score {
     pub inertia_kg_m2: [f64; 6],
     /// One sigma of each element by the estimator's covariance, kg m².
     pub sigma_kg_m2: [f64; 6],
+    /// One sigma of each element by the noise alone, kg m².
+    pub sigma_random_kg_m2: [f64; 6],
     /// Estimated minus true, kg m².
     pub error_kg_m2: [f64; 6],
     /// Error over bound; none where the element has no bound.
@@ -102,6 +104,9 @@ impl Reference {
             status: estimate.status,
             inertia_kg_m2,
             sigma_kg_m2,
+            sigma_random_kg_m2: estimate
+                .sigma_random_kg_m2
+                .map_or(sigma_kg_m2, |sigma| sigma.map(T::to_f64)),
             error_kg_m2: error,
             error_over_bound,
             error_over_joint_bound: std::array::from_fn(|i| {

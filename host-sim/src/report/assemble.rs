@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use fsw_core::{Outcome, Status as CoreStatus};
 
 use super::history::{AccelerationRow, HistoryRow};
-use super::json::{CrlbReport, EffectRow, ReplayReport, RunReport, Spikes, Status, matrix};
-use crate::estimation::{AnyEstimator, EstimationResult, Method};
+use super::json::{
+    CrlbReport, EffectRow, HardwareResult, ReplayReport, RunReport, Spikes, Status, matrix,
+};
+use crate::estimation::{AnyEstimator, EstimationResult, Method, largest_systematic};
 use crate::input::Scenario;
 use crate::input::log::LogRow;
 use crate::truth::{Bound, Effect, Flight, TorqueEffect};
@@ -37,7 +39,7 @@ impl HistoryRow {
 impl ReplayReport {
     /// Report of a log of this many samples.
     pub fn new(method: Method, samples: usize, result: &EstimationResult) -> Self {
-        let EstimationResult { counts, events, estimate } = result;
+        let EstimationResult { counts, events, estimate, hardware } = result;
         let elements = estimate.inertia.elements_kg_m2();
         let (over_trace, over_trace_sigma) = estimate.over_trace();
         let rejected = counts.rejected().into_iter().filter(|(_, count)| *count > 0);
@@ -50,6 +52,10 @@ impl ReplayReport {
             status: estimate.status.into(),
             inertia_kg_m2: matrix(&elements),
             sigma_kg_m2: estimate.sigma_kg_m2(),
+            sigma_random_kg_m2: estimate.sigma_random_kg_m2.unwrap_or(estimate.sigma_kg_m2()),
+            sigma_systematic_kg_m2: estimate.sigma_systematic_kg_m2(),
+            largest_systematic: largest_systematic(hardware).map(str::to_owned),
+            hardware: hardware.iter().map(HardwareResult::from).collect(),
             covariance_kg2_m4: estimate.covariance_kg2_m4.into(),
             observed_directions: usize::from(estimate.observed.directions),
             element_observed: estimate.observed.element,

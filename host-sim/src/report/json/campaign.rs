@@ -58,6 +58,15 @@ pub struct McReport {
     pub rmse_over_bound_of_all: Option<f64>,
     /// Mean of each run's error over its own bound. Null without a bound.
     pub bias_over_bound: [Option<f64>; 6],
+    /// RMS of the reported sigma, kg m²: root sum of squares of the random and the systematic one. Null if all runs
+    /// diverged.
+    pub sigma_kg_m2: [Option<f64>; 6],
+    /// RMS of its part by the noise alone, kg m².
+    pub sigma_random_kg_m2: [Option<f64>; 6],
+    /// RMS of its part by errors of the hardware, kg m².
+    pub sigma_systematic_kg_m2: [Option<f64>; 6],
+    /// Kind of hardware error that has the largest effect on the tensor in most runs. Null for ideal hardware.
+    pub largest_systematic: Option<String>,
     /// Mean normalised estimation error squared over its six degrees of freedom: 1 for a consistent
     /// covariance, above 1 for an overconfident one. Null without a positive definite covariance.
     pub nees_per_dof: Option<f64>,

@@ -10,7 +10,7 @@ fn keys(document: &Value) -> Vec<&str> {
     keys
 }
 
-const REPLAY_KEYS: [&str; 26] = [
+const REPLAY_KEYS: [&str; 30] = [
     "accepted",
     "changes",
     "covariance_kg2_m4",
@@ -19,9 +19,11 @@ const REPLAY_KEYS: [&str; 26] = [
     "estimator",
     "gaps",
     "gyro_bias_rad_s",
+    "hardware",
     "inertia_kg_m2",
     "inertia_over_trace",
     "inertia_over_trace_sigma",
+    "largest_systematic",
     "notes",
     "observed_directions",
     "physical",
@@ -34,6 +36,8 @@ const REPLAY_KEYS: [&str; 26] = [
     "samples",
     "scale_observed",
     "sigma_kg_m2",
+    "sigma_random_kg_m2",
+    "sigma_systematic_kg_m2",
     "skipped_rows",
     "spikes",
     "status",
@@ -50,6 +54,26 @@ fn replay_has_the_stable_names_and_shapes() {
     assert_eq!(document["inertia_kg_m2"][1][2], 0.6015);
     assert_eq!(document["covariance_kg2_m4"].as_array().unwrap().len(), 6);
     assert!(document["gyro_bias_rad_s"].is_null());
+}
+
+#[test]
+fn hardware_has_the_stable_names_and_shapes() {
+    let document = serde_json::to_value(examples::with_hardware()).unwrap();
+    let expected =
+        ["assumed", "effect_kg_m2", "key", "kind", "name", "sigma", "stated", "unit", "value"];
+    assert_eq!(keys(&document["hardware"][1]), expected);
+    assert_eq!(document["hardware"][1]["assumed"], true);
+    assert_eq!(document["hardware"][2]["unit"], "s");
+    assert_eq!(document["largest_systematic"], "wheel spin inertia");
+    let of = |name: &str, i: usize| document[name][i].as_f64().unwrap();
+    for i in 0..6 {
+        let sum = of("sigma_random_kg_m2", i).hypot(of("sigma_systematic_kg_m2", i));
+        assert!((of("sigma_kg_m2", i) - sum).abs() <= 1e-12 * sum);
+        let variance = document["covariance_kg2_m4"][i][i].as_f64().unwrap();
+        assert!((variance - sum * sum).abs() <= 1e-12 * variance);
+    }
+    let ideal = serde_json::to_value(examples::replay()).unwrap();
+    assert!(ideal["largest_systematic"].is_null() && ideal["hardware"] == json!([]));
 }
 
 #[test]
@@ -76,6 +100,7 @@ fn mc_has_the_stable_names_and_shapes() {
         "diverged",
         "estimator",
         "joint_bound_kg_m2",
+        "largest_systematic",
         "nees_95",
         "nees_per_dof",
         "nees_runs",
@@ -90,6 +115,9 @@ fn mc_has_the_stable_names_and_shapes() {
         "runs",
         "scenario",
         "seed",
+        "sigma_kg_m2",
+        "sigma_random_kg_m2",
+        "sigma_systematic_kg_m2",
         "silent_lies",
         "steps",
         "steps_per_s_per_core",
