@@ -93,6 +93,18 @@ impl<T: Real> Past<T> {
         Self { shape: point.shape, per_kg_m2: scale * unit_per_kg_m2, information: window }
     }
 
+    /// The same joined with the information of other windows, where there are some.
+    pub fn joined_with(&self, other: Option<&Self>) -> Self {
+        let mut point = Point::sphere(crate::math::Vec3::zeros());
+        point.shape = self.shape;
+        Self::joined(self.information, &point, self.per_kg_m2, other)
+    }
+
+    /// False where a number is not finite.
+    pub fn is_finite(&self) -> bool {
+        self.information.factor.iter().flatten().all(|x| x.is_finite())
+    }
+
     /// Row `index` of the information as one on the unknowns of a fit at `point`.
     fn row<const U: usize>(&self, index: usize, point: &Point<T>, unit: T) -> ([T; U], T, T) {
         let index = index.min(5);
@@ -161,6 +173,14 @@ impl<T: Real> Beliefs<'_, T> {
     ) {
         self.each_of_inertia(point, |row, y, weight| {
             factor.fold(row, y, weight);
+        });
+    }
+
+    /// Adds the rows of earlier windows and of the prior to the information on shape and scale.
+    #[inline(never)]
+    pub fn add_known(&self, window: &mut SquareRootInformation<T, 6>, point: &Point<T>) {
+        self.each_known(point, |row: &[T; 6], y, weight| {
+            window.fold(row, y, weight);
         });
     }
 

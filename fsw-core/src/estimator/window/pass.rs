@@ -41,6 +41,9 @@ const EXPECTED: f64 = 4.0;
 const MOST: f64 = 16.0;
 /// h.
 const CONTRADICTED: f64 = 75.0;
+/// Sum above which the newest residuals are not called white: by chance at `exp(−0.24 · 28)`, one instant in
+/// 800. Three blocks beyond [`MOST`] exceed it.
+const ALARMED: f64 = 28.0;
 /// Range of the seed over that of an unknown.
 const SEED: f64 = 100.0;
 
@@ -192,6 +195,11 @@ impl<T: Real> Residuals<T> {
             self.rise = next;
         }
         self.is_contradicted = self.sum > T::lit(CONTRADICTED);
+    }
+
+    /// True where the newest blocks are not explained.
+    pub fn is_alarmed(&self) -> bool {
+        self.sum > T::lit(ALARMED)
     }
 
     fn add(&mut self, axis: usize, left: RecursiveResidual<T>) {

@@ -5,7 +5,7 @@
 //! solution without the prior, with nothing but the ranges of any rigid body.
 
 use super::Window;
-use super::belief::Beliefs;
+use super::belief::{Beliefs, Past, SCALE_SIGMA};
 use super::front::Front;
 use super::pass::{Pass, Residuals};
 use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of};
@@ -13,7 +13,7 @@ use crate::estimate::{Estimate, Status};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
-use crate::monitor::observability::observed;
+use crate::monitor::observability::{Observed, observed};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
@@ -37,8 +37,8 @@ const MEASURED_DEGREES: f64 = 10.0;
 const ENOUGH_ROWS: u32 = 30;
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
-/// The same above which the data know nothing of the scale: near the range of any body, 2.3.
-const NO_SCALE: f64 = 1.5;
+/// The same above which the data know nothing of the scale: the range of any body.
+const NO_SCALE: f64 = 0.995 * SCALE_SIGMA;
 /// Sigma of a torque or bias over its range, below which it is reported.
 const SEEN: f64 = 0.5;
 
@@ -72,6 +72,15 @@ fn is_finite_with_floor<T: Real>(estimate: &mut Estimate<T>) -> bool {
     elements.iter().all(|x| x.is_finite()) && covariance.iter().all(|x| x.is_finite())
 }
 
+/// Leaves what both have observed.
+fn restrict(observed: &mut Observed, of_fit: &Observed) {
+    observed.directions = observed.directions.min(of_fit.directions);
+    observed.scale &= of_fit.scale;
+    for (element, of_fit) in observed.element.iter_mut().zip(&of_fit.element) {
+        *element &= of_fit;
+    }
+}
+
 /// Brings the tensor to the nearest physical one.
 #[inline(never)]
 fn bring_to_nearest_physical<T: Real>(estimate: &mut Estimate<T>) {
@@ -95,7 +104,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let mut estimate = Estimate::of_nothing();
         let is_found = match &self.front {
             Some(front) => self.report_front(front, &mut estimate),
-            None => self.past.is_some() && self.report_past(&mut estimate),
+            None => self.report_past(&mut estimate),
         };
         if is_found {
             bring_to_nearest_physical(&mut estimate);
@@ -111,9 +120,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let pass = &front.pass;
         let (window, sigma) = self.window_alone(pass);
         let unit = pass.unit_per_kg_m2;
-        if !self.report_inertia(&window, &pass.point, unit, sigma, estimate) {
+        let past = self.past.as_ref();
+        if !self.report_inertia(&window, &pass.point, unit, sigma, past, estimate) {
             return false;
         }
+        restrict(&mut estimate.observed, &front.observed);
+        estimate.status = Status::of(&estimate.observed);
         estimate.residual_rms_rad_s = rms(&pass.residuals, U);
         estimate.residuals_white = self.is_white(front);
         self.report_groups(pass, sigma, estimate);
@@ -123,20 +135,32 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         true
     }
 
+    /// Directions that a fit observes, with earlier windows.
+    #[inline(never)]
+    pub(super) fn observed_by(&self, pass: &Pass<T, U>) -> Observed {
+        let mut estimate = Estimate::of_nothing();
+        let (window, sigma) = self.window_alone(pass);
+        let past = self.past.as_ref();
+        self.report_inertia(&window, &pass.point, pass.unit_per_kg_m2, sigma, past, &mut estimate);
+        estimate.observed
+    }
+
     /// Estimate of earlier windows; false where it is not finite.
     #[inline(never)]
     fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
-        let Some(past) = &self.past else { return false };
+        let Some(past) = self.past.as_ref().or(self.doubted.as_ref()) else { return false };
         let mut point = Point::sphere(Vec3::zeros());
         point.shape = past.shape;
         // The past enters as a belief: there are no blocks.
         let nothing = SquareRootInformation::default();
         let unit = past.per_kg_m2;
-        if !self.report_inertia(&nothing, &point, unit, T::one(), estimate) {
+        if !self.report_inertia(&nothing, &point, unit, T::one(), Some(past), estimate) {
             return false;
         }
         estimate.residual_rms_rad_s = self.ended.residual_rms_rad_s;
-        estimate.residuals_white = self.ended.residuals_white;
+        let is_doubted = self.past.is_none();
+        estimate.residuals_white =
+            if is_doubted { Some(false) } else { self.ended.residuals_white };
         if !self.ended.is_explained {
             estimate.status = Status::Diverged;
         }
@@ -161,9 +185,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         point: &Point<T>,
         unit_per_kg_m2: T,
         sigma: T,
+        past: Option<&Past<T>>,
         estimate: &mut Estimate<T>,
     ) -> bool {
-        let mut walked = self.past;
+        let mut walked = past.copied();
         if let Some(past) = &mut walked {
             past.walk(self.walk_kg_m2());
         }
@@ -272,8 +297,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let beliefs = self.beliefs(front.pass.unit_per_kg_m2);
         let contradiction = beliefs.add(&mut factor, &front.pass.point);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
-        let is_suspect = self.schedule.blocks < self.suspect_until;
-        Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_suspect)
+        let is_alarmed = residuals.is_alarmed();
+        Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_alarmed)
     }
 
     /// Statistics of a window that ends with this front.
@@ -330,6 +355,9 @@ impl<T: Real> Solution<T> {
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
     /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to 0.9. Both as far as the scale comes
     /// from the data rather than from a prior of the elements.
+    ///
+    /// The sigma of an element from that of its ratio n goes with the trace t: `var(n t) = t² var(n) +
+    /// n² var(t) + var(n) var(t)`. The last term is not negligible where the data know the scale, but badly.
     fn add_curvature(&mut self, alone: &Self) {
         let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale;
         let (s, of_data) = (relative(self), relative(alone));
@@ -348,6 +376,15 @@ impl<T: Real> Solution<T> {
             for i in 0..6 {
                 self.covariance[(i, 5)] *= factor;
                 self.covariance[(5, i)] *= factor;
+            }
+        }
+        if of_data > T::lit(SCALE_OBSERVED) && of_data < T::lit(NO_SCALE) {
+            let s = relative(self);
+            let spread = one + s * s;
+            for row in 0..5 {
+                for column in 0..5 {
+                    self.covariance[(row, column)] *= spread;
+                }
             }
         }
     }

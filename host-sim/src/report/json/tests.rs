@@ -10,7 +10,7 @@ fn keys(document: &Value) -> Vec<&str> {
     keys
 }
 
-const REPLAY_KEYS: [&str; 26] = [
+const REPLAY_KEYS: [&str; 27] = [
     "accepted",
     "changes",
     "covariance_kg2_m4",
@@ -22,6 +22,7 @@ const REPLAY_KEYS: [&str; 26] = [
     "inertia_kg_m2",
     "inertia_over_trace",
     "inertia_over_trace_sigma",
+    "interruptions",
     "notes",
     "observed_directions",
     "physical",
