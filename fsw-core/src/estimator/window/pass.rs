@@ -240,6 +240,12 @@ crate::persist!([T: Real, const U: usize] Pass<T, U> {
     watch_rad_s, decrement
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
+/// True where blocks have added to the seed of the scale, for the noise of a sample that seeded it.
+pub fn knows_scale<T: Real>(window: &SquareRootInformation<T, 6>, noise_rad_s: T) -> bool {
+    let share = noise_rad_s / T::lit(SEED);
+    window.factor[5][5] > share * share * T::lit(2.0)
+}
+
 impl<T: Real, const U: usize> Pass<T, U> {
     /// Pass that has not begun.
     pub fn blank() -> Self {

@@ -5,9 +5,9 @@
 //! solution without the prior, with nothing but the ranges of any rigid body.
 
 use super::Window;
-use super::belief::{Beliefs, Past, SCALE_SIGMA};
+use super::belief::{Beliefs, Past};
 use super::front::Front;
-use super::pass::{Pass, Residuals};
+use super::pass::{Pass, Residuals, knows_scale};
 use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of};
 use crate::estimate::{Estimate, Status};
 use crate::math::square_root_information::SquareRootInformation;
@@ -37,8 +37,6 @@ const MEASURED_DEGREES: f64 = 10.0;
 const ENOUGH_ROWS: u32 = 30;
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
-/// The same above which the data know nothing of the scale: the range of any body.
-const NO_SCALE: f64 = 0.995 * SCALE_SIGMA;
 /// Sigma of a torque or bias over its range, below which it is reported.
 const SEEN: f64 = 0.5;
 
@@ -202,7 +200,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let trace = T::one() / (solution.point.scale * unit_per_kg_m2);
         let n = solution.point.over_trace();
         estimate.inertia = Inertia::new(n.map(|n| n * trace));
-        solution.add_curvature(&alone);
+        // Without wheels and torque the column of the scale is zero, and its pivot the seed.
+        let has_scale = past.is_some() || knows_scale(window, self.noise_rad_s());
+        solution.add_curvature(&alone, has_scale);
         solution.of_elements(&mut estimate.covariance_kg2_m4);
         if !is_finite_with_floor(estimate) {
             return false;
@@ -358,11 +358,11 @@ impl<T: Real> Solution<T> {
     ///
     /// The sigma of an element from that of its ratio n goes with the trace t: `var(n t) = t² var(n) +
     /// n² var(t) + var(n) var(t)`. The last term is not negligible where the data know the scale, but badly.
-    fn add_curvature(&mut self, alone: &Self) {
+    fn add_curvature(&mut self, alone: &Self, has_scale: bool) {
         let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale;
         let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
-        let curved = if of_data > T::lit(NO_SCALE) {
+        let curved = if !has_scale {
             // Nothing but the range of any body.
             one
         } else if of_data > T::lit(SCALE_OBSERVED) {
@@ -378,7 +378,7 @@ impl<T: Real> Solution<T> {
                 self.covariance[(5, i)] *= factor;
             }
         }
-        if of_data > T::lit(SCALE_OBSERVED) && of_data < T::lit(NO_SCALE) {
+        if has_scale && of_data > T::lit(SCALE_OBSERVED) {
             let s = relative(self);
             let spread = one + s * s;
             for row in 0..5 {
