@@ -90,7 +90,7 @@ fn fly(scenario: &Scenario, inertia: &Matrix3<f64>) -> Flight {
         observed_directions: 5,
         torque: None,
     };
-    Flight { instants, bound }
+    Flight { instants, bound, trajectory: None }
 }
 
 /// Momentum in body axes after a time without torque, N m s.

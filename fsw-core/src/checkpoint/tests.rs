@@ -520,7 +520,7 @@ fn window<T: Real, const U: usize>() -> Window<T, 1, 64, U> {
 }
 
 /// Configuration with a short end of a manoeuvre, so that the test flights close windows.
-fn window_config<T: Real>() -> window::Config<T> {
+fn window_config<T: Real>() -> window::Config<T, 1> {
     let noise = T::lit(NOISE_RAD_S);
     window::Config {
         quiet_s: T::lit(8.0),

@@ -20,6 +20,9 @@ pub struct Truth {
 pub enum Truths {
     /// Truths shared by the runs, one per inertia factor of the scenario's dispersion, in its order.
     Shared(Vec<Truth>),
+    /// Truths of the undrawn hardware, in the same order. The motion is simulated with each run, from
+    /// its drawn hardware; truth and bound are those of the undrawn.
+    PerHardware(Vec<Truth>),
     /// Each run draws its own spacecraft; its truth is simulated with the run.
     PerRun,
 }
@@ -42,7 +45,8 @@ impl Truths {
             return Ok(Self::PerRun);
         }
         let one = |index| Truth::simulate(&scenario.of_truth(index));
-        Ok(Self::Shared((0..scenario.dispersion.truths()).map(one).collect::<Result<_, _>>()?))
+        let all = (0..scenario.dispersion.truths()).map(one).collect::<Result<_, _>>()?;
+        Ok(if scenario.draws_motion() { Self::PerHardware(all) } else { Self::Shared(all) })
     }
 
     /// Truth of the run with this seed. `scenario` is the scenario of that seed.
@@ -55,6 +59,11 @@ impl Truths {
             Self::Shared(all) => {
                 Ok(Cow::Borrowed(&all[scenario.dispersion.truth_of(seed) % all.len()]))
             }
+            Self::PerHardware(all) => {
+                let undrawn = &all[scenario.dispersion.truth_of(seed) % all.len()];
+                let flight = Flight::with_bound(scenario, undrawn.flight.bound.clone())?;
+                Ok(Cow::Owned(Truth { reference: undrawn.reference, flight }))
+            }
             Self::PerRun => Truth::simulate(scenario).map(Cow::Owned),
         }
     }
@@ -63,7 +72,9 @@ impl Truths {
     /// spacecraft, `of_runs` are the references averaged.
     pub fn typical(&self, of_runs: impl Iterator<Item = Reference>) -> Reference {
         match self {
-            Self::Shared(all) => typical(all.iter().map(|truth| truth.reference).collect()),
+            Self::Shared(all) | Self::PerHardware(all) => {
+                typical(all.iter().map(|truth| truth.reference).collect())
+            }
             Self::PerRun => typical(of_runs.collect()),
         }
     }

@@ -10,6 +10,7 @@ use super::bound::torque_effect::TorqueEffect;
 use super::bound::unknowns::Unknowns;
 use super::integrate::{Equations, IntegrationFailed, advance};
 use super::spacecraft::Spacecraft;
+use super::trajectory::Trajectory;
 use crate::input::scenario::Scenario;
 use crate::input::scenario::change::Stretch;
 
@@ -42,6 +43,8 @@ pub struct Flight {
     /// Cramér-Rao bound of the motion; after the last sudden change of the inertia if there is one.
     /// See [`bound`](super::bound).
     pub bound: Bound,
+    /// Motion between the samples, if a sensor of the scenario depends on it.
+    pub trajectory: Option<Trajectory>,
 }
 
 impl Flight {
@@ -66,8 +69,39 @@ impl Flight {
             craft = next;
         }
         let bound = information.bound(scenario.gyro.reading_variance_rad2_s2());
-        Ok(Self { instants: propagation.instants, bound })
+        let trajectory = trajectory(scenario)?;
+        Ok(Self { instants: propagation.instants, bound, trajectory })
     }
+
+    /// Simulates the motion alone, with the bound of a scenario that differs in its hardware only.
+    ///
+    /// # Errors
+    /// As of [`Self::simulate`].
+    pub fn with_bound(scenario: &Scenario, bound: Bound) -> Result<Self, IntegrationFailed> {
+        let mut propagation = Propagation {
+            scenario,
+            kinks_s: kinks_s(scenario),
+            times_us: sample_times_us(scenario).peekable(),
+            instants: Vec::new(),
+        };
+        let mut craft = Spacecraft::new(scenario);
+        let mut end = craft.initial_state();
+        for (index, stretch) in scenario.stretches().enumerate() {
+            if index > 0 {
+                let next = Spacecraft::of_stretch(scenario, &stretch);
+                end = craft.becomes(&next, &end);
+                craft = next;
+            }
+            end = propagation.motion(&craft, &stretch, end)?;
+        }
+        let trajectory = trajectory(scenario)?;
+        Ok(Self { instants: propagation.instants, bound, trajectory })
+    }
+}
+
+/// Motion between the samples, if a sensor of the scenario depends on it.
+fn trajectory(scenario: &Scenario) -> Result<Option<Trajectory>, IntegrationFailed> {
+    scenario.needs_trajectory().then(|| Trajectory::simulate(scenario)).transpose()
 }
 
 /// Effect of a constant torque on a scenario with this bound. A scenario that does not solve for the
@@ -118,21 +152,47 @@ impl<Times: Iterator<Item = u64>> Propagation<'_, Times> {
             state = advance_past_kinks(&equations, &self.kinks_s, now_s, time_s, state)?;
             now_s = time_s;
             information.add(&equations.of_rate(&state));
-            let motion = craft.motion(&state);
-            self.instants.push(Instant {
-                time_us,
-                rate_rad_s: motion.rate_rad_s,
-                inertia_kg_m2: stretch.inertia_at_kg_m2(time_s),
-                attitude: motion.attitude,
-                wheel_speed_rad_s: motion.wheel_speed_rad_s,
-                torque_n_m: self.scenario.torque.at(time_s),
-            });
+            self.record(craft, stretch, time_us, &state);
         }
         state.truncate(craft.dimension());
         if let Some(to_s) = stretch.to_s {
             state = advance_past_kinks(craft, &self.kinks_s, now_s, to_s, state)?;
         }
         Ok((state, information))
+    }
+
+    /// The same without information. Returns the state at the end.
+    fn motion(
+        &mut self,
+        craft: &Spacecraft<'_>,
+        stretch: &Stretch,
+        mut state: Vec<f64>,
+    ) -> Result<Vec<f64>, IntegrationFailed> {
+        let mut now_s = stretch.from_s;
+        let is_within = |time_us: &u64| stretch.to_s.is_none_or(|to_s| seconds(*time_us) < to_s);
+        while let Some(time_us) = self.times_us.next_if(is_within) {
+            let time_s = seconds(time_us);
+            state = advance_past_kinks(craft, &self.kinks_s, now_s, time_s, state)?;
+            now_s = time_s;
+            self.record(craft, stretch, time_us, &state);
+        }
+        match stretch.to_s {
+            Some(to_s) => advance_past_kinks(craft, &self.kinks_s, now_s, to_s, state),
+            None => Ok(state),
+        }
+    }
+
+    /// Adds the state at a sample.
+    fn record(&mut self, craft: &Spacecraft<'_>, stretch: &Stretch, time_us: u64, state: &[f64]) {
+        let (time_s, motion) = (seconds(time_us), craft.motion(state));
+        self.instants.push(Instant {
+            time_us,
+            rate_rad_s: motion.rate_rad_s,
+            inertia_kg_m2: stretch.inertia_at_kg_m2(time_s),
+            attitude: motion.attitude,
+            wheel_speed_rad_s: motion.wheel_speed_rad_s,
+            torque_n_m: self.scenario.torque.at(time_s),
+        });
     }
 }
 
@@ -145,7 +205,7 @@ fn sample_times_us(scenario: &Scenario) -> impl Iterator<Item = u64> {
 }
 
 /// Integrates from one time to another, with a stop at each kink in between.
-fn advance_past_kinks(
+pub(super) fn advance_past_kinks(
     equations: &impl Equations,
     kinks_s: &[f64],
     from_s: f64,
@@ -165,9 +225,12 @@ fn advance_past_kinks(
 }
 
 /// Times at which a torque or its slope may jump, ascending, s.
-fn kinks_s(scenario: &Scenario) -> Vec<f64> {
+pub(super) fn kinks_s(scenario: &Scenario) -> Vec<f64> {
+    let pulses = scenario.true_hardware.pulses.iter();
+    let pulses = pulses.flat_map(|pulse| [pulse.time_s, pulse.time_s + pulse.duration_s]);
     let motors = scenario.wheels.iter().flat_map(|motor| motor.torque.breakpoints_s());
-    let mut kinks_s: Vec<f64> = scenario.torque.breakpoints_s().into_iter().chain(motors).collect();
+    let external = scenario.torque.breakpoints_s().into_iter();
+    let mut kinks_s: Vec<f64> = external.chain(motors).chain(pulses).collect();
     kinks_s.sort_by(f64::total_cmp);
     kinks_s
 }

@@ -17,7 +17,9 @@
 
 use super::belief::{Beliefs, information_on};
 use super::pass::Pass;
-use super::unknowns::{FIRST_GROUP, Group, Point, shape_of};
+use super::trajectory::axes_at;
+use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
+use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Vec3, largest_component, scalar::Real};
 
@@ -58,18 +60,18 @@ crate::persist!([] enum Attempt { 0 => Carried, 1 => Linear, 2 => Torque, 3 => S
 
 /// Descent in progress.
 #[derive(Clone, Copy, Debug)]
-pub struct Descent<T: Real, const U: usize> {
-    pub pass: Pass<T, U>,
+pub struct Descent<T: Real, const W: usize, const U: usize> {
+    pub pass: Pass<T, W, U>,
     /// Blocks from the first to before the last one.
     pub from: usize,
     pub end: usize,
     pub attempt: Attempt,
     /// Point of the linear start, once there is one.
-    pub linear: Option<Point<T>>,
+    pub linear: Option<Point<T, U>>,
     /// Accepted point of this attempt and its cost, rad²/s².
-    best: Option<(Point<T>, T)>,
+    best: Option<(Point<T, U>, T)>,
     /// Solution of an earlier attempt, its cost, and the unit of its scale.
-    pub chosen: Option<(Point<T>, (T, T))>,
+    pub chosen: Option<(Point<T, U>, (T, T))>,
     damping: T,
     last_decrement: T,
     is_near: bool,
@@ -80,15 +82,15 @@ pub struct Descent<T: Real, const U: usize> {
     passes: u8,
 }
 
-crate::persist!([T: Real, const U: usize] Descent<T, U> {
+crate::persist!([T: Real, const W: usize, const U: usize] Descent<T, W, U> {
     pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, is_final, passes
 });
 
 /// Consequence of a completed pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Next<T: Real> {
+pub enum Next<T: Real, const U: usize> {
     /// Another pass about this point.
-    Pass(Point<T>),
+    Pass(Point<T, U>),
     /// The same pass again, with residuals judged at the solution: at the step that is below the
     /// rounding of the point.
     Final,
@@ -98,7 +100,7 @@ pub enum Next<T: Real> {
     Failed,
 }
 
-impl<T: Real, const U: usize> Descent<T, U> {
+impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
     /// Descent over these blocks, without a first point yet.
     pub fn new(from: usize, end: usize, attempt: Attempt) -> Self {
         Self {
@@ -132,7 +134,11 @@ impl<T: Real, const U: usize> Descent<T, U> {
 
     /// Decides after a pass over all blocks.
     #[inline(never)]
-    pub fn after_pass(&mut self, beliefs: &Beliefs<'_, T>, wheels: &Vec3<T>) -> Next<T> {
+    pub fn after_pass(
+        &mut self,
+        beliefs: &Beliefs<'_, T, U>,
+        wheels: &Momenta<T, W>,
+    ) -> Next<T, U> {
         self.passes = self.passes.saturating_add(1);
         let cost = self.cost(beliefs);
         let is_worse = !(cost.is_finite() && self.best.is_none_or(|(_, best)| cost <= best));
@@ -176,13 +182,13 @@ impl<T: Real, const U: usize> Descent<T, U> {
     }
 
     /// Robust cost of the pass and its point, rad²/s². Rounding of it is not a decrease.
-    fn cost(&self, beliefs: &Beliefs<'_, T>) -> T {
-        let cost = self.pass.residuals.cost + beliefs.cost::<U>(&self.pass.point);
+    fn cost(&self, beliefs: &Beliefs<'_, T, U>) -> T {
+        let cost = self.pass.residuals.cost + beliefs.cost(&self.pass.point);
         cost * (T::one() - T::EPSILON * T::lit(64.0))
     }
 
     /// Goes back to the accepted point, with more damping.
-    fn reject(&mut self) -> Next<T> {
+    fn reject(&mut self) -> Next<T, U> {
         let Some((point, _)) = self.best else { return Next::Failed };
         let first = T::lit(FIRST_DAMPING);
         self.damping = if self.damping < first { first } else { self.damping * T::lit(10.0) };
@@ -195,7 +201,12 @@ impl<T: Real, const U: usize> Descent<T, U> {
 
     /// The next point: by the undamped step, or by one with the present damping and more until its
     /// tensor is positive definite.
-    fn step(&mut self, newton: [T; U], beliefs: &Beliefs<'_, T>, wheels: &Vec3<T>) -> Next<T> {
+    fn step(
+        &mut self,
+        newton: [T; U],
+        beliefs: &Beliefs<'_, T, U>,
+        wheels: &Momenta<T, W>,
+    ) -> Next<T, U> {
         let mut step = newton;
         for _ in 0..8 {
             if self.damping > T::zero()
@@ -203,7 +214,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
             {
                 step = damped;
             }
-            let point = self.pass.point_after(&step, wheels);
+            let point = self.pass.point_after(&step, wheels, beliefs.groups);
             if is_usable(&point) {
                 return Next::Pass(point);
             }
@@ -214,10 +225,10 @@ impl<T: Real, const U: usize> Descent<T, U> {
     }
 
     /// Decrement that rounding of the unknowns and of the inverse tensor alone makes, σ².
-    fn rounding(&self, beliefs: &Beliefs<'_, T>) -> T {
+    fn rounding(&self, beliefs: &Beliefs<'_, T, U>) -> T {
         let factor = &self.pass.factor;
         let size = |column: usize| match column {
-            0..FIRST_GROUP => largest_component(&self.pass.point.momentum),
+            0..FIRST_GROUP => largest_component(&self.pass.point.momentum()),
             _ => T::lit(0.3),
         };
         let mut sum = T::zero();
@@ -230,21 +241,19 @@ impl<T: Real, const U: usize> Descent<T, U> {
 }
 
 /// True for a point whose tensor is positive definite with a margin, and all of it finite.
-fn is_usable<T: Real>(point: &Point<T>) -> bool {
+fn is_usable<T: Real, const U: usize>(point: &Point<T, U>) -> bool {
     let least = T::lit(LEAST_MOMENT);
     let [xx, yy, zz, xy, xz, yz] = point.over_trace();
     let inside = [xx - least, yy - least, zz - least, xy, xz, yz];
-    crate::tensor::Inertia::new(inside).is_positive_definite()
-        && point.momentum.iter().all(|x| x.is_finite())
-        && point.group.iter().all(|g| g.iter().all(|x| x.is_finite()))
+    crate::tensor::Inertia::new(inside).is_positive_definite() && point.is_finite()
 }
 
 /// Step of a pass with all beliefs, damped by a share of each column's norm, and its Newton decrement in
 /// σ².
 #[inline(never)]
-fn solve<T: Real, const U: usize>(
-    pass: &Pass<T, U>,
-    beliefs: &Beliefs<'_, T>,
+fn solve<T: Real, const W: usize, const U: usize>(
+    pass: &Pass<T, W, U>,
+    beliefs: &Beliefs<'_, T, U>,
     damping: T,
 ) -> Option<([T; U], T)> {
     let mut factor = pass.factor;
@@ -274,38 +283,44 @@ fn damp<T: Real, const U: usize>(factor: &mut SquareRootInformation<T, U>, dampi
     }
 }
 
-impl<T: Real, const U: usize> Pass<T, U> {
+impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
     /// The point after a step.
     ///
     /// The rate at the start, not the momentum, moves linearly: momentum follows from the new tensor and
     /// that rate, `m = n ω₀ + x w`. It is the rate that the data determine, whatever the tensor.
-    pub fn point_after(&self, step: &[T; U], wheels: &Vec3<T>) -> Point<T> {
+    pub fn point_after(
+        &self,
+        step: &[T; U],
+        wheels: &Momenta<T, W>,
+        groups: &Groups<T>,
+    ) -> Point<T, U> {
         let model = &self.trajectory.model;
-        let mut rate = model.rate_rad_s(&self.point.momentum, wheels);
+        let mut rate = model.rate_rad_s(&self.point.momentum(), wheels);
         let before = rate;
-        let offset = model.offset_of(Group::Bias);
         for axis in 0..3 {
-            let mut row = self.trajectory.sensitivity_at_start(&before, wheels, axis);
-            if let Some(bias) = offset.and_then(|offset| row.get_mut(offset + axis)) {
-                *bias = T::zero();
-            }
+            let row = self.trajectory.rate_at_start(&before, wheels, axis);
             for column in 0..U {
                 rate[axis] += row[column] * step[column];
             }
         }
         let mut point = self.point.stepped(step);
-        point.momentum = momentum_of(&point, &rate, wheels);
+        let axes = axes_at(&point, groups, model.configured_axes());
+        point.set_momentum(&momentum_of(&point, &rate, &(axes * wheels)));
         point
     }
 
     /// Step towards the solution, and the factor with all beliefs.
-    pub fn solution(&self, beliefs: &Beliefs<'_, T>) -> Option<[T; U]> {
+    pub fn solution(&self, beliefs: &Beliefs<'_, T, U>) -> Option<[T; U]> {
         solve(self, beliefs, T::zero()).map(|(step, _)| step)
     }
 }
 
 /// `m = n ω + x w`, rad/s.
-pub fn momentum_of<T: Real>(point: &Point<T>, rate: &Vec3<T>, wheels: &Vec3<T>) -> Vec3<T> {
+pub fn momentum_of<T: Real, const U: usize>(
+    point: &Point<T, U>,
+    rate: &Vec3<T>,
+    wheels: &Vec3<T>,
+) -> Vec3<T> {
     let n = crate::tensor::Inertia::new(point.over_trace()).matrix_kg_m2();
-    n * rate + wheels * point.scale
+    n * rate + wheels * point.scale()
 }

@@ -7,8 +7,8 @@ use crate::monitor::observability::Observed;
 
 /// Fit that takes in further blocks.
 #[derive(Clone, Copy, Debug)]
-pub struct Front<T: Real, const U: usize> {
-    pub pass: Pass<T, U>,
+pub struct Front<T: Real, const W: usize, const U: usize> {
+    pub pass: Pass<T, W, U>,
     /// True where the descent ended at a minimum.
     pub is_settled: bool,
     /// True where the data determine the shape: the point is worth starting from again.
@@ -20,16 +20,16 @@ pub struct Front<T: Real, const U: usize> {
     octaves: u32,
 }
 
-crate::persist!([T: Real, const U: usize] Front<T, U> { pass, is_settled, is_shape_observed, observed, octaves });
+crate::persist!([T: Real, const W: usize, const U: usize] Front<T, W, U> { pass, is_settled, is_shape_observed, observed, octaves });
 
 /// Growth of the information on the six unknowns of the inertia, octaves in all, at which an uncertain
 /// estimate is linearised anew: each sigma has shrunk by a quarter or so, one of them by much more.
 const GROWN: u32 = 6;
 
-impl<T: Real, const U: usize> Front<T, U> {
+impl<T: Real, const W: usize, const U: usize> Front<T, W, U> {
     /// Front at the end of a fit.
     pub fn new(
-        pass: Pass<T, U>,
+        pass: Pass<T, W, U>,
         is_settled: bool,
         is_shape_observed: bool,
         observed: Observed,
@@ -46,7 +46,7 @@ impl<T: Real, const U: usize> Front<T, U> {
 
 /// Binary logarithm of the information on the six unknowns of the inertia, each given the later ones, summed
 /// and truncated.
-fn octaves<T: Real, const U: usize>(pass: &Pass<T, U>) -> u32 {
+fn octaves<T: Real, const W: usize, const U: usize>(pass: &Pass<T, W, U>) -> u32 {
     let exponent = |i: usize| (pass.factor.factor[i][i].to_f32().to_bits() >> 23) & 0xff;
     (shape_of(U)..U).map(exponent).sum()
 }

@@ -17,9 +17,10 @@
 //! | contradict each other | the inertia has changed: what is doubted and the prior are discarded |
 //! | agree | the motion was interrupted: what is doubted joins the window |
 
-use super::belief::{CONTRADICTED, Past};
+use super::belief::Past;
 use super::front::Front;
 use super::pass::{Pass, Residuals};
+use super::unknowns::{scale_of, shape_of};
 use super::{Closing, Schedule, Window};
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
@@ -41,11 +42,11 @@ const DECISIVE: f64 = 0.02 / 5.75;
 
 /// Inquiry in progress.
 #[derive(Clone, Copy, Debug)]
-pub struct Inquiry<T: Real> {
+pub struct Inquiry<T: Real, const U: usize> {
     /// First block after the contradiction.
     pub rise: usize,
     /// Information of the blocks before it, where these are explained.
-    before: Option<Past<T>>,
+    before: Option<Past<T, U>>,
     /// True once the blocks before it have been fitted.
     has_before: bool,
     /// True while a fit for the inquiry is in progress.
@@ -54,7 +55,7 @@ pub struct Inquiry<T: Real> {
     begins: u8,
 }
 
-crate::persist!([T: Real] Inquiry<T> { rise, before, has_before, has_asked, inquiries, begins });
+crate::persist!([T: Real, const U: usize] Inquiry<T, U> { rise, before, has_before, has_asked, inquiries, begins });
 
 /// Contradiction that residuals show: the first block of it, and the first block after it.
 ///
@@ -71,7 +72,7 @@ fn contradiction<T: Real>(residuals: &Residuals<T>, next: usize) -> Option<(usiz
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// Begins or continues an inquiry after a fit that is settled, but does not explain all blocks.
-    pub(super) fn inquire(&mut self, fit: &Front<T, U>) {
+    pub(super) fn inquire(&mut self, fit: &Front<T, W, U>) {
         if !fit.is_settled {
             return;
         }
@@ -115,7 +116,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Takes the result of a fit for the inquiry, over the blocks from `from` on.
-    pub(super) fn answer(&mut self, from: usize, fit: &Front<T, U>) {
+    pub(super) fn answer(&mut self, from: usize, fit: &Front<T, W, U>) {
         let is_good = self.is_good(fit);
         let before = self.information_of(fit);
         let Some(inquiry) = &mut self.inquiry else { return };
@@ -143,7 +144,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Information of a fit as that of an earlier window, where it is finite.
-    fn information_of(&self, fit: &Front<T, U>) -> Option<Past<T>> {
+    fn information_of(&self, fit: &Front<T, W, U>) -> Option<Past<T, U>> {
         let pass = &fit.pass;
         let past = Past::joined(self.information(pass), &pass.point, pass.unit_per_kg_m2, None);
         past.is_finite().then_some(past)
@@ -152,7 +153,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Ends an inquiry whose later blocks are explained: they become a window of their own, and all that came
     /// before is doubted.
     #[inline(never)]
-    fn separate(&mut self, from: usize, fit: &Front<T, U>) {
+    fn separate(&mut self, from: usize, fit: &Front<T, W, U>) {
         let before = self.inquiry.take().and_then(|inquiry| inquiry.before);
         if self.doubted.is_none() {
             self.doubted = match before {
@@ -184,17 +185,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Decides on what is doubted, once the window alone is certain enough.
     #[inline(never)]
-    pub(super) fn reconsider(&mut self, pass: &Pass<T, U>) {
+    pub(super) fn reconsider(&mut self, pass: &Pass<T, W, U>) {
         let Some(doubted) = self.doubted else { return };
         let (mut window, sigma) = self.window_alone(pass);
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.noise_rad_s = sigma;
         beliefs.add_known(&mut window, &pass.point);
-        if !is_decisive(&window, pass.point.scale, sigma) {
+        let mut certain = window;
+        beliefs.add_hardware(&mut certain, &pass.point);
+        if !is_decisive(&certain, pass.point.scale(), sigma) {
             return;
         }
         (beliefs.prior, beliefs.past) = (None, Some(&doubted));
-        if beliefs.contradiction(&window, &pass.point) > T::lit(CONTRADICTED) {
+        if beliefs.contradiction(&window, &pass.point) > beliefs.contradicted() {
             let past = self.past;
             self.forget_past();
             self.past = past;
@@ -207,11 +210,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
 /// True where each coordinate of the shape and the scale have sigmas below [`DECISIVE`] of the mean moment, for
 /// a sigma of a sample of `sigma_rad_s`.
-fn is_decisive<T: Real>(window: &SquareRootInformation<T, 6>, scale: T, sigma_rad_s: T) -> bool {
+fn is_decisive<T: Real, const U: usize>(
+    window: &SquareRootInformation<T, U>,
+    scale: T,
+    sigma_rad_s: T,
+) -> bool {
     let Some(variances) = window.variances() else { return false };
     let mean = T::lit(DECISIVE / 3.0);
-    variances.iter().enumerate().all(|(k, variance)| {
-        let most = if k < 5 { mean } else { T::lit(DECISIVE) * scale };
+    (shape_of(U)..U).zip(variances.iter().skip(shape_of(U))).all(|(k, variance)| {
+        let most = if k < scale_of(U) { mean } else { T::lit(DECISIVE) * scale };
         *variance * (sigma_rad_s * sigma_rad_s) <= most * most
     })
 }

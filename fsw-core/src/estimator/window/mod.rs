@@ -62,11 +62,12 @@ use storage::{Storage, Stretch};
 use unknowns::{Groups, is_a_set};
 use work::Work;
 
-use crate::dynamics::wheels::WheelArray;
+use crate::dynamics::wheels::{Momenta, WheelArray};
 use crate::error::ConfigError;
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
+use crate::hardware::Finding;
 use crate::math::{Vec3, largest_component, scalar::Real};
 use crate::monitor::innovation::Innovation;
 use crate::monitor::outliers::{Judged, OutlierGate};
@@ -78,13 +79,13 @@ use crate::sample::Sample;
 /// further group, up to 18.
 #[derive(Clone, Debug)]
 pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
-    config: Config<T>,
+    config: Config<T, W>,
     wheels: WheelArray<T, W>,
     groups: Groups<T>,
     gate: Gate<T>,
     /// Outlier gate on raw readings, which delays them by two; it measures the noise.
-    outliers: OutlierGate<T, Drive<T>>,
-    averager: Option<Averager<T>>,
+    outliers: OutlierGate<T, Drive<T, W>>,
+    averager: Option<Averager<T, W>>,
     excitation: Excitation<T>,
     /// True between manoeuvres: nothing is fitted.
     is_quiet: bool,
@@ -93,24 +94,24 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     intervals: u32,
     /// Largest rate so far, rad/s. The noise is at least the rounding error of this rate.
     largest_rad_s: T,
-    blocks: Storage<T, N>,
+    blocks: Storage<T, W, N>,
     /// Stretch of the blocks that are being taken in.
-    open: Stretch<T>,
+    open: Stretch<T, W>,
     /// Stretch before it whose fit is not complete.
-    closing: Option<Closing<T>>,
+    closing: Option<Closing<T, W>>,
     /// Stretch between both, which has ended too.
-    waiting: Option<Closing<T>>,
+    waiting: Option<Closing<T, W>>,
     /// Unit of the inverse trace, 1/(kg m²).
     unit_per_kg_m2: T,
-    front: Option<Front<T, U>>,
-    work: Work<T, U>,
+    front: Option<Front<T, W, U>>,
+    work: Work<T, W, U>,
     schedule: Schedule,
-    inquiry: Option<Inquiry<T>>,
+    inquiry: Option<Inquiry<T, U>>,
     /// Information of earlier windows, and the time since it was current, s.
-    past: Option<Past<T>>,
+    past: Option<Past<T, U>>,
     past_age_s: T,
     /// Information from before a contradiction that may be a change: kept, but not used.
-    doubted: Option<Past<T>>,
+    doubted: Option<Past<T, U>>,
     /// False once data have contradicted the prior.
     has_prior: bool,
     ended: Ended<T>,
@@ -126,17 +127,17 @@ crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
-/// Wheel momentum, N m s, and external torque, N m, at the instant of a sample.
-type Drive<T> = (Vec3<T>, Vec3<T>);
+/// Momentum of each wheel, N m s, and external torque, N m, at the instant of a sample.
+type Drive<T, const W: usize> = (Momenta<T, W>, Vec3<T>);
 
 /// Stretch of blocks that takes in no more, and the index after its last one.
 #[derive(Clone, Copy, Debug)]
-struct Closing<T: Real> {
-    stretch: Stretch<T>,
+struct Closing<T: Real, const W: usize> {
+    stretch: Stretch<T, W>,
     end: usize,
 }
 
-crate::persist!([T: Real] Closing<T> { stretch, end });
+crate::persist!([T: Real, const W: usize] Closing<T, W> { stretch, end });
 
 /// Numbers of blocks that decide when to fit again. Blocks are counted as they come, not as they are
 /// stored.
@@ -188,7 +189,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// # Errors
     /// Names the first field of the configuration that is out of its range, or for whose unknowns U has no
     /// place.
-    pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
+    pub fn new(config: Config<T, W>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
         config.validate::<U>()?;
         Ok(Self::of_valid(config, wheels))
     }
@@ -204,7 +205,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     ///
     /// # Errors
     /// As [`new`](Self::new); the state is unchanged then.
-    pub fn reset(&mut self, config: Config<T>) -> Result<(), ConfigError> {
+    pub fn reset(&mut self, config: Config<T, W>) -> Result<(), ConfigError> {
         config.validate::<U>()?;
         // Field by field: a whole one would be made on the stack first.
         self.groups = config.groups::<U>();
@@ -217,7 +218,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.intervals = 0;
         self.largest_rad_s = T::zero();
         self.blocks.clear(T::count(config.block_samples));
-        self.open = Stretch::new(Vec3::zeros());
+        self.open = Stretch::new(Momenta::zeros());
         self.closing = None;
         self.waiting = None;
         self.unit_per_kg_m2 = T::one();
@@ -238,10 +239,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     #[inline(always)]
-    fn of_valid(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
+    fn of_valid(config: Config<T, W>, wheels: WheelArray<T, W>) -> Self {
         const {
             assert!(N >= 64, "storage for fewer blocks than a fit needs");
-            assert!(is_a_set(U), "9, 12, 15 or 18 unknowns");
+            assert!(is_a_set(U), "9 unknowns, and three for each further group");
         };
         let mut blocks = Storage::new();
         blocks.clear(T::count(config.block_samples));
@@ -256,7 +257,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             intervals: 0,
             largest_rad_s: T::zero(),
             blocks,
-            open: Stretch::new(Vec3::zeros()),
+            open: Stretch::new(Momenta::zeros()),
             closing: None,
             waiting: None,
             unit_per_kg_m2: T::one(),
@@ -370,7 +371,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// All knowledge beside the blocks.
-    fn beliefs(&self, unit_per_kg_m2: T) -> Beliefs<'_, T> {
+    fn beliefs(&self, unit_per_kg_m2: T) -> Beliefs<'_, T, U> {
         Beliefs {
             groups: &self.groups,
             prior: self.known_prior(),
@@ -382,7 +383,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Passes a sample to the outlier gate, and takes in what is ready.
     fn push(&mut self, sample: &Sample<T, W>, elapsed_s: T) {
-        let wheels = self.wheels.momentum_n_m_s(&sample.wheel_speed_rad_s);
+        let wheels = self.wheels.momenta_n_m_s(&sample.wheel_speed_rad_s);
         let drive = (wheels, sample.torque_n_m);
         let floor = self.config.gyro_noise_rad_s.unwrap_or(T::zero());
         let mut judged = self.outliers.push(elapsed_s, sample.rate_rad_s, drive, floor);
@@ -413,7 +414,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Takes in a sample that the gate has judged.
     #[inline(never)]
-    fn take_in(&mut self, sample: &Judged<T, Drive<T>>) {
+    fn take_in(&mut self, sample: &Judged<T, Drive<T, W>>) {
         let (wheel_momentum_n_m_s, torque_n_m) = sample.payload;
         let reading = Reading {
             weight: if sample.is_accepted { T::one() } else { T::lit(REFUSED_WEIGHT) },
@@ -446,12 +447,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Takes in a block. At rest it is stored too: the motion begins before it is noticed.
     #[inline(never)]
-    fn take_in_block(&mut self, block: &Block<T>) {
+    fn take_in_block(&mut self, block: &Block<T, W>) {
         let noise = self.reference_rad_s();
         let typical_kg_m2 = T::lit(1.0 / 3.0) / self.unit_per_kg_m2;
-        let begins = self.is_quiet && self.excitation.begins(block, noise, typical_kg_m2);
+        let begins = self.is_quiet
+            && self.excitation.begins(block, self.wheels.axes(), noise, typical_kg_m2);
         self.add_block(block);
-        self.excitation.add(block, noise, typical_kg_m2);
+        self.excitation.add(block, self.wheels.axes(), noise, typical_kg_m2);
         if begins || self.is_quiet && self.excitation.is_driven() {
             self.is_quiet = false;
             self.excitation = Excitation::new();
@@ -467,7 +469,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     #[inline(never)]
-    fn add_block(&mut self, block: &Block<T>) {
+    fn add_block(&mut self, block: &Block<T, W>) {
         self.open.note(block);
         self.blocks.push(block);
         self.schedule.blocks = self.schedule.blocks.saturating_add(1);
@@ -491,7 +493,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);
         }
-        let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
+        let wheels = self.averager.as_ref().map_or(Momenta::zeros(), Averager::wheels_n_m_s);
         let ended = core::mem::replace(&mut self.open, Stretch::new(wheels));
         let end = self.blocks.len();
         let begin = self.waiting.or(self.closing).map_or(0, |before| before.end);
@@ -545,6 +547,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
 
     fn innovation(&self) -> Option<Innovation<T>> {
         None
+    }
+
+    fn each_of_hardware(&self, visit: &mut dyn FnMut(Finding<T>)) {
+        self.findings(visit);
     }
 
     fn finish(&mut self) {

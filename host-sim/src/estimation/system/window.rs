@@ -1,6 +1,7 @@
 //! `window`: Gauss-Newton fit of each manoeuvre as a whole.
 
 use fsw_core::estimator::window::{Config, Window};
+use fsw_core::hardware::Hardware;
 use fsw_core::{Real, WheelArray};
 
 use crate::estimation::adapter::{AnyEstimator, of_setup};
@@ -21,10 +22,10 @@ const LONGEST_BLOCK_S: f64 = 0.8;
 const WITH_TORQUE: usize = 12;
 /// Unknowns with disturbances to solve for: gyro bias and drag as well.
 const WITH_DRAG: usize = 18;
-/// Prior sigma of a disturbance torque, N m: above any disturbance of a small spacecraft. It bounds
+/// Prior sigma of a disturbance torque where none is stated, N m: above any disturbance of a small spacecraft. It bounds
 /// the torque where the motion leaves it unobserved.
 const TORQUE_SIGMA_N_M: f64 = 0.1;
-/// Prior sigma of a gyro bias, rad/s: above the bias of a consumer gyro, 3 deg/s.
+/// Prior sigma of a gyro bias where none is stated, rad/s: above the bias of a consumer gyro, 3 deg/s.
 const BIAS_SIGMA_RAD_S: f64 = 0.05;
 
 /// Prior sigma of drag rates, 1/s: of objects of a tenth of a metre and a hundred grams in air, 0.1 to
@@ -33,15 +34,38 @@ const DRAG_SIGMA_PER_S: f64 = 0.2;
 /// Slices of work after each sample. A pass over 512 blocks then takes 8 samples.
 const SLICES_PER_STEP: u32 = 64;
 
-/// The estimator with the unknowns that the craft asks for.
-pub fn set_up<T: Real, const W: usize>(
+/// The estimator with the unknowns that the craft asks for; H of them where errors of the hardware are stated.
+pub fn set_up<T: Real, const W: usize, const H: usize>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn AnyEstimator>, SetUpError> {
-    if setup.craft.solve_for == SolveFor::default() {
+    if errors_of_hardware::<T, W>(setup) != Hardware::ideal() {
+        with_unknowns::<T, W, H>(setup, wheels)
+    } else if setup.craft.solve_for == SolveFor::default() {
         with_unknowns::<T, W, WITH_TORQUE>(setup, wheels)
     } else {
         with_unknowns::<T, W, WITH_DRAG>(setup, wheels)
+    }
+}
+
+/// Errors of the hardware as the craft states them. Wheels that fill up the array have none.
+fn errors_of_hardware<T: Real, const W: usize>(setup: &Setup<'_>) -> Hardware<T, W> {
+    let stated = &setup.craft.hardware;
+    let of_wheel = |all: &[f64], i: usize| T::lit(all.get(i).copied().unwrap_or(0.0));
+    let has_wheels = !setup.craft.wheels.is_empty();
+    let common = if has_wheels { stated.common_spin_inertia_sigma } else { 0.0 };
+    // A mean over the interval before its time stamp is half an interval old.
+    let averaging_s = if stated.gyro_averaged { 0.5 * setup.sample_period_s } else { 0.0 };
+    Hardware {
+        gyro_scale: T::lit(stated.gyro_scale_sigma),
+        gyro_axes_rad: T::lit(stated.gyro_axes_sigma_rad),
+        delay_s: T::lit(stated.gyro_delay_s + averaging_s),
+        delay_sigma_s: T::lit(stated.gyro_delay_sigma_s),
+        wheel_inertia: std::array::from_fn(|i| of_wheel(&stated.wheel_spin_inertia_sigma, i)),
+        wheel_axis_rad: std::array::from_fn(|i| of_wheel(&stated.wheel_axis_sigma_rad, i)),
+        common_wheel_inertia: T::lit(common),
+        torque_scale: T::lit(stated.torque_scale_sigma),
+        mount_rad: stated.mount_sigma_rad.map(T::lit),
     }
 }
 
@@ -64,9 +88,13 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
     if let Some(walk) = setup.inertia_walk_kg_m2_sqrt_s() {
         config.inertia_walk_kg_m2_sqrt_s = walk;
     }
-    config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(TORQUE_SIGMA_N_M));
-    config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(BIAS_SIGMA_RAD_S));
+    let hardware = &setup.craft.hardware;
+    let torque_sigma_n_m = hardware.torque_sigma_n_m.unwrap_or(TORQUE_SIGMA_N_M);
+    let bias_sigma_rad_s = hardware.bias_sigma_rad_s.unwrap_or(BIAS_SIGMA_RAD_S);
+    config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(torque_sigma_n_m));
+    config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(bias_sigma_rad_s));
     config.drag_per_s = solve_for.torque.then_some(T::lit(DRAG_SIGMA_PER_S));
+    config.hardware = errors_of_hardware(setup);
     config.slices_per_step = SLICES_PER_STEP;
     config.is_torque_smooth = setup.craft.filter.is_torque_smooth;
     config.block_samples = block_samples(setup.sample_period_s, config.block_samples);
