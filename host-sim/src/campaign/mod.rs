@@ -62,7 +62,8 @@ pub struct CampaignRun {
     /// Number of restarts: the state was not finite, the inertia had no inverse, or too many spikes
     /// came in a row.
     pub restarts: u32,
-    /// Number of times that the estimator discarded its knowledge because new data contradicted it.
+    /// Number of times that the estimator discarded its knowledge, or put it in doubt, because new data
+    /// contradicted it.
     pub changes: u32,
     /// The last residuals are consistent with white noise; none where the estimator does not test
     /// it.

@@ -10,7 +10,10 @@ pub fn name(parameter: Parameter) -> String {
     let kind = parameter.kind();
     let axis = |i: u8| AXES.get(usize::from(i)).copied().unwrap_or("?");
     match parameter {
-        Parameter::GyroScale(i) => format!("{kind} {}", axis(i)),
+        Parameter::GyroScale(i)
+        | Parameter::Mount(i)
+        | Parameter::GyroBias(i)
+        | Parameter::DisturbanceTorque(i) => format!("{kind} {}", axis(i)),
         Parameter::GyroAxes(of, about) => format!("{kind} {}{}", axis(of), axis(about)),
         Parameter::WheelInertia(i) => format!("{kind} {}", i + 1),
         Parameter::WheelAxis(i, tilt) => format!("{kind} {}, tilt {}", i + 1, tilt + 1),
@@ -31,6 +34,9 @@ pub fn key(parameter: Parameter) -> &'static str {
         Parameter::Delay => "gyro.delay_sigma_s",
         Parameter::TorqueScale => "torque.scale_sigma",
         Parameter::CommonWheelInertia => "wheels.common_spin_inertia_sigma",
+        Parameter::Mount(_) => "mount.sigma_deg",
+        Parameter::GyroBias(_) => "gyro.bias_sigma_rad_s",
+        Parameter::DisturbanceTorque(_) => "disturbance.torque_sigma_n_m",
     }
 }
 

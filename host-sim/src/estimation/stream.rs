@@ -21,9 +21,12 @@ pub struct EstimationResult {
 }
 
 impl EstimationResult {
-    /// Number of times that the estimator discarded its knowledge because new data contradicted it.
+    /// Number of times that the estimator discarded its knowledge, or put it in doubt, because new data
+    /// contradicted it.
     pub fn changes(&self) -> u32 {
-        self.counts.change_resets.saturating_add(self.counts.lockout_resets)
+        let counts = &self.counts;
+        let discarded = counts.change_resets.saturating_add(counts.lockout_resets);
+        discarded.saturating_add(counts.interruption_resets)
     }
 }
 

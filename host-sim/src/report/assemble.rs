@@ -70,6 +70,7 @@ impl ReplayReport {
             projected: estimate.projected,
             restarts: seconds(&events.restarts_us),
             gaps: seconds(&events.gaps_us),
+            interruptions: seconds(&events.interruptions_us),
             changes: seconds(&events.changes_us),
             spikes: Spikes {
                 count: events.spikes_us.len() as u64,

@@ -111,6 +111,16 @@ impl<T: Real, const U: usize> Past<T, U> {
         Self { point: reference, per_kg_m2: scale * unit_per_kg_m2, information: window }
     }
 
+    /// The same joined with the information of other windows, where there are some.
+    pub fn joined_with(&self, other: Option<&Self>) -> Self {
+        Self::joined(self.information, &self.point, self.per_kg_m2, other)
+    }
+
+    /// False where a number is not finite.
+    pub fn is_finite(&self) -> bool {
+        self.information.factor.iter().flatten().all(|x| x.is_finite())
+    }
+
     /// Row `index` of the information as one on the unknowns of a fit at `point`.
     fn row(&self, index: usize, point: &Point<T, U>, unit: T) -> ([T; U], T, T) {
         let index = index.min(scale_of(U));
@@ -181,7 +191,16 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         });
     }
 
-    fn add_hardware(&self, factor: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
+    /// Adds the rows of earlier windows and of the prior to the information of a window.
+    #[inline(never)]
+    pub fn add_known(&self, window: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
+        self.each_known(point, |row, y, weight| {
+            window.fold(row, y, weight);
+        });
+    }
+
+    /// Adds the rows on the hardware alone.
+    pub fn add_hardware(&self, factor: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
         self.each_of_places(self.groups.hardware..GROUPS, point, |row, y, weight| {
             factor.fold(row, y, weight);
         });

@@ -27,6 +27,8 @@ use crate::math::{Vec3, largest_component, scalar::Real};
 const SETTLED: f64 = 1e-3;
 /// Decrement below which steps that no longer shrink end it: rounding, not the model, moves them.
 const NEAR: f64 = 0.3;
+/// Decrease of the cost over the promised one, above which it is not rounding that moves the steps.
+const FALLING: f64 = 0.25;
 /// Rounding errors, in ε, of the inverse of a tensor that changes by less: some of the nine products in each
 /// of its elements.
 const ROUNDINGS: f64 = 4.0;
@@ -151,6 +153,11 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         if is_worse && !self.is_near && !self.is_repeated {
             return self.reject();
         }
+        // A damped step leaves most of its decrement, and a step along a curved valley finds another one: it
+        // is not rounding then that moves the point.
+        let promised = self.last_decrement * beliefs.noise_rad_s * beliefs.noise_rad_s;
+        let is_falling = self.damping > T::zero()
+            || self.best.is_some_and(|(_, best)| best - cost > promised * T::lit(FALLING));
         if !self.is_repeated {
             self.damping =
                 if self.damping < T::lit(1e-3) { T::zero() } else { self.damping * T::lit(0.1) };
@@ -162,7 +169,7 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         self.pass.decrement = decrement;
         self.is_near = decrement < T::lit(NEAR) + self.rounding(beliefs);
         let is_settled = decrement < T::lit(SETTLED)
-            || self.is_near && decrement > T::lit(0.3) * self.last_decrement;
+            || self.is_near && !is_falling && decrement > T::lit(0.3) * self.last_decrement;
         let is_first = self.pass.scale_rad_s > beliefs.noise_rad_s * T::lit(0.5 * UNKNOWN_SCALE);
         if (is_settled || self.passes >= MOST_HELD_PASSES) && self.holds_hardware {
             return self.release(self.pass.point);

@@ -26,10 +26,10 @@
 //! # Changes
 //!
 //! A cumulative sum of recursive residuals shows a change in mid-manoeuvre. The blocks before and after it
-//! are then fitted apart (module `inquiry`). Where both are explained and their tensors contradict each other,
-//! the inertia has changed, and what came before is discarded. Where the tensors agree, the motion was
-//! interrupted, and both are kept. Where the blocks are not explained, the model is wrong: the estimate
-//! says so, and nothing is discarded.
+//! are then fitted apart (module `inquiry`). Where those after it are explained, they become a window of their
+//! own, and all earlier information is doubted: it is not used until the new window alone is certain enough
+//! to decide between a change and an interruption. Where they are not explained, the model is wrong: the
+//! status is diverged, and nothing is discarded.
 
 pub mod config;
 pub mod unknowns;
@@ -72,6 +72,7 @@ use crate::math::{Vec3, largest_component, scalar::Real};
 use crate::monitor::innovation::Innovation;
 use crate::monitor::outliers::{Judged, OutlierGate};
 use crate::outcome::{Coasting, Outcome, Reset};
+use crate::prior::Prior;
 use crate::sample::Sample;
 
 /// W wheels; up to N blocks, at least 64; U unknowns: 9 for momentum, shape and scale, and three for each
@@ -98,17 +99,19 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     open: Stretch<T, W>,
     /// Stretch before it whose fit is not complete.
     closing: Option<Closing<T, W>>,
+    /// Stretch between both, which has ended too.
+    waiting: Option<Closing<T, W>>,
     /// Unit of the inverse trace, 1/(kg m²).
     unit_per_kg_m2: T,
     front: Option<Front<T, W, U>>,
     work: Work<T, W, U>,
     schedule: Schedule,
     inquiry: Option<Inquiry<T, U>>,
-    /// Blocks from which on the residuals are called white again, after an interruption of the model.
-    suspect_until: u32,
     /// Information of earlier windows, and the time since it was current, s.
     past: Option<Past<T, U>>,
     past_age_s: T,
+    /// Information from before a contradiction that may be a change: kept, but not used.
+    doubted: Option<Past<T, U>>,
     /// False once data have contradicted the prior.
     has_prior: bool,
     ended: Ended<T>,
@@ -120,7 +123,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
-    open, closing, unit_per_kg_m2, front, work, schedule, inquiry, suspect_until, past, past_age_s, has_prior, ended, event, has_refused,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -217,14 +220,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.blocks.clear(T::count(config.block_samples));
         self.open = Stretch::new(Momenta::zeros());
         self.closing = None;
+        self.waiting = None;
         self.unit_per_kg_m2 = T::one();
         self.front = None;
         self.work = Work::Idle;
         self.schedule = Schedule::new();
         self.inquiry = None;
-        self.suspect_until = 0;
         self.past = None;
         self.past_age_s = T::zero();
+        self.doubted = None;
         self.has_prior = true;
         self.ended = Ended::nothing();
         self.event = None;
@@ -255,14 +259,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             blocks,
             open: Stretch::new(Momenta::zeros()),
             closing: None,
+            waiting: None,
             unit_per_kg_m2: T::one(),
             front: None,
             work: Work::Idle,
             schedule: Schedule::new(),
             inquiry: None,
-            suspect_until: 0,
             past: None,
             past_age_s: T::zero(),
+            doubted: None,
             has_prior: true,
             ended: Ended::nothing(),
             event: None,
@@ -360,11 +365,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
+    /// Prior, unless data have contradicted it or may have.
+    fn known_prior(&self) -> Option<&Prior<T>> {
+        self.config.prior.as_ref().filter(|_| self.has_prior && self.doubted.is_none())
+    }
+
     /// All knowledge beside the blocks.
     fn beliefs(&self, unit_per_kg_m2: T) -> Beliefs<'_, T, U> {
         Beliefs {
             groups: &self.groups,
-            prior: self.config.prior.as_ref().filter(|_| self.has_prior),
+            prior: self.known_prior(),
             past: self.past.as_ref(),
             unit_per_kg_m2,
             noise_rad_s: self.noise_rad_s(),
@@ -486,14 +496,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         let wheels = self.averager.as_ref().map_or(Momenta::zeros(), Averager::wheels_n_m_s);
         let ended = core::mem::replace(&mut self.open, Stretch::new(wheels));
-        if self.closing.is_some() {
-            // The window before that has not been completed: these blocks go without having been fitted.
-            let end = self.closing.map_or(0, |closing| closing.end);
-            self.blocks.truncate(end);
+        let end = self.blocks.len();
+        let begin = self.waiting.or(self.closing).map_or(0, |before| before.end);
+        if end == begin {
+            return;
+        }
+        if self.waiting.is_some() && !self.blocks.is_compacting() {
+            // Places for two: the first of three is concluded with the fit that it has.
+            self.conclude();
+        }
+        if self.waiting.is_some() {
+            self.blocks.truncate(begin);
             return;
         }
         let end = self.blocks.len();
-        if end == 0 {
+        if self.closing.is_some() {
+            self.waiting = Some(Closing { stretch: ended, end });
             return;
         }
         self.closing = Some(Closing { stretch: ended, end });
@@ -504,7 +522,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn is_within(&self) -> bool {
         let len = self.blocks.len();
         self.front.as_ref().is_none_or(|front| front.pass.next <= len)
-            && self.closing.as_ref().is_none_or(|closing| closing.end <= len)
+            && [&self.closing, &self.waiting].iter().all(|at| at.is_none_or(|at| at.end <= len))
             && self.unit_per_kg_m2 > T::zero()
     }
 }

@@ -5,16 +5,16 @@
 //! solution without the prior, with nothing but the ranges of any rigid body.
 
 use super::Window;
-use super::belief::{Beliefs, information_on};
+use super::belief::{Beliefs, Past, information_on};
 use super::front::Front;
-use super::pass::{Pass, Residuals};
+use super::pass::{Pass, Residuals, knows_scale};
 use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, shape_of};
 use crate::estimate::{Estimate, Status};
 use crate::hardware::{Finding, Parameter, turned_by};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
-use crate::monitor::observability::observed;
+use crate::monitor::observability::{Observed, observed};
 use crate::monitor::whiteness::{ENOUGH_ROWS, largest_correlation, largest_rms};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
@@ -29,8 +29,6 @@ const STATED_DEGREES: f64 = 30.0;
 const MEASURED_DEGREES: f64 = 10.0;
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
-/// The same above which the data know nothing of the scale: near the range of any body, 2.3.
-const NO_SCALE: f64 = 1.5;
 /// Information that pins a parameter to its value, over all that is known of it: 0.1 % of its variance is left.
 const KNOWN: f64 = 1e3;
 /// Sigma of a torque or bias over its range, below which it is reported.
@@ -66,6 +64,15 @@ fn is_finite_with_floor<T: Real>(estimate: &mut Estimate<T>) -> bool {
     elements.iter().all(|x| x.is_finite()) && covariance.iter().all(|x| x.is_finite())
 }
 
+/// Leaves what both have observed.
+fn restrict(observed: &mut Observed, of_fit: &Observed) {
+    observed.directions = observed.directions.min(of_fit.directions);
+    observed.scale &= of_fit.scale;
+    for (element, of_fit) in observed.element.iter_mut().zip(&of_fit.element) {
+        *element &= of_fit;
+    }
+}
+
 /// Brings the tensor to the nearest physical one.
 #[inline(never)]
 fn bring_to_nearest_physical<T: Real>(estimate: &mut Estimate<T>) {
@@ -89,7 +96,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let mut estimate = Estimate::of_nothing();
         let is_found = match &self.front {
             Some(front) => self.report_front(front, &mut estimate),
-            None => self.past.is_some() && self.report_past(&mut estimate),
+            None => self.report_past(&mut estimate),
         };
         if is_found {
             bring_to_nearest_physical(&mut estimate);
@@ -105,9 +112,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let pass = &front.pass;
         let (window, sigma) = self.window_alone(pass);
         let unit = pass.unit_per_kg_m2;
-        if !self.report_inertia(&window, &pass.point, unit, sigma, estimate) {
+        let past = self.past.as_ref();
+        if !self.report_inertia(&window, &pass.point, unit, sigma, past, estimate) {
             return false;
         }
+        restrict(&mut estimate.observed, &front.observed);
+        estimate.status = Status::of(&estimate.observed);
         estimate.residual_rms_rad_s = rms(&pass.residuals, U);
         estimate.residuals_white = self.is_white(front);
         self.report_groups(pass, sigma, estimate);
@@ -117,19 +127,31 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         true
     }
 
+    /// Directions that a fit observes, with earlier windows.
+    #[inline(never)]
+    pub(super) fn observed_by(&self, pass: &Pass<T, W, U>) -> Observed {
+        let mut estimate = Estimate::of_nothing();
+        let (window, sigma) = self.window_alone(pass);
+        let past = self.past.as_ref();
+        self.report_inertia(&window, &pass.point, pass.unit_per_kg_m2, sigma, past, &mut estimate);
+        estimate.observed
+    }
+
     /// Estimate of earlier windows; false where it is not finite.
     #[inline(never)]
     fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
-        let Some(past) = &self.past else { return false };
+        let Some(past) = self.past.as_ref().or(self.doubted.as_ref()) else { return false };
         // The past enters as a belief: there are no blocks.
         let first = self.groups.first_kept::<U>();
         let nothing = super::belief::kept(&SquareRootInformation::default(), first);
         let unit = past.per_kg_m2;
-        if !self.report_inertia(&nothing, &past.point, unit, T::one(), estimate) {
+        if !self.report_inertia(&nothing, &past.point, unit, T::one(), Some(past), estimate) {
             return false;
         }
         estimate.residual_rms_rad_s = self.ended.residual_rms_rad_s;
-        estimate.residuals_white = self.ended.residuals_white;
+        let is_doubted = self.past.is_none();
+        estimate.residuals_white =
+            if is_doubted { Some(false) } else { self.ended.residuals_white };
         if !self.ended.is_explained {
             estimate.status = Status::Diverged;
         }
@@ -154,9 +176,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         point: &Point<T, U>,
         unit_per_kg_m2: T,
         sigma: T,
+        past: Option<&Past<T, U>>,
         estimate: &mut Estimate<T>,
     ) -> bool {
-        let mut walked = self.past;
+        let mut walked = past.copied();
         if let Some(past) = &mut walked {
             past.walk(self.walk_kg_m2());
         }
@@ -170,7 +193,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let trace = T::one() / (solution.point.scale() * unit_per_kg_m2);
         let n = solution.point.over_trace();
         estimate.inertia = Inertia::new(n.map(|n| n * trace));
-        solution.add_curvature(&alone);
+        // Without wheels and torque the column of the scale is zero, and its pivot the seed.
+        let has_scale = past.is_some() || knows_scale(window, self.noise_rad_s());
+        solution.add_curvature(&alone, has_scale);
         solution.of_elements(&mut estimate.covariance_kg2_m4);
         if !is_finite_with_floor(estimate) {
             return false;
@@ -392,8 +417,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(&front.pass));
         let contradiction = beliefs.add(&mut factor, &front.pass.point);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
-        let is_suspect = self.schedule.blocks < self.suspect_until;
-        Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_suspect)
+        let is_alarmed = residuals.is_alarmed();
+        Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_alarmed)
     }
 
     /// Statistics of a window that ends with this front.
@@ -445,11 +470,14 @@ impl<T: Real, const U: usize> Solution<T, U> {
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
     /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to 0.9. Both as far as the scale comes
     /// from the data rather than from a prior of the elements.
-    fn add_curvature(&mut self, alone: &Self) {
+    ///
+    /// The sigma of an element from that of its ratio n goes with the trace t: `var(n t) = t² var(n) +
+    /// n² var(t) + var(n) var(t)`. The last term is not negligible where the data know the scale, but badly.
+    fn add_curvature(&mut self, alone: &Self, has_scale: bool) {
         let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale();
         let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
-        let curved = if of_data > T::lit(NO_SCALE) {
+        let curved = if !has_scale {
             // Nothing but the range of any body.
             one
         } else if of_data > T::lit(SCALE_OBSERVED) {
@@ -463,6 +491,15 @@ impl<T: Real, const U: usize> Solution<T, U> {
             for i in 0..6 {
                 self.covariance[(i, 5)] *= factor;
                 self.covariance[(5, i)] *= factor;
+            }
+        }
+        if has_scale && of_data > T::lit(SCALE_OBSERVED) {
+            let s = relative(self);
+            let spread = one + s * s;
+            for row in 0..5 {
+                for column in 0..5 {
+                    self.covariance[(row, column)] *= spread;
+                }
             }
         }
     }

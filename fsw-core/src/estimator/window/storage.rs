@@ -129,8 +129,8 @@ impl<T: Real, const W: usize> Stretch<T, W> {
 pub struct Marks {
     /// Next block of the front.
     pub front: usize,
-    /// End of the stretch that is being closed; zero for none.
-    pub split: usize,
+    /// Ends of the stretches that are being closed; zero for none.
+    pub split: [usize; 2],
 }
 
 /// Sweep in progress.
@@ -375,7 +375,7 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         let Some(all) = self.rest_of(from, end, noise_rad_s) else {
             return self.copy(from, end, to);
         };
-        let is_leading = to == 0 && marks.split == 0 && !start.has_torque;
+        let is_leading = to == 0 && marks.split == [0; 2] && !start.has_torque;
         if is_leading && self.is_still(from, end, &start.wheels_n_m_s, start) {
             start.absorb(&all, noise_rad_s);
             return to;
@@ -525,7 +525,7 @@ fn mean_wheels<T: Real, const W: usize>(blocks: &[Block<T, W>]) -> Momenta<T, W>
 impl Marks {
     /// The marks at block `from` belong to block `to` now.
     fn move_to(&mut self, from: usize, to: usize) {
-        for mark in [&mut self.front, &mut self.split] {
+        for mark in self.split.iter_mut().chain([&mut self.front]) {
             if *mark == from {
                 *mark = to;
             }
@@ -535,6 +535,7 @@ impl Marks {
     /// The first mark beyond a block.
     fn next_after(&self, index: usize) -> usize {
         let beyond = |mark: usize| if mark > index { mark } else { usize::MAX };
-        beyond(self.front).min(beyond(self.split))
+        let [closing, waiting] = self.split;
+        beyond(self.front).min(beyond(closing)).min(beyond(waiting))
     }
 }

@@ -116,13 +116,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Completes all work on the samples so far. The present block ends with the newest sample. The window that
-    /// is closing comes first, then the open one.
+    /// is closing comes first, then the one that waits, then the open one.
     pub(super) fn complete(&mut self) {
         self.drain();
         if let Some(block) = self.averager.as_mut().and_then(super::Averager::finish) {
             self.add_block(&block);
         }
-        for _ in 0..2 {
+        for _ in 0..3 {
             let is_worth_it = self.closing.is_some() || !self.is_quiet;
             self.schedule.is_final = is_worth_it && self.schedule.fitted != self.schedule.blocks;
             self.work(MOST_SLICES);
@@ -191,7 +191,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn sweep(&mut self) {
         let mut marks = Marks {
             front: self.front.as_ref().map_or(0, |front| front.pass.next),
-            split: self.closing.as_ref().map_or(0, |closing| closing.end),
+            split: [self.closing, self.waiting].map(|at| at.map_or(0, |closing| closing.end)),
         };
         let noise = self.reference_rad_s();
         let unit = self.front.as_ref().map_or(self.unit_per_kg_m2, |f| f.pass.unit_per_kg_m2);
@@ -203,8 +203,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if let Some(front) = &mut self.front {
             front.pass.next = marks.front;
         }
-        if let Some(closing) = &mut self.closing {
-            closing.end = marks.split;
+        for (at, end) in [&mut self.closing, &mut self.waiting].into_iter().zip(marks.split) {
+            if let Some(closing) = at {
+                closing.end = end;
+            }
         }
     }
 
@@ -245,6 +247,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let residuals = &front.pass.residuals;
         let was_contradicted = residuals.is_contradicted || residuals.has_many_low();
         front.pass.take(&span);
+        let is_outgrown = front.is_outgrown();
         let residuals = &front.pass.residuals;
         let is_contradicted = residuals.is_contradicted || residuals.has_many_low();
         if !front.pass.is_finite() {
@@ -254,6 +257,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.end_stretch();
         } else if is_contradicted && !was_contradicted {
             self.schedule.due_at = self.schedule.blocks;
+        } else if is_outgrown {
+            let earliest = self.schedule.fitted.saturating_add(FIRST_FIT_BLOCKS / 2);
+            self.schedule.due_at = self.schedule.due_at.min(earliest);
         }
         true
     }
@@ -632,7 +638,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let Work::Descent(Descent { pass, from, .. }) = &self.work else { return };
         let from = *from;
         let is_shape_observed = self.is_shape_observed(pass);
-        let front = Front { pass: *pass, is_settled, is_shape_observed };
+        let observed = self.observed_by(pass);
+        let front = Front::new(*pass, is_settled, is_shape_observed, observed);
         self.work = Work::Idle;
         let is_good = self.is_good(&front);
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
@@ -647,6 +654,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.front = Some(front);
         if is_good {
             self.inquiry = None;
+            self.reconsider(&front.pass);
         } else {
             self.inquire(&front);
         }
@@ -700,19 +708,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Concludes the window that is being closed: its information goes to the past.
     #[inline(never)]
-    fn conclude(&mut self) {
+    pub(super) fn conclude(&mut self) {
         let end = self.end();
         if let Some(front) = self.front.take() {
             self.join_past(&front);
         }
-        self.closing = None;
+        self.closing = self.waiting.take();
         self.work = Work::Idle;
         self.inquiry = None;
-        // Counted in blocks of the window that ends.
-        self.suspect_until = 0;
         self.blocks.drop_before(end);
         let further = self.blocks.len().saturating_sub(end) as u32;
-        self.schedule = Schedule { blocks: further, ..Schedule::new() };
+        let is_final = self.closing.is_some();
+        self.schedule = Schedule { blocks: further, is_final, ..Schedule::new() };
         self.schedule.reopen();
         self.groups = self.config.groups::<U>();
     }
@@ -731,9 +738,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past.walk(walk);
         }
         self.drop_contradicted(pass);
+        self.reconsider(pass);
         let past =
             super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
-        if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
+        if past.is_finite() {
             self.past = Some(past);
             // The mean over the window is a third of it away from its end in variance.
             self.past_age_s = self.stretch().duration_s * T::lit(1.0 / 3.0);

@@ -67,6 +67,8 @@ pub struct ReplayReport {
     pub restarts: Vec<f64>,
     /// Times of the first samples after gaps that are too long for a prediction, s.
     pub gaps: Vec<f64>,
+    /// Times at which a fault or a change in mid-motion put the earlier estimate in doubt, s.
+    pub interruptions: Vec<f64>,
     /// Times at which the earlier estimate was discarded because new data contradicted it, s. A
     /// series of spikes that ends in a restart is a restart and a change.
     pub changes: Vec<f64>,

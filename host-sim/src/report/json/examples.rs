@@ -42,6 +42,7 @@ pub fn replay() -> ReplayReport {
         projected: false,
         restarts: Vec::new(),
         gaps: Vec::new(),
+        interruptions: Vec::new(),
         changes: Vec::new(),
         spikes: Spikes { count: 2, first_s: vec![12.3, 45.6] },
         skipped_rows: BTreeMap::new(),

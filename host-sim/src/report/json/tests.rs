@@ -10,7 +10,7 @@ fn keys(document: &Value) -> Vec<&str> {
     keys
 }
 
-const REPLAY_KEYS: [&str; 30] = [
+const REPLAY_KEYS: [&str; 31] = [
     "accepted",
     "changes",
     "covariance_kg2_m4",
@@ -23,6 +23,7 @@ const REPLAY_KEYS: [&str; 30] = [
     "inertia_kg_m2",
     "inertia_over_trace",
     "inertia_over_trace_sigma",
+    "interruptions",
     "largest_systematic",
     "notes",
     "observed_directions",

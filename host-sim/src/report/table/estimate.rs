@@ -132,6 +132,12 @@ fn events(report: &ReplayReport) -> String {
         line("gaps", report.gaps.len(), &report.gaps, ""),
         line("restarts", report.restarts.len(), &report.restarts, ""),
         line(
+            "interruptions",
+            report.interruptions.len(),
+            &report.interruptions,
+            ": the earlier estimate is in doubt",
+        ),
+        line(
             "changes",
             report.changes.len(),
             &report.changes,
