@@ -42,7 +42,8 @@ fn main() -> Result<ExitCode> {
     let Arguments { estimator, precision, seed, runs, .. } = arguments;
     let flown = Flown { estimator, precision, seed, runs };
     let is_wanted = |name: &str| {
-        arguments.names.is_empty() || arguments.names.iter().any(|part| name.contains(part.as_str()))
+        arguments.names.is_empty()
+            || arguments.names.iter().any(|part| name.contains(part.as_str()))
     };
     let ideal = SCENARIOS.map(Scenario::load);
     let mut cells = 0;
@@ -61,7 +62,8 @@ fn main() -> Result<ExitCode> {
         let mut of_scenarios = Vec::new();
         for scenario in &ideal {
             let scenario = scenario.as_ref().map_err(|error| anyhow::anyhow!("{error}"))?;
-            let cell = case.of(scenario).map(|scenario| Cell::fly(&scenario, &flown)).transpose()?;
+            let cell =
+                case.of(scenario).map(|scenario| Cell::fly(&scenario, &flown)).transpose()?;
             of_scenarios.push(cell);
         }
         print(case.name, &case.level, of_scenarios)?;
@@ -82,6 +84,7 @@ fn text(cell: Option<&Cell>) -> String {
     let percent = |count: usize| 100.0 * count as f64 / cell.runs as f64;
     let nees = cell.nees.map_or("–".to_owned(), |nees| format!("{nees:.2}"));
     let missed = cell.missed();
-    let mark = if missed.is_empty() { String::new() } else { format!(" MISSED {}", missed.join(", ")) };
+    let mark =
+        if missed.is_empty() { String::new() } else { format!(" MISSED {}", missed.join(", ")) };
     format!("{nees} / {:.0} / {:.0}{mark}", percent(cell.lies), percent(cell.flagged))
 }

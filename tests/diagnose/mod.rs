@@ -47,9 +47,13 @@ pub struct Outcome {
 /// Results of one planted error in one scenario.
 #[derive(Clone, Debug)]
 pub struct Row {
+    /// Scenario.
     pub scenario: &'static str,
+    /// Planted error.
     pub error: &'static str,
+    /// True for a mistake of a person, false for an error of the hardware.
     pub is_mistake: bool,
+    /// Result of each flight.
     pub outcomes: Vec<Outcome>,
 }
 

@@ -16,6 +16,7 @@ type Change = Box<dyn Fn(&mut Vec<LogRow>, &mut Craft, u64) -> String + Send + S
 
 /// An error.
 pub struct Planted {
+    /// Name.
     pub name: &'static str,
     /// A mistake of people; an error of the hardware otherwise.
     pub is_mistake: bool,

@@ -244,7 +244,13 @@ fn torques(rows: &mut Rows) {
         rows.add(format!("{times} ×"), move |s| {
             // 0.01, 0.1 and 0.3 A m² for 5, 50 and 150 kg.
             let moment = s.spacecraft.inertia_kg_m2[0];
-            let dipole = if moment < 1.0 { 0.01 } else if moment < 10.0 { 0.1 } else { 0.3 };
+            let dipole = if moment < 1.0 {
+                0.01
+            } else if moment < 10.0 {
+                0.1
+            } else {
+                0.3
+            };
             s.true_hardware.orbit = Some(orbit(times * dipole));
             ask(s, times * dipole * 4e-5);
         });

@@ -126,7 +126,14 @@ impl<T: Real> Column<T> {
     /// Place without a parameter.
     fn unused() -> Self {
         let (o, none) = (T::zero(), Vec3::zeros());
-        Self { parameter: None, sigma: o, direction: none, state: [o; 9], reading: none, momentum: o }
+        Self {
+            parameter: None,
+            sigma: o,
+            direction: none,
+            state: [o; 9],
+            reading: none,
+            momentum: o,
+        }
     }
 
     /// Column of a parameter before any sample.

@@ -395,8 +395,9 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         self.whiteness.add(innovation, Self::explained(innovation, allowed));
         let noise_variance = self.config.noise_variance();
         let rate_rad_s = &sample.rate_rad_s;
-        self.form
-            .update(&mut self.state, rate_rad_s, noise_variance, |gain| self.considered.correct(gain));
+        self.form.update(&mut self.state, rate_rad_s, noise_variance, |gain| {
+            self.considered.correct(gain)
+        });
         if self.is_valid() { Outcome::Updated } else { self.restart_diverged(sample) }
     }
 

