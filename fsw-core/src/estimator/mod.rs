@@ -20,7 +20,7 @@
 //!
 //! # Memory
 //!
-//! The state is the size of the type; there is no other memory. A window keeps N blocks of 68 bytes in
+//! The state is the size of the type; there is no other memory. A window keeps N blocks of 44 bytes and 8 for each wheel in
 //! `f32`.
 //!
 //! ```
@@ -30,8 +30,8 @@
 //! use fsw_core::estimator::window::Window;
 //!
 //! // Four wheels, single precision, bytes.
-//! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 43 * 1024);
-//! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 48 * 1024);
+//! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 44 * 1024);
+//! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 50 * 1024);
 //! assert!(size_of::<JointEkfUd<f32, 4>>() <= 2048);
 //! assert!(size_of::<EkfSgf<f32, 4>>() <= 2048);
 //! assert!(size_of::<Momentum<f32, 4>>() <= 512);
