@@ -42,9 +42,9 @@ const EXPECTED: f64 = 4.0;
 const MOST: f64 = 16.0;
 /// h.
 const CONTRADICTED: f64 = 75.0;
-/// Sum above which the newest residuals are not called white: by chance at `exp(−0.24 · 28)`, one instant in
-/// 800. Three blocks beyond [`MOST`] exceed it.
-const ALARMED: f64 = 28.0;
+/// Sum above which the newest residuals are not called white: by chance at `exp(−0.24 · 40)`, one instant in
+/// 15,000. Four blocks beyond [`MOST`] exceed it.
+const ALARMED: f64 = 40.0;
 /// Range of the seed over that of an unknown.
 const SEED: f64 = 100.0;
 

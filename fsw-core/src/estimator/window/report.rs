@@ -154,7 +154,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Estimate of earlier windows; false where it is not finite.
     #[inline(never)]
     fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
-        let Some(past) = self.past.as_ref().or(self.doubted.as_ref()) else { return false };
+        let Some(past) = self.past.as_ref().or(self.doubted.as_ref().filter(|_| self.is_doubtful))
+        else {
+            return false;
+        };
         // The past enters as a belief: there are no blocks.
         let first = self.groups.first_kept::<U>();
         let nothing = super::belief::kept(&SquareRootInformation::default(), first);
