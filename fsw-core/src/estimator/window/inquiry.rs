@@ -42,11 +42,9 @@ const DECISIVE: f64 = 0.02 / 5.75;
 
 /// Inquiry in progress.
 #[derive(Clone, Copy, Debug)]
-pub struct Inquiry<T: Real, const U: usize> {
+pub struct Inquiry {
     /// First block after the contradiction.
     pub rise: usize,
-    /// Information of the blocks before it, where these are explained.
-    before: Option<Past<T, U>>,
     /// True once the blocks before it have been fitted.
     has_before: bool,
     /// True while a fit for the inquiry is in progress.
@@ -55,7 +53,7 @@ pub struct Inquiry<T: Real, const U: usize> {
     begins: u8,
 }
 
-crate::persist!([T: Real, const U: usize] Inquiry<T, U> { rise, before, has_before, has_asked, inquiries, begins });
+crate::persist!([] Inquiry { rise, has_before, has_asked, inquiries, begins });
 
 /// Contradiction that residuals show: the first block of it, and the first block after it.
 ///
@@ -80,9 +78,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         // Large residuals throughout show no instant; that of the last fit is still valid.
         let known = self.inquiry.as_ref().map(|inquiry| (inquiry.rise, inquiry.rise));
         let Some((begin, rise)) = shown.or(known) else { return };
+        if self.inquiry.is_none() && !self.is_doubtful {
+            self.doubted = None;
+        }
         let inquiry = self.inquiry.get_or_insert(Inquiry {
             rise,
-            before: None,
             has_before: false,
             has_asked: false,
             inquiries: 0,
@@ -118,12 +118,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Takes the result of a fit for the inquiry, over the blocks from `from` on.
     pub(super) fn answer(&mut self, from: usize, fit: &Front<T, W, U>) {
         let is_good = self.is_good(fit);
-        let before = self.information_of(fit);
         let Some(inquiry) = &mut self.inquiry else { return };
         inquiry.has_asked = false;
         if !inquiry.has_before {
             inquiry.has_before = true;
-            inquiry.before = before.filter(|_| is_good);
+            if !self.is_doubtful {
+                self.doubted = self.information_of(fit).filter(|_| is_good);
+            }
             return self.ask_after();
         }
         if is_good && fit.is_shape_observed {
@@ -154,12 +155,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// before is doubted.
     #[inline(never)]
     fn separate(&mut self, from: usize, fit: &Front<T, W, U>) {
-        let before = self.inquiry.take().and_then(|inquiry| inquiry.before);
-        if self.doubted.is_none() {
-            self.doubted = match before {
+        self.inquiry = None;
+        if !self.is_doubtful {
+            self.doubted = match self.doubted {
                 Some(before) => Some(before.joined_with(self.past.as_ref())),
                 None => self.past,
             };
+            self.is_doubtful = self.doubted.is_some();
         }
         self.past = None;
         self.event = Some(Reset::Interrupted);
@@ -179,6 +181,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     pub(super) fn forget_past(&mut self) {
         self.past = None;
         self.doubted = None;
+        self.is_doubtful = false;
         self.has_prior = false;
         self.event = Some(Reset::Changed);
     }
@@ -186,7 +189,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Decides on what is doubted, once the window alone is certain enough.
     #[inline(never)]
     pub(super) fn reconsider(&mut self, pass: &Pass<T, W, U>) {
-        let Some(doubted) = self.doubted else { return };
+        let Some(doubted) = self.doubted.filter(|_| self.is_doubtful) else { return };
         let (mut window, sigma) = self.window_alone(pass);
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.noise_rad_s = sigma;
@@ -204,6 +207,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         } else {
             self.past = Some(doubted.joined_with(self.past.as_ref()));
             self.doubted = None;
+            self.is_doubtful = false;
         }
     }
 }

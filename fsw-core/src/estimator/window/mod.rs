@@ -106,12 +106,14 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     front: Option<Front<T, W, U>>,
     work: Work<T, W, U>,
     schedule: Schedule,
-    inquiry: Option<Inquiry<T, U>>,
+    inquiry: Option<Inquiry>,
     /// Information of earlier windows, and the time since it was current, s.
     past: Option<Past<T, U>>,
     past_age_s: T,
-    /// Information from before a contradiction that may be a change: kept, but not used.
+    /// Information from before a contradiction that may be a change: kept, but not used. It is doubtful once
+    /// the blocks after the contradiction are a window of their own.
     doubted: Option<Past<T, U>>,
+    is_doubtful: bool,
     /// False once data have contradicted the prior.
     has_prior: bool,
     ended: Ended<T>,
@@ -123,7 +125,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
-    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, has_prior, ended, event, has_refused,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, is_doubtful, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -229,6 +231,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.past = None;
         self.past_age_s = T::zero();
         self.doubted = None;
+        self.is_doubtful = false;
         self.has_prior = true;
         self.ended = Ended::nothing();
         self.event = None;
@@ -268,6 +271,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past: None,
             past_age_s: T::zero(),
             doubted: None,
+            is_doubtful: false,
             has_prior: true,
             ended: Ended::nothing(),
             event: None,
@@ -367,7 +371,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Prior, unless data have contradicted it or may have.
     fn known_prior(&self) -> Option<&Prior<T>> {
-        self.config.prior.as_ref().filter(|_| self.has_prior && self.doubted.is_none())
+        self.config.prior.as_ref().filter(|_| self.has_prior && !self.is_doubtful)
     }
 
     /// All knowledge beside the blocks.

@@ -19,7 +19,7 @@
 
 use super::storage::Rest;
 use super::trajectory::{Span, Trajectory};
-use super::unknowns::{FIRST_GROUP, Groups, Point, scale_of, shape_of};
+use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::{Mat, Vec3, norm, scalar::Real};
@@ -42,9 +42,9 @@ const EXPECTED: f64 = 4.0;
 const MOST: f64 = 16.0;
 /// h.
 const CONTRADICTED: f64 = 75.0;
-/// Sum above which the newest residuals are not called white: by chance at `exp(−0.24 · 28)`, one instant in
-/// 800. Three blocks beyond [`MOST`] exceed it.
-const ALARMED: f64 = 28.0;
+/// Sum above which the newest residuals are not called white: by chance at `exp(−0.24 · 40)`, one instant in
+/// 15,000. Four blocks beyond [`MOST`] exceed it.
+const ALARMED: f64 = 40.0;
 /// Range of the seed over that of an unknown.
 const SEED: f64 = 100.0;
 
@@ -240,16 +240,6 @@ crate::persist!([T: Real, const W: usize, const U: usize] Pass<T, W, U> {
     point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
     watch_rad_s, decrement
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
-
-/// True where blocks have added to the seed of the scale, for the noise of a sample that seeded it.
-pub fn knows_scale<T: Real, const U: usize>(
-    window: &SquareRootInformation<T, U>,
-    noise_rad_s: T,
-) -> bool {
-    let share = noise_rad_s / T::lit(SEED);
-    let last = scale_of(U);
-    window.factor[last][last] > share * share * T::lit(2.0)
-}
 
 impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
     /// Pass that has not begun.

@@ -7,7 +7,7 @@
 use super::Window;
 use super::belief::{Beliefs, Past, information_on};
 use super::front::Front;
-use super::pass::{Pass, Residuals, knows_scale};
+use super::pass::{Pass, Residuals};
 use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, shape_of};
 use crate::estimate::{Estimate, Status};
 use crate::hardware::{Finding, Parameter, turned_by};
@@ -29,6 +29,11 @@ const STATED_DEGREES: f64 = 30.0;
 const MEASURED_DEGREES: f64 = 10.0;
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
+/// Largest share of the inverse trace by which it may be too large: it may be that of a body twenty times as
+/// heavy.
+const MOST_OF_SCALE: f64 = 0.95;
+/// Largest relative sigma of the trace that enters the sigma of a product: a factor of ten.
+const MOST_SPREAD: f64 = 9.0;
 /// Information that pins a parameter to its value, over all that is known of it: 0.1 % of its variance is left.
 const KNOWN: f64 = 1e3;
 /// Sigma of a torque or bias over its range, below which it is reported.
@@ -140,7 +145,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Estimate of earlier windows; false where it is not finite.
     #[inline(never)]
     fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
-        let Some(past) = self.past.as_ref().or(self.doubted.as_ref()) else { return false };
+        let Some(past) = self.past.as_ref().or(self.doubted.as_ref().filter(|_| self.is_doubtful))
+        else {
+            return false;
+        };
         // The past enters as a belief: there are no blocks.
         let first = self.groups.first_kept::<U>();
         let nothing = super::belief::kept(&SquareRootInformation::default(), first);
@@ -193,8 +201,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let trace = T::one() / (solution.point.scale() * unit_per_kg_m2);
         let n = solution.point.over_trace();
         estimate.inertia = Inertia::new(n.map(|n| n * trace));
-        // Without wheels and torque the column of the scale is zero, and its pivot the seed.
-        let has_scale = past.is_some() || knows_scale(window, self.noise_rad_s());
+        let has_scale = past.is_some() || self.stretch().has_drive();
         solution.add_curvature(&alone, has_scale);
         solution.of_elements(&mut estimate.covariance_kg2_m4);
         if !is_finite_with_floor(estimate) {
@@ -468,7 +475,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
     ///
     /// The data are linear in κ, and the sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
-    /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to 0.9. Both as far as the scale comes
+    /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to [`MOST_OF_SCALE`]. Both as far as the scale comes
     /// from the data rather than from a prior of the elements.
     ///
     /// The sigma of an element from that of its ratio n goes with the trace t: `var(n t) = t² var(n) +
@@ -481,7 +488,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
             // Nothing but the range of any body.
             one
         } else if of_data > T::lit(SCALE_OBSERVED) {
-            (one / (one - (s * T::lit(3.0)).min(T::lit(0.9))) - one) / s
+            (one / (one - (s * T::lit(3.0)).min(T::lit(MOST_OF_SCALE))) - one) / s
         } else {
             one / ((one - s) * (one - s))
         };
@@ -494,7 +501,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
             }
         }
         if has_scale && of_data > T::lit(SCALE_OBSERVED) {
-            let s = relative(self);
+            let s = relative(self).min(T::lit(MOST_SPREAD));
             let spread = one + s * s;
             for row in 0..5 {
                 for column in 0..5 {

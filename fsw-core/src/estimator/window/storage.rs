@@ -114,6 +114,12 @@ impl<T: Real, const W: usize> Stretch<T, W> {
         self.wheels_n_m_s = self.rest.wheels_n_m_s;
     }
 
+    /// True where wheels turn or a torque acts: the scale has a column that is not zero.
+    pub fn has_drive(&self) -> bool {
+        let is_turning = self.wheels_n_m_s.iter().any(|h| *h != T::zero());
+        is_turning || self.wheels_span_n_m_s > T::zero() || self.has_torque
+    }
+
     /// Notes the drive of a block.
     pub fn note(&mut self, block: &Block<T, W>) {
         let change = largest(&(block.wheels_n_m_s - self.wheels_n_m_s));

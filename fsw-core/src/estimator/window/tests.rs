@@ -398,6 +398,34 @@ fn a_window_ends_and_begins_by_command() {
     assert!(window.is_open() && worst_error(&window.estimate()) < EXACT);
 }
 
+/// A window that ends while the one before it waits for its fit loses no blocks.
+#[test]
+fn a_second_window_waits_for_its_fit() {
+    let samples = tumble(800);
+    let (first, second) = samples.split_at(400);
+    let fly = |is_idle: bool| {
+        let mut window = window::<512>(Config { slices_per_step: 0, ..config(NOISE_RAD_S) });
+        for part in [first, second] {
+            window.open_window();
+            for sample in part {
+                window.step(sample);
+            }
+            window.close_window();
+            if !is_idle {
+                window.finish();
+            }
+        }
+        window.finish();
+        window.estimate()
+    };
+    let (idle, busy) = (fly(true), fly(false));
+    assert_eq!((idle.status, busy.status), (Status::Converged, Status::Converged));
+    for i in 0..6 {
+        let ratio = idle.sigma_kg_m2()[i] / busy.sigma_kg_m2()[i];
+        assert!((0.98..1.02).contains(&ratio), "element {i}: {ratio}");
+    }
+}
+
 #[test]
 fn noise_that_is_not_given_is_measured() {
     let noise = 5e-4;

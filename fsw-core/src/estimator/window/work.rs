@@ -158,7 +158,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.closing.as_ref().map_or(self.blocks.len(), |closing| closing.end)
     }
 
-    fn stretch(&self) -> Stretch<T, W> {
+    pub(super) fn stretch(&self) -> Stretch<T, W> {
         self.closing.as_ref().map_or(self.open, |closing| closing.stretch)
     }
 
