@@ -106,7 +106,7 @@ pub trait Estimator<T: Real, const W: usize> {
     /// An estimator that completes its work within each step does nothing.
     fn finish(&mut self) {}
 
-    /// Calls `visit` with the result on each parameter of the hardware that is among the unknowns.
+    /// Calls `visit` with the result on each parameter of the hardware that is among the unknowns or considered.
     fn each_of_hardware(&self, _visit: &mut dyn FnMut(Finding<T>)) {}
 }
 
