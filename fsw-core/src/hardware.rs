@@ -77,10 +77,11 @@ impl<T: Real, const W: usize> Hardware<T, W> {
         let axes = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
             .map(|(axis, about)| (Parameter::GyroAxes(axis, about), self.gyro_axes_rad));
         let (inertia, tilt) = (self.wheel_inertia, self.wheel_axis_rad);
-        let wheels = (0u8..).zip(inertia.into_iter().zip(tilt)).flat_map(|(wheel, (inertia, tilt))| {
-            let tilts = [0, 1].map(|direction| (Parameter::WheelAxis(wheel, direction), tilt));
-            core::iter::once((Parameter::WheelInertia(wheel), inertia)).chain(tilts)
-        });
+        let wheels =
+            (0u8..).zip(inertia.into_iter().zip(tilt)).flat_map(|(wheel, (inertia, tilt))| {
+                let tilts = [0, 1].map(|direction| (Parameter::WheelAxis(wheel, direction), tilt));
+                core::iter::once((Parameter::WheelInertia(wheel), inertia)).chain(tilts)
+            });
         let common = [
             (Parameter::Delay, self.delay_sigma_s),
             (Parameter::TorqueScale, self.torque_scale),

@@ -161,7 +161,8 @@ impl<T: Real> Whiteness<T> {
     #[inline]
     pub fn add(&mut self, innovation: &Innovation<T>, noise_rad_s: T, explained: T) {
         let share = |axis: usize| noise_rad_s / innovation.variance_rad2_s2[axis];
-        let mut value = innovation.rate_rad_s.component_mul(&Vec3::new(share(0), share(1), share(2)));
+        let mut value =
+            innovation.rate_rad_s.component_mul(&Vec3::new(share(0), share(1), share(2)));
         if !(value.dot(&value) + explained).is_finite() {
             return; // The filter is about to be reset.
         }
@@ -196,7 +197,9 @@ mod tests {
     fn noise(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed;
         move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             ((state >> 40) as f64 / (1u64 << 23) as f64 - 1.0) * 3f64.sqrt()
         }
     }
@@ -250,8 +253,10 @@ mod tests {
     fn numbers_that_are_not_finite_are_left_out() {
         let mut test = Whiteness::<f32>::default();
         for (rate, variance) in [(f32::NAN, 1.0), (1.0, 0.0), (f32::INFINITY, 1.0), (0.0, 0.0)] {
-            let innovation =
-                Innovation { rate_rad_s: Vec3::repeat(rate), variance_rad2_s2: Vec3::repeat(variance) };
+            let innovation = Innovation {
+                rate_rad_s: Vec3::repeat(rate),
+                variance_rad2_s2: Vec3::repeat(variance),
+            };
             test.add(&innovation, 1.0, 0.0);
         }
         assert_eq!(test, Whiteness::default());

@@ -56,10 +56,8 @@ pub(super) fn note_ignored_disturbances(
         return;
     }
     let (asked, hardware) = (&craft.solve_for, &craft.hardware);
-    let disturbances = [
-        (asked.torque, hardware.torque_sigma_n_m),
-        (asked.gyro_bias, hardware.bias_sigma_rad_s),
-    ];
+    let disturbances =
+        [(asked.torque, hardware.torque_sigma_n_m), (asked.gyro_bias, hardware.bias_sigma_rad_s)];
     let is_considered = |sigma: Option<f64>| properties.considers_disturbances && sigma.is_some();
     if disturbances.iter().any(|(asked, sigma)| *asked && !is_considered(*sigma)) {
         notes.add(format!(

@@ -64,7 +64,8 @@ impl<T: Real, const W: usize> Delay<T, W> {
         let mut speed = now.wheel_speed_rad_s;
         let mut torque_n_m = now.torque_n_m;
         if share < T::one() {
-            torque_n_m = last.torque_n_m + (now.torque_n_m - last.torque_n_m) * share.max(T::zero());
+            torque_n_m =
+                last.torque_n_m + (now.torque_n_m - last.torque_n_m) * share.max(T::zero());
         }
         for (i, speed) in speed.iter_mut().enumerate() {
             *speed = line(last.wheel_speed_rad_s[i], *speed, share);
@@ -73,11 +74,16 @@ impl<T: Real, const W: usize> Delay<T, W> {
             let ratio = before_s / elapsed_s;
             if share < T::zero() {
                 let back = -share / ratio;
-                torque_n_m = last.torque_n_m + (before.torque_n_m - last.torque_n_m) * back.min(T::one());
+                torque_n_m =
+                    last.torque_n_m + (before.torque_n_m - last.torque_n_m) * back.min(T::one());
             }
             for (i, speed) in speed.iter_mut().enumerate() {
                 *speed += bend(
-                    [before.wheel_speed_rad_s[i], last.wheel_speed_rad_s[i], now.wheel_speed_rad_s[i]],
+                    [
+                        before.wheel_speed_rad_s[i],
+                        last.wheel_speed_rad_s[i],
+                        now.wheel_speed_rad_s[i],
+                    ],
                     ratio,
                 ) * (share * (share - T::one()));
             }

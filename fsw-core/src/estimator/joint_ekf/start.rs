@@ -108,7 +108,8 @@ impl<T: Real> Start<T> {
             return Err(NoStart::TooLittleMotion);
         }
         let is_explained = |noise_rad_s| alignment.is_explained(&solution.inertia, noise_rad_s);
-        let is_contradicted = !is_explained(noise_rad_s) && !is_explained(allowed_rad_s(mean_moment));
+        let is_contradicted =
+            !is_explained(noise_rad_s) && !is_explained(allowed_rad_s(mean_moment));
         if is_contradicted || !solution.inertia.is_physical() {
             return Err(NoStart::Contradiction);
         }
@@ -124,7 +125,8 @@ impl<T: Real> Start<T> {
         for axis in 0..3 {
             self.covariance.inflate(axis, error.rate_rad_s * error.rate_rad_s);
         }
-        let share = (error.rate_rad_s / error.of_rate_rad_s * T::lit(AMPLIFICATION)).min(T::lit(ALIGNED));
+        let share =
+            (error.rate_rad_s / error.of_rate_rad_s * T::lit(AMPLIFICATION)).min(T::lit(ALIGNED));
         let sigma_kg_m2 = self.state.inertia.trace_kg_m2() * T::lit(1.0 / 3.0) * share;
         for element in 3..9 {
             self.covariance.inflate(element, sigma_kg_m2 * sigma_kg_m2);

@@ -1,7 +1,7 @@
 //! The nine states, and the two operations on them that a form of the filter provides.
 
-use super::considered::{Gain, Prediction};
 use super::Config;
+use super::considered::{Gain, Prediction};
 use crate::dynamics::interval::Interval;
 use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
 use crate::tensor::Inertia;

@@ -66,7 +66,9 @@ fn with_error(
         let rate = sample.rate_rad_s;
         match parameter {
             Parameter::GyroScale(i) => sample.rate_rad_s += unit(i) * (rate.dot(&unit(i)) * error),
-            Parameter::GyroAxes(i, j) => sample.rate_rad_s += unit(i) * (rate.dot(&unit(j)) * error),
+            Parameter::GyroAxes(i, j) => {
+                sample.rate_rad_s += unit(i) * (rate.dot(&unit(j)) * error)
+            }
             Parameter::GyroBias(i) => sample.rate_rad_s += unit(i) * error,
             Parameter::Delay => {
                 let (from, to) = (k.max(1) - 1, (k + 1).min(last));
@@ -113,7 +115,9 @@ fn columns_are_the_derivatives_of_the_filter() {
     let wheel = (Vec3::from(AXIS), SPIN_INERTIA);
     let samples = flight();
     let mut exact = filter(wheel);
-    samples.iter().for_each(|sample| assert!(exact.step(sample) != Outcome::Coasting(Coasting::Spike)));
+    samples
+        .iter()
+        .for_each(|sample| assert!(exact.step(sample) != Outcome::Coasting(Coasting::Spike)));
     let columns = findings(&exact);
     assert_eq!(columns.len(), 21);
     for Finding { parameter, stated, effect_kg_m2, .. } in columns {
@@ -238,7 +242,8 @@ fn stated_errors_raise_no_alarm() {
     let mut wheel = (Vec3::from(AXIS), SPIN_INERTIA);
     let mut samples = flight();
     for axis in 0..3 {
-        samples = with_error(&samples, &mut wheel, Parameter::GyroScale(axis), 3.0 * HARDWARE.gyro_scale);
+        samples =
+            with_error(&samples, &mut wheel, Parameter::GyroScale(axis), 3.0 * HARDWARE.gyro_scale);
     }
     let config = Config { prior: filter(wheel).config.prior, ..Config::new(1e-6) };
     let wheels = WheelArray::new([wheel.0], [wheel.1]).unwrap();
