@@ -39,7 +39,8 @@ impl Status {
 /// | `inertia`, `covariance_kg2_m4`, `observed`, `status` | every estimator |
 /// | `residual_rms_rad_s` | every estimator |
 /// | `disturbance_torque_n_m`, `gyro_bias_rad_s` | `window`, where they are unknowns |
-/// | `residuals_white`, `projected`, `sigma_random_kg_m2` | `window` |
+/// | `residuals_white`, `sigma_random_kg_m2` | `window`, `joint_ekf` |
+/// | `projected` | `window` |
 ///
 /// ```
 /// use fsw_core::{Estimate, Status};

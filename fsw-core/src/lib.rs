@@ -83,12 +83,12 @@
 //! | estimator | prior | attitude | gyro noise | disturbance torque, gyro bias | after a change of the inertia |
 //! |---|---|---|---|---|---|
 //! | [`Window`](estimator::window::Window) | none needed | not used | stated or measured | can be unknowns, with drag | distinguished from fault and model error, estimated anew |
-//! | [`JointEkf`](estimator::joint_ekf::JointEkf) | none needed, or given | not used | stated | not modelled | lock-out, estimated anew |
+//! | [`JointEkf`](estimator::joint_ekf::JointEkf) | none needed, or given | not used | stated | considered, with errors of the hardware | lock-out, estimated anew |
 //! | [`EkfSgf`](estimator::ekf_sgf::EkfSgf) | nominal inertia | not used | stated | not modelled | lock-out |
 //! | [`Momentum`](estimator::momentum::Momentum) | none | needed | stated | not modelled | not detected |
 //!
 //! `Window` is the default: it reaches the Cramér-Rao bound without a prior. It takes 40 KiB and idle
-//! time of the processor; `JointEkf`, a published filter in factorised form, takes 2 KiB and completes
+//! time of the processor; `JointEkf`, a published filter in factorised form, takes 2.2 KiB and completes
 //! its work within the step. The other two reproduce published methods for comparison.
 //!
 //! # Reading an estimate
@@ -243,6 +243,8 @@
 //!   703-712, 1960.
 //! * \[Savitzky1964\] A. Savitzky, M. J. E. Golay, *Smoothing and differentiation of data by simplified
 //!   least squares procedures*, Anal. Chem. 36, 1627-1639, 1964.
+//! * \[Schmidt1966\] S. F. Schmidt, *Application of state-space methods to navigation problems*, Advances in Control
+//!   Systems 3, 293-340, Academic Press, 1966.
 //! * \[Thornton1976\] C. L. Thornton, *Triangular covariance factorizations for Kalman filtering*,
 //!   JPL TM 33-798, 1976.
 //!

@@ -32,7 +32,8 @@
 //! // Four wheels, single precision, bytes.
 //! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 44 * 1024);
 //! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 50 * 1024);
-//! assert!(size_of::<JointEkfUd<f32, 4>>() <= 2048);
+//! assert!(size_of::<JointEkfUd<f32, 4>>() <= 2304);
+//! assert!(size_of::<JointEkfUd<f32, 4, 24>>() <= 4096);
 //! assert!(size_of::<EkfSgf<f32, 4>>() <= 2048);
 //! assert!(size_of::<Momentum<f32, 4>>() <= 512);
 //! ```
@@ -106,7 +107,7 @@ pub trait Estimator<T: Real, const W: usize> {
     /// An estimator that completes its work within each step does nothing.
     fn finish(&mut self) {}
 
-    /// Calls `visit` with the result on each parameter of the hardware that is among the unknowns.
+    /// Calls `visit` with the result on each parameter of the hardware that is among the unknowns or considered.
     fn each_of_hardware(&self, _visit: &mut dyn FnMut(Finding<T>)) {}
 }
 

@@ -13,8 +13,9 @@
 //! explain. Output: white or not, from 30 values on.
 //!
 //! A model error is slow beside the samples and small beside their noise. The innovations of a
-//! consistent filter are white, `z = ν / √S` of variance 1; sums of m of them over √m have variance
-//! 1 too, and a slow error grows by √m. Three levels are tested: single innovations, groups of 4 and
+//! consistent filter are white, and `z = ν σ / S` has at most the variance 1, less while the filter's own
+//! uncertainty is part of S ([`shift`](super::shift)). Sums of m of them over √m have the same variance,
+//! and a slow error grows by √m. Three levels are tested: single innovations, groups of 4 and
 //! groups of 16.
 //!
 //! Means are exponential once they hold 4,096 values, `m ← m + (x − m) / n`, `n ≤ 4096`.
@@ -122,7 +123,7 @@ impl<T: Real> Level<T> {
 ///     let mut test = Whiteness::default();
 ///     for k in 0..1000 {
 ///         let rate_rad_s = Vec3::repeat(rate_rad_s(k));
-///         test.add(&Innovation { rate_rad_s, variance_rad2_s2: Vec3::repeat(1.0) }, 0.0);
+///         test.add(&Innovation { rate_rad_s, variance_rad2_s2: Vec3::repeat(1.0) }, 1.0, 0.0);
 ///     }
 ///     test.is_white()
 /// };
@@ -148,16 +149,20 @@ impl<T: Real> Default for Whiteness<T> {
 impl<T: Real> Whiteness<T> {
     /// Discards all values, as after a restart of the filter.
     pub fn restart(&mut self) {
-        *self = Self::default();
+        for level in &mut self.levels {
+            *level = Level::nothing();
+        }
+        self.explained = T::zero();
     }
 
-    /// Adds an innovation that updated the filter, with its variance S by noise and covariance. The mean
-    /// square over S that errors of the hardware explain beside that is `explained`, zero for ideal
-    /// hardware.
+    /// Adds an innovation that updated the filter, with its variance S by noise and covariance, for gyro
+    /// noise of `noise_rad_s`. The mean square over S that errors of the hardware explain beside that is
+    /// `explained`, zero for ideal hardware.
     #[inline]
-    pub fn add(&mut self, innovation: &Innovation<T>, explained: T) {
-        let (v, s) = (&innovation.rate_rad_s, &innovation.variance_rad2_s2);
-        let mut value = Vec3::new(v.x / s.x.sqrt(), v.y / s.y.sqrt(), v.z / s.z.sqrt());
+    pub fn add(&mut self, innovation: &Innovation<T>, noise_rad_s: T, explained: T) {
+        let share = |axis: usize| noise_rad_s / innovation.variance_rad2_s2[axis];
+        let mut value =
+            innovation.rate_rad_s.component_mul(&Vec3::new(share(0), share(1), share(2)));
         if !(value.dot(&value) + explained).is_finite() {
             return; // The filter is about to be reset.
         }
@@ -208,7 +213,7 @@ mod tests {
             let rate_rad_s =
                 Vec3::from_fn(|i, _| (scale * noise() + slow * (phase + i as f64).sin()) as f32);
             let innovation = Innovation { rate_rad_s, variance_rad2_s2: Vec3::repeat(1.0) };
-            test.add(&innovation, explained as f32);
+            test.add(&innovation, 1.0, explained as f32);
         }
         test.is_white()
     }
@@ -247,12 +252,12 @@ mod tests {
     #[test]
     fn numbers_that_are_not_finite_are_left_out() {
         let mut test = Whiteness::<f32>::default();
-        for (rate, variance) in [(f32::NAN, 1.0), (1.0, 0.0), (f32::INFINITY, 1.0), (0.0, -1.0)] {
+        for (rate, variance) in [(f32::NAN, 1.0), (1.0, 0.0), (f32::INFINITY, 1.0), (0.0, 0.0)] {
             let innovation = Innovation {
                 rate_rad_s: Vec3::repeat(rate),
                 variance_rad2_s2: Vec3::repeat(variance),
             };
-            test.add(&innovation, 0.0);
+            test.add(&innovation, 1.0, 0.0);
         }
         assert_eq!(test, Whiteness::default());
     }

@@ -7,10 +7,13 @@ use crate::tally::Tally;
 use fsw_core::estimator::ekf_sgf::{self, EkfSgf};
 use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
 use fsw_core::estimator::window::{self, Slice, Window};
+use fsw_core::hardware::{Disturbance, Hardware};
 use fsw_core::{Coasting, Prior};
 use fsw_core::{ConfigError, Outcome, Sample, Status, WheelArray};
 use fsw_roster::Work;
-use fsw_steps::{BLOCKS, EkfSgfRls, JointEkf, Step, Window9, Window12, Window15, Window18};
+use fsw_steps::{
+    BLOCKS, EkfSgfRls, JointEkf, JointEkfOfHardware, Step, Window9, Window12, Window15, Window18,
+};
 use fsw_target::flight::computer::SLICES_PER_SAMPLE;
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::stand_in::recording::cubesat_pyramid::CRAFT;
@@ -34,6 +37,19 @@ const VAGUE: Prior<f32> = Prior {
 
 /// Random walk of propellant use: 1 % of a moment per hour.
 const INERTIA_WALK_KG_M2_SQRT_S: f32 = 1e-3 / 60.0;
+
+/// Errors of a consumer gyro and of small wheels: 22 parameters.
+const HARDWARE: Hardware<f32, WHEELS> = Hardware {
+    gyro_scale: 5e-3,
+    gyro_axes_rad: 1.7e-3,
+    delay_s: 0.0,
+    delay_sigma_s: 5e-3,
+    wheel_inertia: [0.01; WHEELS],
+    wheel_axis_rad: [3.5e-3; WHEELS],
+    common_wheel_inertia: 0.0,
+    torque_scale: 0.0,
+    mount_rad: [0.0; 3],
+};
 
 /// Data too large for the stack.
 pub struct Places {
@@ -67,6 +83,14 @@ pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigE
     let walk = [INERTIA_WALK_KG_M2_SQRT_S; 6];
     let config = joint_ekf::Config { inertia_walk_kg_m2_sqrt_s: walk, ..config };
     bench.fly_new("joint-ekf-walk", new(config))?;
+
+    let config = joint_ekf::Config::new(noise);
+    let of_hardware = |config| {
+        move || JointEkfOfHardware::considering(config, wheels, &HARDWARE, &Disturbance::none())
+    };
+    bench.fly_new("joint-ekf-hardware", of_hardware(config))?;
+    let config = joint_ekf::Config { prior: Some(PRIOR), ..config };
+    bench.fly_new("joint-ekf-hardware-prior", of_hardware(config))?;
 
     let config = ekf_sgf::Config::kim_2013(noise, PRIOR);
     bench.fly_new("ekf-sgf-rls", || EkfSgf::<f32, WHEELS>::new(config, wheels))?;
@@ -148,6 +172,7 @@ where
 }
 
 impl Sliced for JointEkf {}
+impl Sliced for JointEkfOfHardware {}
 impl Sliced for EkfSgfRls {}
 
 struct Bench<'a> {

@@ -1,7 +1,7 @@
 //! Work of an estimator beside its steps, in slices.
 
 use fsw_core::estimator::window::Remaining;
-use fsw_steps::{EkfSgfRls, JointEkf, Window9, Window12, Window15, Window18};
+use fsw_steps::{EkfSgfRls, JointEkf, JointEkfOfHardware, Window9, Window12, Window15, Window18};
 
 /// Work beside the steps.
 pub trait Work {
@@ -13,6 +13,7 @@ pub trait Work {
 }
 
 impl Work for JointEkf {}
+impl Work for JointEkfOfHardware {}
 impl Work for EkfSgfRls {}
 
 macro_rules! work_of_windows {

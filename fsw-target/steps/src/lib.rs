@@ -11,6 +11,6 @@
 mod step;
 
 pub use step::{
-    BLOCKS, EkfSgfRls, Fast, JointEkf, Step, WHEELS, Window9, Window12, Window15, Window18,
-    step_covariance,
+    BLOCKS, CONSIDERED, EkfSgfRls, Fast, JointEkf, JointEkfOfHardware, Step, WHEELS, Window9,
+    Window12, Window15, Window18, step_covariance,
 };

@@ -22,6 +22,10 @@ pub type Window15 = Window<f32, WHEELS, BLOCKS, 15>;
 pub type Window18 = Window<f32, WHEELS, BLOCKS, 18>;
 /// `joint-ekf`.
 pub type JointEkf = JointEkfUd<f32, WHEELS>;
+/// Parameters that `joint-ekf` considers: gyro 9, wheels 3 each, time offset, common spin inertia, torque scale.
+pub const CONSIDERED: usize = 12 + 3 * WHEELS;
+/// `joint-ekf` for stated hardware.
+pub type JointEkfOfHardware = JointEkfUd<f32, WHEELS, CONSIDERED>;
 /// `ekf-sgf-rls`.
 pub type EkfSgfRls = EkfSgf<f32, WHEELS>;
 
@@ -69,7 +73,7 @@ macro_rules! step_fast {
 }
 
 step_fast!(Window::step_alone: Window9, Window12, Window15, Window18);
-step_fast!(Estimator::step: JointEkf, EkfSgfRls);
+step_fast!(Estimator::step: JointEkf, JointEkfOfHardware, EkfSgfRls);
 
 /// Prediction and update of the covariance of `joint-ekf` alone, for the bench.
 #[inline(never)]

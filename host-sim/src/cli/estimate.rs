@@ -48,17 +48,31 @@ pub(super) fn estimate(
     Ok(Estimated { report, history })
 }
 
-/// Note for an estimator that cannot solve for the craft's disturbances.
+/// Note for an estimator that cannot solve for the craft's disturbances: ignored, or considered where their sigma is
+/// stated.
 pub(super) fn note_ignored_disturbances(
     estimator: EstimatorName,
     craft: &Craft,
     notes: &mut Notes,
 ) {
-    let requested = craft.solve_for.torque || craft.solve_for.gyro_bias;
-    if requested && !estimator.properties().solves_for_disturbances {
+    let properties = estimator.properties();
+    if properties.solves_for_disturbances {
+        return;
+    }
+    let (asked, hardware) = (&craft.solve_for, &craft.hardware);
+    let disturbances =
+        [(asked.torque, hardware.torque_sigma_n_m), (asked.gyro_bias, hardware.bias_sigma_rad_s)];
+    let is_considered = |sigma: Option<f64>| properties.considers_disturbances && sigma.is_some();
+    if disturbances.iter().any(|(asked, sigma)| *asked && !is_considered(*sigma)) {
         notes.add(format!(
             "{estimator} does not estimate disturbance torque or gyro bias; [disturbance] is \
              ignored"
+        ));
+    }
+    if disturbances.iter().any(|(_, sigma)| is_considered(*sigma)) {
+        notes.add(format!(
+            "{estimator} does not estimate disturbance torque or gyro bias; their stated sigma is in \
+             the covariance"
         ));
     }
 }

@@ -48,6 +48,8 @@ pub struct Properties {
     pub measures_gyro_noise: bool,
     /// Estimates a constant disturbance torque and the gyro bias on request.
     pub solves_for_disturbances: bool,
+    /// Widens its covariance by a disturbance torque and a gyro bias of stated sigma.
+    pub considers_disturbances: bool,
 }
 
 /// The defaults of a row: a published filter that takes rates, torques and the gyro noise.
@@ -59,6 +61,7 @@ const PUBLISHED: Properties = Properties {
     needs_attitude: false,
     measures_gyro_noise: false,
     solves_for_disturbances: false,
+    considers_disturbances: false,
 };
 
 /// The estimators, in the order of [`EstimatorName`].
@@ -76,6 +79,7 @@ const TABLE: [Properties; 10] = [
         name: "joint-ekf",
         paper: Some("Bellar2019"),
         summary: "Nine-state EKF in UD form, in the flight image",
+        considers_disturbances: true,
         ..PUBLISHED
     },
     Properties {

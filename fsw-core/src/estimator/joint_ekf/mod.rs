@@ -42,15 +42,30 @@
 //! | lock-out: spikes in a row, a persistent shift | alignment without a prior | [`Reset::Lockout`] |
 //! | a number not finite, `J` singular | the prior's, or alignment | [`Reset::Diverged`] |
 //!
+//! # Errors of the hardware
+//!
+//! [`JointEkf::considering`] takes stated errors of gyro, wheels and torque, and constant disturbances. They are
+//! not estimated: each has a column of sensitivities, which widens the covariance and sets the gain
+//! ([`considered`]). `sigma_random_kg_m2` is then the share of the noise, and
+//! [`Estimator::each_of_hardware`] returns the effect of each parameter. [`JointEkf::new`] takes the hardware as
+//! ideal, and has none of this compiled in.
+//!
+//! # Whiteness
+//!
+//! `residuals_white` is the result of [`whiteness`](crate::monitor::whiteness) on the innovations since the last
+//! start: size and correlation, of single ones and of groups of 4 and 16. `Some(false)` with a status of
+//! `Converged` is an error of the model below the alarm of the mean NIS.
+//!
 //! # Departures and assumptions
 //!
 //! Departures from \[Bellar2019\], for both forms: wheels (the paper has none), the gate, the spike
 //! gate, the alignment, and the observability that the estimate reports. Those of each form are
 //! listed in its module.
 //!
-//! Assumptions: gyro noise is white and of the stated sigma, torque and wheel speeds are exact, the
-//! body is rigid. Errors of the last two enter the estimate unnoticed, up to the test of the
-//! innovations ([`InnovationMonitor::is_consistent`]).
+//! Assumptions: gyro noise is white and of the stated sigma, torque and wheel speeds are exact but for the
+//! considered errors, the body is rigid. Other errors enter the estimate, up to the tests of the
+//! innovations ([`InnovationMonitor::is_consistent`] and the whiteness). An error that the inertia itself can
+//! imitate, such as a common scale of gyro or wheels, leaves the innovations white: it must be stated.
 //!
 //! # Accuracy
 //!
@@ -300,7 +315,8 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             return self.restart_diverged(sample);
         }
         let innovation = self.innovation_of(&sample.rate_rad_s);
-        let by_hardware = self.considered.innovation_variance();
+        let by_hardware =
+            if P == 0 { Vec3::zeros() } else { self.considered.innovation_variance() };
         self.innovation = Some(Self::widened(innovation, &by_hardware));
         let allowed = Self::widened(innovation, &(by_hardware * T::lit(ALLOWED)));
         let ratio = allowed.squared_test_ratio();
@@ -392,11 +408,12 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         allowed: &Innovation<T>,
     ) -> Outcome {
         self.monitor.accept(allowed);
-        self.whiteness.add(innovation, Self::explained(innovation, allowed));
+        let noise_rad_s = self.config.gyro_noise_rad_s;
+        self.whiteness.add(innovation, noise_rad_s, Self::explained(innovation, allowed));
         let noise_variance = self.config.noise_variance();
         let rate_rad_s = &sample.rate_rad_s;
         self.form.update(&mut self.state, rate_rad_s, noise_variance, |gain| {
-            self.considered.correct(gain)
+            if P == 0 { None } else { self.considered.correct(gain) }
         });
         if self.is_valid() { Outcome::Updated } else { self.restart_diverged(sample) }
     }
@@ -437,8 +454,9 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         match aligning.step((&sample.rate_rad_s, &drive), elapsed_s, noise, prior, allowed) {
             Progress::Continues => Outcome::Coasting(Coasting::Aligning),
             Progress::Refused => Outcome::Coasting(Coasting::Spike),
-            Progress::Aligned(start, pending) => {
-                self.track_from(self.widened_by_hardware(start, sample));
+            Progress::Aligned(mut start, pending) => {
+                self.widen_by_hardware(&mut start, sample);
+                self.track_from(start);
                 self.phase = Phase::Joining(pending);
                 self.state.rate_rad_s = sample.rate_rad_s;
                 Outcome::Reset(Reset::Aligned)
@@ -446,18 +464,17 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         }
     }
 
-    /// A start by alignment up to this sample, with the errors of the hardware in its covariance.
-    fn widened_by_hardware(&self, start: Start<T>, sample: &Sample<T, W>) -> Start<T> {
+    /// Adds the errors of the hardware to the covariance of a start by alignment up to this sample.
+    fn widen_by_hardware(&self, start: &mut Start<T>, sample: &Sample<T, W>) {
         if P == 0 {
-            return start;
+            return;
         }
         let of_body = (start.state.inertia.trace_kg_m2() * T::lit(1.0 / 3.0), T::zero());
-        let error = self.considered.rate_error_rad_s(sample, &self.wheels, of_body);
-        start.widened(&AlignmentError {
-            rate_rad_s: error,
+        start.widen(&AlignmentError {
+            rate_rad_s: self.considered.rate_error_rad_s(sample, &self.wheels, of_body),
             of_rate_rad_s: norm(&sample.rate_rad_s),
             scale: self.considered.scale_error(),
-        })
+        });
     }
 
     /// Starts from the prior and this sample: tracking, or aligning where the prior is vague.

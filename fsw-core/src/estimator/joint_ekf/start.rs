@@ -118,10 +118,10 @@ impl<T: Real> Start<T> {
         Ok(Self { state, covariance, range_kg_m2 })
     }
 
-    /// The start with what errors of the hardware add to its covariance, uncorrelated with the later ones: the error of
+    /// Adds what errors of the hardware add to the covariance, uncorrelated with the later ones: the error of
     /// a reading on the rate; of each element `AMPLIFICATION` times its share of the rate, up to the sigma that ends an
     /// alignment; of the scale of all elements `INDEPENDENT` times the sigma of it.
-    pub fn widened(mut self, error: &AlignmentError<T>) -> Self {
+    pub fn widen(&mut self, error: &AlignmentError<T>) {
         for axis in 0..3 {
             self.covariance.inflate(axis, error.rate_rad_s * error.rate_rad_s);
         }
@@ -135,7 +135,6 @@ impl<T: Real> Start<T> {
         let [a, b, c, d, e, f] = self.state.inertia.elements_kg_m2();
         let o = T::zero();
         self.covariance.add_product([o, o, o, a, b, c, d, e, f], scale * scale);
-        self
     }
 }
 
