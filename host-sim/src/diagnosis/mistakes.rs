@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::record::Record;
+use super::record::{Record, median};
 
 /// Share of rows without a new wheel speed above which the speeds are held.
 const HELD_SHARE: f64 = 0.3;
@@ -11,11 +11,16 @@ const LARGEST_SHIFT: isize = 3;
 /// Cosine between torque columns and motor torque above which one is taken for the other.
 const SAME_TORQUE: f64 = 0.7;
 
+/// Plausible intervals between rows, s: gyros of 2 kHz to house-keeping once a minute.
+const INTERVAL_S: std::ops::RangeInclusive<f64> = 5e-4..=60.0;
+
 /// A mistake.
 pub(super) struct Mistake {
     pub name: String,
     /// Correction of craft file or log.
     pub remedy: String,
+    /// Number of flips and exchanges that it consists of.
+    pub steps: usize,
     change: Change,
 }
 
@@ -125,7 +130,7 @@ fn interpolate(record: &mut Record) {
 /// All mistakes that are possible with this record.
 pub(super) fn all(record: &Record) -> Vec<Mistake> {
     let mut all = gyro();
-    all.extend(time());
+    all.extend(time(record));
     all.extend(readings(record));
     if !record.wheels.is_empty() {
         all.extend(wheel_signs(record.wheels.len()));
@@ -141,7 +146,33 @@ pub(super) fn all(record: &Record) -> Vec<Mistake> {
 }
 
 fn mistake(name: impl Into<String>, remedy: impl Into<String>, change: Change) -> Mistake {
-    Mistake { name: name.into(), remedy: remedy.into(), change }
+    let steps = match &change {
+        Change::Gyro(matrix, _) => steps_of_axes(matrix),
+        Change::Columns(order) => exchanges(order),
+        _ => 1,
+    };
+    Mistake { name: name.into(), remedy: remedy.into(), steps, change }
+}
+
+/// Flips and exchanges of a signed permutation of axes.
+fn steps_of_axes(matrix: &Matrix3<f64>) -> usize {
+    let order: Vec<usize> = (0..3).map(|i| matrix.row(i).transpose().iamax()).collect();
+    let flips = matrix.iter().filter(|entry| **entry < 0.0).count();
+    (flips + exchanges(&order)).max(1)
+}
+
+/// Exchanges that make up a permutation: its length less the number of its cycles.
+fn exchanges(order: &[usize]) -> usize {
+    let mut is_seen = vec![false; order.len()];
+    let mut cycles = 0;
+    for start in 0..order.len() {
+        let mut place = start;
+        while !std::mem::replace(&mut is_seen[place], true) {
+            place = order[place];
+            cycles += usize::from(place == start);
+        }
+    }
+    order.len() - cycles
 }
 
 /// The 47 other assignments of gyro axes, and its units.
@@ -182,12 +213,18 @@ fn gyro() -> Vec<Mistake> {
     all
 }
 
-fn time() -> Vec<Mistake> {
+/// Units of time that leave a plausible interval between rows.
+fn time(record: &Record) -> Vec<Mistake> {
+    let steps = record.time_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let interval_s = median(steps.collect());
     let time = |unit: &str, factor: f64| {
         let (name, remedy) = (format!("time in {unit}"), format!("multiply t_s by {factor:e}"));
         mistake(name, remedy, Change::Time(factor))
     };
-    vec![time("ms", 1e-3), time("µs", 1e-6), time("minutes", 60.0)]
+    let units = [("ms", 1e-3), ("µs", 1e-6), ("minutes", 60.0)];
+    let plausible =
+        units.into_iter().filter(|(_, factor)| INTERVAL_S.contains(&(interval_s * factor)));
+    plausible.map(|(unit, factor)| time(unit, factor)).collect()
 }
 
 /// Repeated readings and speeds.

@@ -43,6 +43,8 @@ pub(super) struct Equations {
     local: Vec<(Vector3<f64>, Matrix3xX<f64>)>,
     /// Sum of squares over rows that are not in use, in sigmas.
     pub unused_squares: f64,
+    /// Predicted body rate of each row, and measured less predicted reading, zero for a row that is not in use, rad/s.
+    pub rows: Vec<[Vector3<f64>; 2]>,
 }
 
 impl Equations {
@@ -194,6 +196,7 @@ pub(super) fn pass(
         gradient: DVector::zeros(common),
         local: Vec::with_capacity(segments.starts.len()),
         unused_squares: 0.0,
+        rows: Vec::with_capacity(record.len()),
     };
     for (segment, start) in segments.starts.iter().enumerate() {
         let end = segments.starts.get(segment + 1).copied().unwrap_or(segments.end);
@@ -207,13 +210,17 @@ pub(super) fn pass(
         for i in 0..LOCAL {
             trajectory.sensitivity[i][i] = 1.0;
         }
-        let sums = segment_sums(&mut trajectory, *start..end)?;
+        let sums = segment_sums(&mut trajectory, *start..end, &mut equations.rows)?;
         eliminate(&sums, common, &mut equations)?;
     }
     Some(equations)
 }
 
-fn segment_sums(trajectory: &mut Trajectory<'_>, rows: std::ops::Range<usize>) -> Option<Sums> {
+fn segment_sums(
+    trajectory: &mut Trajectory<'_>,
+    rows: std::ops::Range<usize>,
+    predicted: &mut Vec<[Vector3<f64>; 2]>,
+) -> Option<Sums> {
     let (record, size) = (trajectory.record, trajectory.sensitivity.len());
     let mut by = vec![Vector3::zeros(); size];
     let mut sums = Sums {
@@ -237,6 +244,8 @@ fn segment_sums(trajectory: &mut Trajectory<'_>, rows: std::ops::Range<usize>) -
         } else {
             sums.unused += residual.norm_squared() * per_variance;
         }
+        let is_used = record.weight[row] > 0.0;
+        predicted.push([rate, if is_used { residual } else { Vector3::zeros() }]);
         if row < last {
             trajectory.advance(row);
         }

@@ -10,7 +10,7 @@ pub fn name(parameter: Parameter) -> String {
     let kind = parameter.kind();
     let axis = |i: u8| AXES.get(usize::from(i)).copied().unwrap_or("?");
     match parameter {
-        Parameter::GyroScale(i) => format!("{kind} {}", axis(i)),
+        Parameter::GyroScale(i) | Parameter::Mount(i) => format!("{kind} {}", axis(i)),
         Parameter::GyroAxes(of, about) => format!("{kind} {}{}", axis(of), axis(about)),
         Parameter::WheelInertia(i) => format!("{kind} {}", i + 1),
         Parameter::WheelAxis(i, tilt) => format!("{kind} {}, tilt {}", i + 1, tilt + 1),
@@ -30,6 +30,7 @@ pub fn key(parameter: Parameter) -> &'static str {
         Parameter::WheelAxis(..) => "wheel.axis_sigma_deg",
         Parameter::Delay => "gyro.delay_sigma_s",
         Parameter::TorqueScale => "torque.scale_sigma",
+        Parameter::Mount(_) => "mount.sigma_deg",
         Parameter::CommonWheelInertia => "wheels.common_spin_inertia_sigma",
     }
 }

@@ -10,13 +10,14 @@ fn keys(document: &Value) -> Vec<&str> {
     keys
 }
 
-const REPLAY_KEYS: [&str; 30] = [
+const REPLAY_KEYS: [&str; 31] = [
     "accepted",
     "changes",
     "covariance_kg2_m4",
     "disturbance_torque_n_m",
     "element_observed",
     "estimator",
+    "explanations",
     "gaps",
     "gyro_bias_rad_s",
     "hardware",
