@@ -408,3 +408,71 @@ fn is_motor_torque(record: &Record) -> bool {
     }
     product.abs() > SAME_TORQUE * (torques * exchanges).sqrt() && exchanges > 0.0
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+    use crate::input::Scenario;
+    use crate::simulation::log_of;
+    use crate::truth::Flight;
+
+    fn record(name: &str) -> Record {
+        let scenario = Scenario::load(name).unwrap();
+        let flight = Flight::simulate(&scenario).unwrap();
+        Record::new(&scenario.craft(), &log_of(&scenario, &flight, 1))
+    }
+
+    #[test]
+    fn names_are_unique_and_axes_are_all_signed_permutations() {
+        let all = all(&record("cubesat-pyramid"));
+        let names: HashSet<&str> = all.iter().map(|mistake| mistake.name.as_str()).collect();
+        assert_eq!(names.len(), all.len());
+        let axes = names.iter().filter(|name| name.starts_with("gyro axes")).count();
+        let wheels = names.iter().filter(|name| name.starts_with("wheels permuted")).count();
+        assert_eq!((axes, wheels), (47, 23));
+    }
+
+    #[test]
+    fn causes_need_their_columns() {
+        let spin_up = all(&record("stsat3-spin-up"));
+        let has = |name: &str| spin_up.iter().any(|mistake| mistake.name == name);
+        assert!(has("sign of the torque") && !has("sign of wheel 1"));
+        assert!(!has("motor torque given as external torque") && !has("gyro slower than its log"));
+        // Rows at 10 Hz are not 10 kHz.
+        assert!(!has("time in ms"));
+    }
+
+    #[test]
+    fn steps_count_flips_and_exchanges() {
+        assert_eq!(exchanges(&[0, 1, 2, 3]), 0);
+        assert_eq!(exchanges(&[3, 2, 1, 0]), 2);
+        assert_eq!(exchanges(&[1, 2, 0]), 2);
+        let flipped = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
+        assert_eq!(steps_of_axes(&flipped), 2);
+    }
+
+    #[test]
+    fn held_speeds_are_interpolated() {
+        let mut record = record("cubesat-pyramid");
+        let linear = |row: usize| 3.0 * row as f64;
+        for speeds in &mut record.wheel_rad_s {
+            let rows = speeds.iter_mut().enumerate();
+            rows.for_each(|(row, speed)| *speed = linear(row - row % 4));
+        }
+        interpolate(&mut record);
+        for row in 0..=600 {
+            assert!((record.wheel_rad_s[1][row] - linear(row)).abs() < 1e-9, "{row}");
+        }
+    }
+
+    #[test]
+    fn shifts_move_speeds_and_repeat_the_ends() {
+        let mut values = [1.0, 2.0, 3.0, 4.0];
+        shift(&mut values, 1);
+        assert_eq!(values, [2.0, 3.0, 4.0, 4.0]);
+        shift(&mut values, -2);
+        assert_eq!(values, [2.0, 2.0, 2.0, 3.0]);
+    }
+}

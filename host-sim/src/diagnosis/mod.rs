@@ -166,12 +166,12 @@ impl<'a> Reference<'a> {
         reference
     }
 
-    /// Squared ratio of measured to stated noise for readings times a factor, at least one: the chi-square of the stated
-    /// noise is that of the measured one times this.
+    /// Squared ratio of measured to stated noise for readings times a factor, one within the tolerance and below: the
+    /// chi-square of the stated noise is that of the measured one times this.
     fn unit(&self, factor: f64) -> f64 {
         let stated = self.craft.gyro.reading_sigma_rad_s();
         let ratio = stated.map_or(1.0, |stated| self.record.noise_rad_s * factor / stated);
-        ratio.max(1.0).powi(2)
+        if ratio.ln() > NOISE_TOLERANCE { ratio * ratio } else { 1.0 }
     }
 
     /// Squared deviation of the noise from the stated one, over the tolerance, for readings times a factor.
@@ -300,10 +300,15 @@ impl<'a> Reference<'a> {
         Some(explanation)
     }
 
-    /// Noise larger than stated, as the differences of the readings have it.
+    /// Noise other than stated, as the differences of the readings have it. It explains no more than white residuals.
     fn of_noise(&self) -> Option<Explanation> {
         let noise = self.record.noise_rad_s;
-        let decrease = self.readings * (self.unit(1.0) - 1.0) + self.noise_contradiction(1.0);
+        let stated = self.craft.gyro.reading_sigma_rad_s()?;
+        if (noise / stated).ln().abs() < NOISE_TOLERANCE {
+            return None;
+        }
+        let white = self.null.as_ref().map_or(0.0, |fit| fit.chi_square.min(self.readings));
+        let decrease = white * (self.unit(1.0) - 1.0) + self.noise_contradiction(1.0);
         let remedy = format!("[gyro] noise_rad_s = {noise:.3e}");
         let mut explanation =
             self.explanation("gyro noise other than stated".to_owned(), remedy, decrease, 1.0);
@@ -347,4 +352,34 @@ fn chi_square_about_mean(record: &Record) -> f64 {
     let squares =
         rows.map(|row| (record.rate_rad_s[row] - mean).norm_squared() * record.weight[row]);
     squares.sum::<f64>() / (record.noise_rad_s * record.noise_rad_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::Scenario;
+    use crate::simulation::log_of;
+    use crate::truth::Flight;
+
+    #[test]
+    fn explanation_has_value_unit_share_and_remedy() {
+        let scenario = Scenario::load("microsat-slew").unwrap();
+        let mut log = log_of(&scenario, &Flight::simulate(&scenario).unwrap(), 5);
+        log.iter_mut().for_each(|row| row.rate_rad_s.x *= 1.02);
+        let found = diagnose(&scenario.craft(), &log).unwrap();
+        let first = &found.explanations[0];
+        assert_eq!((first.name.as_str(), first.component.as_str()), ("gyro scale factor", "x"));
+        let (value, sigma) = first.value.unwrap();
+        assert!((value - 0.02).abs() < 5.0 * sigma && sigma < 0.005, "{value} {sigma}");
+        assert!(first.share > 0.8 && first.unit.is_empty(), "{first:?}");
+        assert!(first.remedy.starts_with("[gyro] scale = ["), "{}", first.remedy);
+    }
+
+    #[test]
+    fn short_log_has_no_diagnosis() {
+        let scenario = Scenario::load("microsat-slew").unwrap();
+        let log = log_of(&scenario, &Flight::simulate(&scenario).unwrap(), 5);
+        assert_eq!(diagnose(&scenario.craft(), &log[..20]), None);
+        assert!(diagnose(&scenario.craft(), &log[..24]).is_some());
+    }
 }
