@@ -19,8 +19,8 @@
 //! | `q` | rotation from body axes to inertial axes | 1 |
 //!
 //! Wheels are the true ones, with the errors of [`hardware`](crate::input::scenario::hardware). Its
-//! further effects add terms: oscillators ([`flexible`](super::flexible)), torques of the
-//! [`environment`](super::environment), pulses, and the imbalance of a wheel at angle `θ` and speed
+//! further effects add terms: oscillators (`flexible`), torques of the
+//! `environment`, pulses, and the imbalance of a wheel at angle `θ` and speed
 //! `Ω`, `r × U Ω² û + U_d Ω² a × û` with `û = cos θ e₁ + sin θ e₂`, the static imbalance `U`, kg m, at
 //! `r`, m, and the dynamic one `U_d`, kg m².
 //!
