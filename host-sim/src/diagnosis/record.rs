@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn outliers_are_found_and_nothing_else() {
         let mut record = record();
-        assert_eq!(record.outliers(), []);
+        assert!(record.outliers().is_empty());
         record.rate_rad_s[100].y += 0.002;
         record.rate_rad_s[300].z -= 0.05;
         assert_eq!(record.outliers(), [100, 300]);
