@@ -1,5 +1,6 @@
 //! [scenarios]: self::scenarios
 //! [replay]: self::replay
+//! [diagnose]: self::diagnose
 //! [keys]: crate::input::keys
 //! [campaigns]: self::campaigns
 //! [papers]: self::papers
@@ -14,9 +15,13 @@
 pub mod scenarios {}
 
 /// [keys]: crate::input::keys
+/// [diagnose]: crate::docs::diagnose
 ///
 #[doc = include_str!("../docs/replay.md")]
 pub mod replay {}
+
+#[doc = include_str!("../docs/diagnose.md")]
+pub mod diagnose {}
 
 /// [accuracy]: fsw_core::docs::accuracy
 ///

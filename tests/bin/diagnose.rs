@@ -26,7 +26,7 @@ struct Arguments {
     /// This scenario only.
     #[arg(long)]
     scenario: Option<String>,
-    /// The craft states a prior of the inertia, 30 % of each moment.
+    /// The craft states a prior of the inertia, 20 % of each moment.
     #[arg(long)]
     prior: bool,
 }

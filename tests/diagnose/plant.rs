@@ -2,9 +2,10 @@
 
 use anyhow::Result;
 use host_sim::input::log::LogRow;
+use host_sim::input::scenario::hardware::TrueMode;
 use host_sim::input::{Craft, Scenario};
 use host_sim::truth::Flight;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Unit, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -14,13 +15,16 @@ const TORQUE_SIGMAS: f64 = 100.0;
 /// Change of log and craft by a seed; returns the name that `diagnose` should give.
 type Change = Box<dyn Fn(&mut Vec<LogRow>, &mut Craft, u64) -> String + Send + Sync>;
 
+/// Change of the true motion.
+type Motion = Box<dyn Fn(&mut Scenario) + Send + Sync>;
+
 /// An error.
 pub struct Planted {
-    /// Name.
+    /// Name in the table of the campaign.
     pub name: &'static str,
     /// A mistake of people; an error of the hardware otherwise.
     pub is_mistake: bool,
-    torque_n_m: Vector3<f64>,
+    motion: Option<Motion>,
     change: Change,
 }
 
@@ -30,10 +34,9 @@ impl Planted {
     /// # Errors
     /// A motion that cannot be integrated.
     pub fn flight(&self, scenario: &Scenario) -> Result<Option<Flight>> {
-        if self.torque_n_m == Vector3::zeros() {
-            return Ok(None);
-        }
-        let scenario = Scenario { disturbance_torque_n_m: self.torque_n_m, ..scenario.clone() };
+        let Some(motion) = &self.motion else { return Ok(None) };
+        let mut scenario = scenario.clone();
+        motion(&mut scenario);
         Ok(Some(Flight::simulate(&scenario)?))
     }
 
@@ -48,7 +51,7 @@ fn error(
     is_mistake: bool,
     change: impl Fn(&mut Vec<LogRow>, &mut Craft, u64) -> String + Send + Sync + 'static,
 ) -> Planted {
-    Planted { name, is_mistake, torque_n_m: Vector3::zeros(), change: Box::new(change) }
+    Planted { name, is_mistake, motion: None, change: Box::new(change) }
 }
 
 /// The errors that are possible in a scenario.
@@ -66,7 +69,8 @@ pub fn planted(scenario: &Scenario) -> Vec<Planted> {
         all.extend(torque_mistakes());
     }
     all.extend(gyro_errors());
-    all.push(torque_error(scenario));
+    all.push(torque_error());
+    all.extend(modes());
     if has_wheels {
         all.extend(wheel_errors());
     }
@@ -183,9 +187,12 @@ fn wheel_mistakes() -> Vec<Planted> {
         error("axis of one wheel", true, |_, craft, seed| {
             let wheel = seed as usize % craft.wheels.len();
             let axis = craft.wheels[wheel].axis;
-            // The true axis is that of a body axis; the craft file has another one.
             let body = axis.iamax();
             craft.wheels[wheel].axis = Vector3::ith((body + 1) % 3, 1.0);
+            // A skewed wheel is along no body axis.
+            if axis[body].abs() < 0.99 {
+                return "wheel axis".to_owned();
+            }
             let sign = if axis[body] < 0.0 { "-" } else { "" };
             format!("axis of wheel {}: along {sign}{}", wheel + 1, ["x", "y", "z"][body])
         }),
@@ -391,13 +398,37 @@ fn wheel_errors() -> Vec<Planted> {
     ]
 }
 
+/// An error that acts on the motion.
+fn of_motion(
+    name: &'static str,
+    found: &'static str,
+    motion: impl Fn(&mut Scenario) + Send + Sync + 'static,
+) -> Planted {
+    let change = error(name, false, move |_, _, _| found.to_owned());
+    Planted { motion: Some(Box::new(motion)), ..change }
+}
+
 /// A torque that is [`TORQUE_SIGMAS`] of the noise of momentum over the flight.
-fn torque_error(scenario: &Scenario) -> Planted {
-    let inertia = &scenario.spacecraft.inertia_kg_m2;
-    let size = TORQUE_SIGMAS * scenario.gyro.noise_rad_s / scenario.duration_s;
-    let torque_n_m = Vector3::new(inertia[0], -inertia[1], inertia[2]) * size;
-    Planted {
-        torque_n_m,
-        ..error("constant torque", false, |_, _, _| "constant torque".to_owned())
-    }
+fn torque_error() -> Planted {
+    of_motion("constant torque", "constant torque", |scenario| {
+        let inertia = &scenario.spacecraft.inertia_kg_m2;
+        let size = TORQUE_SIGMAS * scenario.gyro.noise_rad_s / scenario.duration_s;
+        scenario.disturbance_torque_n_m = Vector3::new(inertia[0], -inertia[1], inertia[2]) * size;
+    })
+}
+
+/// Appendages and slosh about a skew axis.
+fn modes() -> Vec<Planted> {
+    let mode = |name: &'static str, frequency_hz: f64, damping: f64, inertia_share: f64| {
+        of_motion(name, "flexible mode or slosh", move |scenario| {
+            let axis = Some(Unit::new_normalize(Vector3::new(0.5, 0.8, 0.33)));
+            let mode = TrueMode { frequency_hz, damping, inertia_share, axis };
+            scenario.true_hardware.modes = vec![mode];
+        })
+    };
+    vec![
+        mode("mode at 0.4 Hz, 3 %", 0.4, 0.005, 0.03),
+        mode("mode at 1.5 Hz, 5 %", 1.5, 0.01, 0.05),
+        mode("slosh at 0.05 Hz, 2 %", 0.05, 0.02, 0.02),
+    ]
 }

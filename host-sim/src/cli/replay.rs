@@ -7,8 +7,9 @@ use clap::Args;
 use super::estimate::estimate;
 use super::notes::Notes;
 use super::{Failure, Options, command_line, print};
+use crate::diagnosis::diagnose;
 use crate::input::{Craft, RecordedLog, units};
-use crate::report::{ReportFolder, table};
+use crate::report::{ExplanationReport, ReportFolder, table};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -36,6 +37,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut estimated = estimate(options, &craft, &log.rows, &file, notes)?;
     let skipped = log.skipped_rows.iter().map(|(reason, rows)| ((*reason).to_owned(), *rows));
     estimated.report.skipped_rows = skipped.collect();
+    if estimated.report.is_unexplained() {
+        let diagnosis = diagnose(&craft, &log.rows);
+        let explanations = diagnosis.iter().flat_map(|found| &found.explanations);
+        estimated.report.explanations = explanations.map(ExplanationReport::from).collect();
+    }
     let table = table::replay(&estimated.report);
     if let Some(folder) = &options.out {
         ReportFolder {

@@ -47,7 +47,9 @@ pub(super) struct Fit {
     pub unused_squares: f64,
     /// Number of scalar readings.
     pub readings: f64,
-    scale_kg_m2: f64,
+    /// Predicted rate and residual of each row from [`MARGIN`] on, rad/s.
+    pub rows: Vec<[Vector3<f64>; 2]>,
+    pub scale_kg_m2: f64,
     point: Point,
 }
 
@@ -106,6 +108,26 @@ impl<'a> Problem<'a> {
             fit = Some(next);
         }
         fit
+    }
+
+    /// Decrease of chi-square by unknowns that follow those of this problem, to first order at its whole fit: score
+    /// test `gᵀ (A_mm − A_mc A_cc⁻¹ A_cm)⁻¹ g`, with g zero for the unknowns fitted.
+    pub(super) fn score(&self, unknowns: &Unknowns, fit: &Fit) -> Option<f64> {
+        let problem = Problem { unknowns, ..*self };
+        let mut point = fit.point.clone();
+        point.further.resize(unknowns.names.len(), 0.0);
+        let equations = problem.equations(&problem.segments(1), &point)?;
+        let fitted = INERTIA_UNKNOWNS + self.unknowns.names.len();
+        let added = equations.normal.nrows() - fitted;
+        let normal = &equations.normal;
+        let of_fitted = normal.view((0, 0), (fitted, fitted)).into_owned().cholesky()?;
+        let cross = normal.view((0, fitted), (fitted, added)).into_owned();
+        let left = normal.view((fitted, fitted), (added, added))
+            - cross.transpose() * of_fitted.solve(&cross);
+        let gradient = equations.gradient.rows(0, fitted).into_owned();
+        let of_added =
+            equations.gradient.rows(fitted, added) - cross.transpose() * of_fitted.solve(&gradient);
+        Some(of_added.dot(&left.cholesky()?.solve(&of_added)))
     }
 
     /// Equal parts of each stretch without gap. Fewer segments start where more did.
@@ -228,9 +250,19 @@ impl<'a> Problem<'a> {
             values: point.further.clone(),
             unused_squares: equations.unused_squares,
             readings,
+            rows: equations.rows.clone(),
             scale_kg_m2: self.scale_kg_m2,
             point,
         })
+    }
+}
+
+impl Fit {
+    /// The fit with this number of further unknowns, zero where they are new.
+    pub(super) fn with_unknowns(&self, count: usize) -> Self {
+        let mut fit = self.clone();
+        fit.point.further.resize(count, 0.0);
+        fit
     }
 }
 

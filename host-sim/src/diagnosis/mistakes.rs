@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::record::Record;
+use super::record::{Record, median};
 
 /// Share of rows without a new wheel speed above which the speeds are held.
 const HELD_SHARE: f64 = 0.3;
@@ -11,11 +11,16 @@ const LARGEST_SHIFT: isize = 3;
 /// Cosine between torque columns and motor torque above which one is taken for the other.
 const SAME_TORQUE: f64 = 0.7;
 
+/// Plausible intervals between rows, s: gyros of 2 kHz to house-keeping once a minute.
+const INTERVAL_S: std::ops::RangeInclusive<f64> = 5e-4..=60.0;
+
 /// A mistake.
 pub(super) struct Mistake {
     pub name: String,
     /// Correction of craft file or log.
     pub remedy: String,
+    /// Number of flips and exchanges that it consists of.
+    pub steps: usize,
     change: Change,
 }
 
@@ -125,7 +130,7 @@ fn interpolate(record: &mut Record) {
 /// All mistakes that are possible with this record.
 pub(super) fn all(record: &Record) -> Vec<Mistake> {
     let mut all = gyro();
-    all.extend(time());
+    all.extend(time(record));
     all.extend(readings(record));
     if !record.wheels.is_empty() {
         all.extend(wheel_signs(record.wheels.len()));
@@ -141,7 +146,33 @@ pub(super) fn all(record: &Record) -> Vec<Mistake> {
 }
 
 fn mistake(name: impl Into<String>, remedy: impl Into<String>, change: Change) -> Mistake {
-    Mistake { name: name.into(), remedy: remedy.into(), change }
+    let steps = match &change {
+        Change::Gyro(matrix, _) => steps_of_axes(matrix),
+        Change::Columns(order) => exchanges(order),
+        _ => 1,
+    };
+    Mistake { name: name.into(), remedy: remedy.into(), steps, change }
+}
+
+/// Flips and exchanges of a signed permutation of axes.
+fn steps_of_axes(matrix: &Matrix3<f64>) -> usize {
+    let order: Vec<usize> = (0..3).map(|i| matrix.row(i).transpose().iamax()).collect();
+    let flips = matrix.iter().filter(|entry| **entry < 0.0).count();
+    (flips + exchanges(&order)).max(1)
+}
+
+/// Exchanges that make up a permutation: its length less the number of its cycles.
+fn exchanges(order: &[usize]) -> usize {
+    let mut is_seen = vec![false; order.len()];
+    let mut cycles = 0;
+    for start in 0..order.len() {
+        let mut place = start;
+        while !std::mem::replace(&mut is_seen[place], true) {
+            place = order[place];
+            cycles += usize::from(place == start);
+        }
+    }
+    order.len() - cycles
 }
 
 /// The 47 other assignments of gyro axes, and its units.
@@ -182,12 +213,18 @@ fn gyro() -> Vec<Mistake> {
     all
 }
 
-fn time() -> Vec<Mistake> {
+/// Units of time that leave a plausible interval between rows.
+fn time(record: &Record) -> Vec<Mistake> {
+    let steps = record.time_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let interval_s = median(steps.collect());
     let time = |unit: &str, factor: f64| {
         let (name, remedy) = (format!("time in {unit}"), format!("multiply t_s by {factor:e}"));
         mistake(name, remedy, Change::Time(factor))
     };
-    vec![time("ms", 1e-3), time("µs", 1e-6), time("minutes", 60.0)]
+    let units = [("ms", 1e-3), ("µs", 1e-6), ("minutes", 60.0)];
+    let plausible =
+        units.into_iter().filter(|(_, factor)| INTERVAL_S.contains(&(interval_s * factor)));
+    plausible.map(|(unit, factor)| time(unit, factor)).collect()
 }
 
 /// Repeated readings and speeds.
@@ -370,4 +407,72 @@ fn is_motor_torque(record: &Record) -> bool {
         exchanges += exchanged.norm_squared();
     }
     product.abs() > SAME_TORQUE * (torques * exchanges).sqrt() && exchanges > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashSet;
+
+    use super::*;
+    use crate::input::Scenario;
+    use crate::simulation::log_of;
+    use crate::truth::Flight;
+
+    fn record(name: &str) -> Record {
+        let scenario = Scenario::load(name).unwrap();
+        let flight = Flight::simulate(&scenario).unwrap();
+        Record::new(&scenario.craft(), &log_of(&scenario, &flight, 1))
+    }
+
+    #[test]
+    fn names_are_unique_and_axes_are_all_signed_permutations() {
+        let all = all(&record("cubesat-pyramid"));
+        let names: HashSet<&str> = all.iter().map(|mistake| mistake.name.as_str()).collect();
+        assert_eq!(names.len(), all.len());
+        let axes = names.iter().filter(|name| name.starts_with("gyro axes")).count();
+        let wheels = names.iter().filter(|name| name.starts_with("wheels permuted")).count();
+        assert_eq!((axes, wheels), (47, 23));
+    }
+
+    #[test]
+    fn causes_need_their_columns() {
+        let spin_up = all(&record("stsat3-spin-up"));
+        let has = |name: &str| spin_up.iter().any(|mistake| mistake.name == name);
+        assert!(has("sign of the torque") && !has("sign of wheel 1"));
+        assert!(!has("motor torque given as external torque") && !has("gyro slower than its log"));
+        // Rows at 10 Hz are not 10 kHz.
+        assert!(!has("time in ms"));
+    }
+
+    #[test]
+    fn steps_count_flips_and_exchanges() {
+        assert_eq!(exchanges(&[0, 1, 2, 3]), 0);
+        assert_eq!(exchanges(&[3, 2, 1, 0]), 2);
+        assert_eq!(exchanges(&[1, 2, 0]), 2);
+        let flipped = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, -1.0));
+        assert_eq!(steps_of_axes(&flipped), 2);
+    }
+
+    #[test]
+    fn held_speeds_are_interpolated() {
+        let mut record = record("cubesat-pyramid");
+        let linear = |row: usize| 3.0 * row as f64;
+        for speeds in &mut record.wheel_rad_s {
+            let rows = speeds.iter_mut().enumerate();
+            rows.for_each(|(row, speed)| *speed = linear(row - row % 4));
+        }
+        interpolate(&mut record);
+        for row in 0..=600 {
+            assert!((record.wheel_rad_s[1][row] - linear(row)).abs() < 1e-9, "{row}");
+        }
+    }
+
+    #[test]
+    fn shifts_move_speeds_and_repeat_the_ends() {
+        let mut values = [1.0, 2.0, 3.0, 4.0];
+        shift(&mut values, 1);
+        assert_eq!(values, [2.0, 3.0, 4.0, 4.0]);
+        shift(&mut values, -2);
+        assert_eq!(values, [2.0, 2.0, 2.0, 3.0]);
+    }
 }

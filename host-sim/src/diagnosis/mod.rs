@@ -18,6 +18,7 @@
 mod fit;
 mod hardware;
 mod mistakes;
+mod mode;
 mod model;
 mod pass;
 mod record;
@@ -41,6 +42,8 @@ const LEAST_SCORE: f64 = 25.0;
 const LEAST_SHARE: f64 = 0.02;
 /// Difference of scores below which two explanations are not told apart.
 const SAME_SCORE: f64 = 10.0;
+/// Cost of each elementary step of a mistake, as a flip or an exchange: orders causes that are equivalent.
+const STEP_COST: f64 = 1.0;
 /// Error of a stated gyro noise that is none, one sigma, share: noise density is a typical value.
 const NOISE_TOLERANCE: f64 = 0.2;
 /// Most mistakes that are fitted beyond the first stage.
@@ -90,8 +93,6 @@ struct Reference<'a> {
     base: Unknowns,
     coarse: Option<Fit>,
     null: Option<Fit>,
-    /// Squared ratio of measured to stated noise, at least one: measured chi-squares are multiplied by it.
-    unit: f64,
     /// Chi-square of the log as it is.
     chi_square: f64,
     readings: f64,
@@ -114,6 +115,7 @@ pub fn diagnose(craft: &Craft, rows: &[LogRow]) -> Option<Diagnosis> {
         .filter_map(|(mistake, coarse)| reference.of_mistake(mistake, coarse))
         .collect();
     all.par_extend(groups.par_iter().filter_map(|group| reference.of_group(group)));
+    all.extend(reference.of_mode());
     all.extend(reference.of_noise());
     all.extend(reference.of_outliers(&outliers, rows));
     Some(Diagnosis {
@@ -153,18 +155,23 @@ impl<'a> Reference<'a> {
         let coarse = coarse(craft, &raw, &base);
         let problem = Problem::new(&record, &base, craft.prior.as_ref());
         let null = coarse.as_ref().and_then(|coarse| problem.whole(coarse));
-        let stated = craft.gyro.reading_sigma_rad_s().unwrap_or(raw.noise_rad_s);
-        let ratio = (raw.noise_rad_s / stated).max(1.0);
-        let unit = ratio * ratio;
         let readings = record.readings();
         let about_mean = chi_square_about_mean(&record);
         let found = null.as_ref().map_or(about_mean, |fit| fit.chi_square.min(about_mean));
         let unused = null.as_ref().map_or(0.0, |fit| fit.unused_squares);
-        let chi_square = (found + unused) * unit;
         let mut reference =
-            Self { craft, record: raw, base, coarse, null, unit, chi_square, readings };
-        reference.chi_square += reference.noise_contradiction(1.0);
+            Self { craft, record: raw, base, coarse, null, chi_square: 0.0, readings };
+        reference.chi_square =
+            (found + unused) * reference.unit(1.0) + reference.noise_contradiction(1.0);
         reference
+    }
+
+    /// Squared ratio of measured to stated noise for readings times a factor, one within the tolerance and below: the
+    /// chi-square of the stated noise is that of the measured one times this.
+    fn unit(&self, factor: f64) -> f64 {
+        let stated = self.craft.gyro.reading_sigma_rad_s();
+        let ratio = stated.map_or(1.0, |stated| self.record.noise_rad_s * factor / stated);
+        if ratio.ln() > NOISE_TOLERANCE { ratio * ratio } else { 1.0 }
     }
 
     /// Squared deviation of the noise from the stated one, over the tolerance, for readings times a factor.
@@ -177,7 +184,7 @@ impl<'a> Reference<'a> {
     /// Chi-square of the fit of the log as it is, without outliers, in units of the stated noise.
     fn chi_square_used(&self) -> f64 {
         let unused = self.null.as_ref().map_or(0.0, |fit| fit.unused_squares);
-        self.chi_square - unused * self.unit
+        self.chi_square - unused * self.unit(1.0)
     }
 
     /// An explanation that leaves this chi-square with `unknowns` more.
@@ -227,10 +234,14 @@ impl<'a> Reference<'a> {
         let fit = Problem::new(&record, &self.base, self.craft.prior.as_ref()).whole(coarse)?;
         // A change that drops readings is compared on the mean of a reading.
         let of_readings = self.readings / fit.readings;
-        let left = fit.chi_square * of_readings * self.unit;
-        let left = left + self.noise_contradiction(mistake.gyro_factor());
+        let factor = mistake.gyro_factor();
+        let left = fit.chi_square * of_readings * self.unit(factor);
+        let left = left + self.noise_contradiction(factor);
         let decrease = self.chi_square_used() - left;
-        Some(self.explanation(mistake.name.clone(), mistake.remedy.clone(), decrease, 0.0))
+        let mut explanation =
+            self.explanation(mistake.name.clone(), mistake.remedy.clone(), decrease, 0.0);
+        explanation.score -= STEP_COST * mistake.steps as f64;
+        Some(explanation)
     }
 
     fn of_group(&self, group: &Group) -> Option<Explanation> {
@@ -240,7 +251,7 @@ impl<'a> Reference<'a> {
         let unknowns = Unknowns::of(names);
         let coarse = coarse(self.craft, &self.record, &unknowns)?;
         let fit = Problem::new(&record, &unknowns, self.craft.prior.as_ref()).whole(&coarse)?;
-        let left = fit.chi_square * self.unit + self.noise_contradiction(1.0);
+        let left = fit.chi_square * self.unit(1.0) + self.noise_contradiction(1.0);
         let remedy = hardware::remedy(group.name, &fit, &unknowns.names, &record);
         let decrease = self.chi_square_used() - left;
         let count = group.unknowns.len() as f64;
@@ -254,10 +265,50 @@ impl<'a> Reference<'a> {
         Some(explanation)
     }
 
-    /// Noise larger than stated, as the differences of the readings have it.
+    /// A flexible appendage or slosh: six elements, frequency and damping.
+    fn of_mode(&self) -> Option<Explanation> {
+        const UNKNOWNS: f64 = 8.0;
+        let null = self.null.as_ref()?;
+        if self.chi_square_used() - self.readings < LEAST_SCORE {
+            return None;
+        }
+        let record = self.record.averaged(MOST_ROWS);
+        let problem = Problem::new(&record, &self.base, self.craft.prior.as_ref());
+        let fit_of = |drive: &Fit| {
+            let mode = mode::search(&problem, null, drive)?;
+            let start = null.with_unknowns(mode.unknowns.names.len());
+            let prior = self.craft.prior.as_ref();
+            let fit = Problem::new(&record, &mode.unknowns, prior).whole(&start)?;
+            Some((mode, fit))
+        };
+        let (mut mode, mut fit) = fit_of(null)?;
+        if let Some(second) = fit_of(&fit)
+            && second.1.chi_square < fit.chi_square
+        {
+            (mode, fit) = second;
+        }
+        let left = fit.chi_square * self.unit(1.0) + self.noise_contradiction(1.0);
+        let remedy =
+            format!("[[mode]] frequency_hz = {:.4}, damping = {}", mode.frequency_hz, mode.damping);
+        let name = "flexible mode or slosh".to_owned();
+        let mut explanation =
+            self.explanation(name, remedy, self.chi_square_used() - left, UNKNOWNS);
+        // Half the spacing of independent frequencies.
+        let span_s = record.time_s.last()? - record.time_s.first()?;
+        explanation.value = Some((mode.frequency_hz, 0.25 / span_s));
+        explanation.unit = "Hz";
+        Some(explanation)
+    }
+
+    /// Noise other than stated, as the differences of the readings have it. It explains no more than white residuals.
     fn of_noise(&self) -> Option<Explanation> {
         let noise = self.record.noise_rad_s;
-        let decrease = self.readings * (self.unit - 1.0) + self.noise_contradiction(1.0);
+        let stated = self.craft.gyro.reading_sigma_rad_s()?;
+        if (noise / stated).ln().abs() < NOISE_TOLERANCE {
+            return None;
+        }
+        let white = self.null.as_ref().map_or(0.0, |fit| fit.chi_square.min(self.readings));
+        let decrease = white * (self.unit(1.0) - 1.0) + self.noise_contradiction(1.0);
         let remedy = format!("[gyro] noise_rad_s = {noise:.3e}");
         let mut explanation =
             self.explanation("gyro noise other than stated".to_owned(), remedy, decrease, 1.0);
@@ -268,7 +319,7 @@ impl<'a> Reference<'a> {
 
     fn of_outliers(&self, outliers: &[usize], rows: &[LogRow]) -> Option<Explanation> {
         let first = outliers.first()?;
-        let decrease = self.null.as_ref()?.unused_squares * self.unit;
+        let decrease = self.null.as_ref()?.unused_squares * self.unit(1.0);
         let remedy = format!(
             "none: outliers are refused; the first is in line {} of the log",
             rows.get(*first)?.line
@@ -301,4 +352,34 @@ fn chi_square_about_mean(record: &Record) -> f64 {
     let squares =
         rows.map(|row| (record.rate_rad_s[row] - mean).norm_squared() * record.weight[row]);
     squares.sum::<f64>() / (record.noise_rad_s * record.noise_rad_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::Scenario;
+    use crate::simulation::log_of;
+    use crate::truth::Flight;
+
+    #[test]
+    fn explanation_has_value_unit_share_and_remedy() {
+        let scenario = Scenario::load("microsat-slew").unwrap();
+        let mut log = log_of(&scenario, &Flight::simulate(&scenario).unwrap(), 5);
+        log.iter_mut().for_each(|row| row.rate_rad_s.x *= 1.02);
+        let found = diagnose(&scenario.craft(), &log).unwrap();
+        let first = &found.explanations[0];
+        assert_eq!((first.name.as_str(), first.component.as_str()), ("gyro scale factor", "x"));
+        let (value, sigma) = first.value.unwrap();
+        assert!((value - 0.02).abs() < 5.0 * sigma && sigma < 0.005, "{value} {sigma}");
+        assert!(first.share > 0.8 && first.unit.is_empty(), "{first:?}");
+        assert!(first.remedy.starts_with("[gyro] scale = ["), "{}", first.remedy);
+    }
+
+    #[test]
+    fn short_log_has_no_diagnosis() {
+        let scenario = Scenario::load("microsat-slew").unwrap();
+        let log = log_of(&scenario, &Flight::simulate(&scenario).unwrap(), 5);
+        assert_eq!(diagnose(&scenario.craft(), &log[..20]), None);
+        assert!(diagnose(&scenario.craft(), &log[..24]).is_some());
+    }
 }

@@ -10,7 +10,7 @@
 use fsw_core::hardware::tilt_directions;
 use nalgebra::{Matrix3, Vector3};
 
-use super::record::Record;
+use super::record::{Record, Wheel};
 
 /// An unknown besides momentum and inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -155,7 +155,7 @@ impl Drive {
         let bias = Vector3::from_fn(|i, _| value_of(Unknown::Bias(i)));
         let column = |unknown: &Unknown| {
             let of_wheels = (&driven, delay_s);
-            column(record, *unknown, of_wheels, &torque, modal, per_scale)
+            column(record, *unknown, &value_of, of_wheels, &torque, modal, per_scale)
         };
         let columns = unknowns.iter().map(column).collect();
         Self { momentum: driven, torque, columns, reading, bias }
@@ -170,16 +170,22 @@ fn momentum(
 ) -> Vec<Vector3<f64>> {
     let mut sum = vec![Vector3::zeros(); record.len()];
     for (w, wheel) in record.wheels.iter().enumerate() {
-        let tilts = tilt_directions(&wheel.axis);
-        let axis = wheel.axis * (1.0 + value_of(Unknown::WheelInertia(w)))
-            + tilts[0] * value_of(Unknown::WheelAxis(w, 0))
-            + tilts[1] * value_of(Unknown::WheelAxis(w, 1));
+        let axis = tilted(wheel, w, value_of).normalize();
+        let axis = axis * (1.0 + value_of(Unknown::WheelInertia(w)));
         let of_speed = axis * (wheel.inertia_kg_m2 * per_scale);
         for (sum, speed) in sum.iter_mut().zip(&record.wheel_rad_s[w]) {
             *sum += of_speed * *speed;
         }
     }
     sum
+}
+
+/// Axis of a wheel with its tilts, before normalisation.
+fn tilted(wheel: &Wheel, w: usize, value_of: &impl Fn(Unknown) -> f64) -> Vector3<f64> {
+    let [first, second] = tilt_directions(&wheel.axis);
+    wheel.axis
+        + first * value_of(Unknown::WheelAxis(w, 0))
+        + second * value_of(Unknown::WheelAxis(w, 1))
 }
 
 /// Torque at each row, over the scale.
@@ -202,6 +208,7 @@ fn torque(
 fn column(
     record: &Record,
     unknown: Unknown,
+    value_of: &impl Fn(Unknown) -> f64,
     (driven, delay_s): (&Signal, f64),
     torque: &[Vector3<f64>],
     modal: &[Signal],
@@ -217,8 +224,15 @@ fn column(
         Unknown::GyroScale(i) => Column::Reading(i, i),
         Unknown::GyroAxes(i, k) => Column::Reading(i, k),
         Unknown::Bias(i) => Column::Bias(i),
-        Unknown::WheelInertia(w) => of_wheel(w, record.wheels[w].axis),
-        Unknown::WheelAxis(w, tilt) => of_wheel(w, tilt_directions(&record.wheels[w].axis)[tilt]),
+        Unknown::WheelInertia(w) => of_wheel(w, tilted(&record.wheels[w], w, value_of).normalize()),
+        Unknown::WheelAxis(w, tilt) => {
+            // u = (a + θ e)/|a + θ e|: ∂u/∂θ = (e − u (u·e))/|a + θ e|.
+            let axis = tilted(&record.wheels[w], w, value_of);
+            let direction = tilt_directions(&record.wheels[w].axis)[tilt];
+            let unit = axis.normalize();
+            let share = 1.0 + value_of(Unknown::WheelInertia(w));
+            of_wheel(w, (direction - unit * unit.dot(&direction)) * (share / axis.norm()))
+        }
         Unknown::Delay => {
             let torque = Signal { at: torque.to_vec(), middle: middles(torque) };
             let of_torque = slope(record, &torque).scaled(-1.0).at;

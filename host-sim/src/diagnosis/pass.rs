@@ -43,6 +43,8 @@ pub(super) struct Equations {
     local: Vec<(Vector3<f64>, Matrix3xX<f64>)>,
     /// Sum of squares over rows that are not in use, in sigmas.
     pub unused_squares: f64,
+    /// Predicted body rate of each row, and measured less predicted reading, zero for a row that is not in use, rad/s.
+    pub rows: Vec<[Vector3<f64>; 2]>,
 }
 
 impl Equations {
@@ -194,6 +196,7 @@ pub(super) fn pass(
         gradient: DVector::zeros(common),
         local: Vec::with_capacity(segments.starts.len()),
         unused_squares: 0.0,
+        rows: Vec::with_capacity(record.len()),
     };
     for (segment, start) in segments.starts.iter().enumerate() {
         let end = segments.starts.get(segment + 1).copied().unwrap_or(segments.end);
@@ -207,13 +210,17 @@ pub(super) fn pass(
         for i in 0..LOCAL {
             trajectory.sensitivity[i][i] = 1.0;
         }
-        let sums = segment_sums(&mut trajectory, *start..end)?;
+        let sums = segment_sums(&mut trajectory, *start..end, &mut equations.rows)?;
         eliminate(&sums, common, &mut equations)?;
     }
     Some(equations)
 }
 
-fn segment_sums(trajectory: &mut Trajectory<'_>, rows: std::ops::Range<usize>) -> Option<Sums> {
+fn segment_sums(
+    trajectory: &mut Trajectory<'_>,
+    rows: std::ops::Range<usize>,
+    predicted: &mut Vec<[Vector3<f64>; 2]>,
+) -> Option<Sums> {
     let (record, size) = (trajectory.record, trajectory.sensitivity.len());
     let mut by = vec![Vector3::zeros(); size];
     let mut sums = Sums {
@@ -237,6 +244,8 @@ fn segment_sums(trajectory: &mut Trajectory<'_>, rows: std::ops::Range<usize>) -
         } else {
             sums.unused += residual.norm_squared() * per_variance;
         }
+        let is_used = record.weight[row] > 0.0;
+        predicted.push([rate, if is_used { residual } else { Vector3::zeros() }]);
         if row < last {
             trajectory.advance(row);
         }
@@ -268,4 +277,96 @@ fn eliminate(sums: &Sums, common: usize, equations: &mut Equations) -> Option<()
     equations.unused_squares += sums.unused;
     equations.local.push((alone, by_common));
     Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::Unknowns;
+    use super::super::model::Unknown;
+    use super::super::record::Wheel;
+    use super::*;
+
+    /// A tumbling body with two wheels and a torque that change with time.
+    fn record() -> Record {
+        const ROWS: usize = 60;
+        let time_s: Vec<f64> = (0..ROWS).map(|row| row as f64 * 0.05).collect();
+        let speed = |frequency: f64| time_s.iter().map(|t| 100.0 * (frequency * t).sin()).collect();
+        Record {
+            rate_rad_s: vec![Vector3::new(0.1, -0.2, 0.3); ROWS],
+            wheel_rad_s: vec![speed(0.7), speed(1.1)],
+            torque_n_m: time_s.iter().map(|t| Vector3::new(0.1, 0.2, -0.1) * t.cos()).collect(),
+            weight: vec![1.0; ROWS],
+            wheels: [Vector3::x(), Vector3::new(0.0, 0.6, 0.8)]
+                .map(|axis| Wheel { axis, inertia_kg_m2: 1e-3 })
+                .into(),
+            noise_rad_s: 1e-3,
+            time_s,
+        }
+    }
+
+    fn unknowns() -> Vec<Unknown> {
+        vec![
+            Unknown::GyroScale(0),
+            Unknown::GyroAxes(1, 2),
+            Unknown::Bias(2),
+            Unknown::WheelInertia(1),
+            Unknown::WheelAxis(0, 1),
+            Unknown::Delay,
+            Unknown::TorqueScale,
+            Unknown::Torque(1),
+        ]
+    }
+
+    /// Gradient without the initial momentum: `∂χ²/∂p = −2 g` where the momentum follows by `−A_hh⁻¹ A_hc` per step.
+    #[test]
+    fn gradient_agrees_with_differences_of_chi_square() {
+        /// Step of each unknown, and the agreement: the sensitivities are those of one midpoint step per row.
+        const STEP: f64 = 1e-5;
+        const AGREEMENT: f64 = 2e-3;
+        let (record, unknowns) = (record(), Unknowns::of(unknowns()));
+        let segments = Segments { starts: vec![0], end: record.len() };
+        let further = vec![0.01, -0.02, 0.01, 0.02, 0.01, 0.004, 0.03, 0.01];
+        let inertia = Vector6::new(1.0, 1.3, 1.6, 0.1, -0.05, 0.02);
+        let start = Point { inertia, further, momentum: vec![Vector3::new(0.2, 0.1, 0.4)] };
+        let at = |point: &Point| {
+            let drive = Drive::new(&record, &unknowns.names, &point.further, &[], 1.0);
+            pass(&record, &drive, &segments, point).unwrap()
+        };
+        let found = at(&start);
+        for i in 0..start.further.len() + INERTIA {
+            let chi_square = |step: f64| {
+                let mut point = start.clone();
+                let mut common = DVector::zeros(start.further.len() + INERTIA);
+                common[i] = step;
+                match i.checked_sub(INERTIA) {
+                    None => point.inertia[i] += step,
+                    Some(place) => point.further[place] += step,
+                }
+                point.momentum[0] -= &found.local[0].1 * common;
+                at(&point).chi_square
+            };
+            let slope = (chi_square(STEP) - chi_square(-STEP)) / (2.0 * STEP);
+            let expected = -2.0 * found.gradient[i];
+            let size = found.gradient.amax();
+            assert!((slope - expected).abs() < AGREEMENT * size, "{i}: {slope} {expected}");
+        }
+    }
+
+    #[test]
+    fn motion_without_torque_keeps_the_size_of_its_momentum() {
+        let mut record = record();
+        record.torque_n_m.fill(Vector3::zeros());
+        let drive = Drive::new(&record, &[], &[], &[], 1.0);
+        let inertia = Vector6::new(1.0, 1.3, 1.6, 0.1, -0.05, 0.02);
+        let mut trajectory = Trajectory {
+            record: &record,
+            drive: &drive,
+            inverse: tensor(&inertia).try_inverse().unwrap(),
+            momentum: Vector3::new(0.2, 0.1, 0.4),
+            sensitivity: vec![Vector3::zeros(); LOCAL + INERTIA],
+        };
+        let before = trajectory.momentum.norm();
+        (0..record.len() - 1).for_each(|row| trajectory.advance(row));
+        assert!((trajectory.momentum.norm() - before).abs() < 1e-8 * before);
+    }
 }

@@ -76,6 +76,7 @@ impl ReplayReport {
                 count: events.spikes_us.len() as u64,
                 first_s: seconds(&events.spikes_us[..events.spikes_us.len().min(Spikes::LISTED)]),
             },
+            explanations: Vec::new(),
             skipped_rows: BTreeMap::new(),
             notes: Vec::new(),
         }

@@ -5,6 +5,7 @@
 //! run        run, crlb          mc         campaigns        replay    recorded logs
 //! bad_input  rejected files and arguments                   tables    published tables
 //! logs       logs with faults, other notations and units
+//! diagnose   explanations of residuals, systematic errors
 //! command    telecommands       telemetry  packets of the serial line
 //! ```
 
@@ -12,6 +13,7 @@
 
 mod bad_input;
 mod command;
+mod diagnose;
 mod logs;
 mod mc;
 mod program;

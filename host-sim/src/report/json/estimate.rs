@@ -6,6 +6,7 @@ use std::fmt;
 use nalgebra::Matrix3;
 use serde::Serialize;
 
+use super::explanation::ExplanationReport;
 use super::hardware::HardwareResult;
 use super::tensor::{elements, percent};
 
@@ -74,6 +75,9 @@ pub struct ReplayReport {
     pub changes: Vec<f64>,
     /// Samples rejected because they were too far from the prediction.
     pub spikes: Spikes,
+    /// Causes that explain the residuals, best first, where `replay` finds them not white or the status is
+    /// `diverged`: see `diagnose`.
+    pub explanations: Vec<ExplanationReport>,
     /// Rows of the log that were not used as samples, by reason: see `replay`.
     pub skipped_rows: BTreeMap<String, u64>,
     /// Notes on the input and the set-up, one sentence each, as on stderr.
@@ -138,6 +142,11 @@ impl ReplayReport {
         let mut moments: [f64; 3] = tensor.symmetric_eigenvalues().into();
         moments.sort_by(f64::total_cmp);
         moments
+    }
+
+    /// The residuals differ from the noise: they are not white, or the status is `diverged`.
+    pub fn is_unexplained(&self) -> bool {
+        self.status == Status::Diverged || self.residuals_white == Some(false)
     }
 
     /// Number of rejected samples.

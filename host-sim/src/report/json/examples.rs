@@ -45,6 +45,7 @@ pub fn replay() -> ReplayReport {
         interruptions: Vec::new(),
         changes: Vec::new(),
         spikes: Spikes { count: 2, first_s: vec![12.3, 45.6] },
+        explanations: Vec::new(),
         skipped_rows: BTreeMap::new(),
         notes: Vec::new(),
     }

@@ -17,6 +17,7 @@ const REPLAY_KEYS: [&str; 31] = [
     "disturbance_torque_n_m",
     "element_observed",
     "estimator",
+    "explanations",
     "gaps",
     "gyro_bias_rad_s",
     "hardware",

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::cells::{DIGITS, EMPTY, UNOBSERVED, decimals, element, heading, or, short, vector};
+use super::explanation::explanations;
 use super::hardware::{solved, systematic};
 use crate::input::ELEMENT_NAMES;
 use crate::report::columns::Columns;
@@ -88,6 +89,12 @@ pub fn replay(report: &ReplayReport) -> String {
     ];
     if !report.scale_observed && report.observed_directions > 0 {
         parts.push(ratios(report));
+    }
+    if !report.explanations.is_empty() {
+        /// Most explanations below the estimate.
+        const LISTED: usize = 3;
+        parts.push("\n".to_owned());
+        parts.push(explanations(&report.explanations, LISTED));
     }
     parts.concat()
 }

@@ -20,6 +20,12 @@ pub fn diagnosis(report: &DiagnosisReport) -> String {
     if report.explanations.is_empty() {
         return text + "explanations        none: no single cause explains more than the noise\n";
     }
+    text + "\n" + &explanations(&report.explanations, LISTED)
+}
+
+/// Table of the first explanations, and the remedy of each.
+pub(super) fn explanations(all: &[ExplanationReport], most: usize) -> String {
+    let listed = &all[..all.len().min(most)];
     let mut table = Columns::new(&[
         ("explanation", ""),
         ("explains", ""),
@@ -27,7 +33,6 @@ pub fn diagnosis(report: &DiagnosisReport) -> String {
         ("one sigma", ""),
         ("unit", ""),
     ]);
-    let listed = &report.explanations[..report.explanations.len().min(LISTED)];
     for explanation in listed {
         let cell =
             |value: Option<f64>| value.map_or(EMPTY.to_owned(), |value| significant(value, DIGITS));
@@ -39,7 +44,7 @@ pub fn diagnosis(report: &DiagnosisReport) -> String {
             explanation.unit.clone(),
         ]);
     }
-    text = format!("{text}\n{}\n", table.finish());
+    let mut text = table.finish() + "\n";
     for explanation in listed {
         text += &format!("{}: {}\n", explanation.name, explanation.remedy);
         let others = &explanation.indistinguishable_from;
