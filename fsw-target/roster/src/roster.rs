@@ -257,7 +257,7 @@ roster! {
                 estimator::window::Config { prior: from.prior, slices_per_step: 0, ..config };
             config.validate::<9>()?;
             if !matches!(slot, EstimatorSlot::Window(_)) {
-                *slot = EstimatorSlot::Window(Window9::of_unknown_noise(from.wheels));
+                place_window(slot, from);
             }
             match slot {
                 EstimatorSlot::Window(window) => Ok(window.reset(config)?),
@@ -281,7 +281,8 @@ roster! {
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
             let config = estimator::joint_ekf::Config::new(from.gyro_noise_rad_s);
             let config = estimator::joint_ekf::Config { prior: from.prior, ..config };
-            *slot = EstimatorSlot::JointEkf(JointEkf::new(config, from.wheels)?);
+            config.validate()?;
+            place_joint_ekf(slot, config, from);
             Ok(())
         }
     }
@@ -293,10 +294,42 @@ roster! {
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
             let nominal = from.prior.ok_or(Refused::NoNominalInertia)?;
             let config = estimator::ekf_sgf::Config::kim_2013(from.gyro_noise_rad_s, nominal);
-            *slot = EstimatorSlot::EkfSgfRls(EkfSgfRls::new(config, from.wheels)?);
+            let rate = EkfSgfRls::check(&config)?;
+            place_ekf_sgf(slot, config, &rate, from);
             Ok(())
         }
     }
+}
+
+/// Constructs `window` in its storage, to be reset. Not inlined, as that of `joint-ekf`.
+#[cfg(feature = "window")]
+#[inline(never)]
+fn place_window(slot: &mut EstimatorSlot, from: &InitialData) {
+    *slot = EstimatorSlot::Window(Window9::of_unknown_noise(from.wheels));
+}
+
+/// Constructs `joint-ekf` in its storage. Not inlined: it takes a copy of parts on the stack, which the
+/// check of the configuration must not add to.
+#[cfg(feature = "joint-ekf")]
+#[inline(never)]
+fn place_joint_ekf(
+    slot: &mut EstimatorSlot,
+    config: estimator::joint_ekf::Config<f32>,
+    from: &InitialData,
+) {
+    *slot = EstimatorSlot::JointEkf(JointEkf::of_valid(config, from.wheels));
+}
+
+/// Constructs `ekf-sgf-rls` in its storage. Not inlined, as that of `joint-ekf`.
+#[cfg(feature = "ekf-sgf-rls")]
+#[inline(never)]
+fn place_ekf_sgf(
+    slot: &mut EstimatorSlot,
+    config: estimator::ekf_sgf::Config<f32>,
+    rate: &estimator::ekf_sgf::rate_ekf::RateEkf<f32>,
+    from: &InitialData,
+) {
+    *slot = EstimatorSlot::EkfSgfRls(EkfSgfRls::of_valid(config, rate, from.wheels));
 }
 
 /// The largest of these sizes.

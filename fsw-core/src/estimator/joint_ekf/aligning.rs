@@ -28,8 +28,8 @@ const PENDING: usize = 2;
 pub(super) struct Aligning<T: Real> {
     /// Gate on the raw samples, with the drive of each.
     outliers: OutlierGate<T, Drive<T>>,
-    /// Least squares since the first accepted sample.
-    alignment: Option<Alignment<T>>,
+    /// Least squares since the first accepted sample; empty before it.
+    alignment: Alignment<T>,
     /// The last solution contradicted the model; the alignment has started anew since.
     contradicts_model: bool,
 }
@@ -42,16 +42,28 @@ pub(super) enum Progress<T: Real> {
     Continues,
     /// The same, and a sample of two samples ago was refused.
     Refused,
-    /// First state, at the last judged sample, and the way from there to the present one.
-    Aligned(Start<T>, Pending<T>),
+    /// A solution is due: way from the last judged sample to the present one. The rate is that of the
+    /// judged sample.
+    Due(Pending<T>),
 }
 
 impl<T: Real> Aligning<T> {
+    /// Before the first sample.
+    #[inline(always)] // built in its place
+    pub(super) fn new() -> Self {
+        Self {
+            outliers: OutlierGate::new(),
+            alignment: Alignment::empty(),
+            contradicts_model: false,
+        }
+    }
+
     /// Starts with a first sample.
-    pub(super) fn begin(rate_rad_s: &Vec3<T>, drive: &Drive<T>, noise_rad_s: T) -> Self {
-        let mut outliers = OutlierGate::new();
-        outliers.push(T::zero(), *rate_rad_s, *drive, noise_rad_s);
-        Self { outliers, alignment: None, contradicts_model: false }
+    pub(super) fn begin(&mut self, rate_rad_s: &Vec3<T>, drive: &Drive<T>, noise_rad_s: T) {
+        self.outliers.reset();
+        self.outliers.push(T::zero(), *rate_rad_s, *drive, noise_rad_s);
+        self.alignment.clear();
+        self.contradicts_model = false;
     }
 
     /// True where the last solution contradicted the model: a tensor that no rigid body has, or
@@ -77,7 +89,7 @@ impl<T: Real> Aligning<T> {
             self.add(second, noise_rad_s, prior);
         }
         if second.is_none() && judged.is_accepted {
-            return self.start(&judged.payload, noise_rad_s, prior);
+            return self.progress(&judged);
         }
         let is_refused = !judged.is_accepted || second.is_some_and(|second| !second.is_accepted);
         if is_refused { Progress::Refused } else { Progress::Continues }
@@ -86,40 +98,41 @@ impl<T: Real> Aligning<T> {
     /// Adds a judged sample; the first accepted one starts the integrals.
     fn add(&mut self, judged: &Judged<T, Drive<T>>, noise_rad_s: T, prior: Option<&Prior<T>>) {
         let Judged { elapsed_s, rate_rad_s, payload: drive, is_accepted } = judged;
-        match &mut self.alignment {
-            Some(alignment) => alignment.add(rate_rad_s, drive, *elapsed_s, *is_accepted),
-            None if *is_accepted => {
-                self.alignment = Some(Alignment::new(rate_rad_s, drive, noise_rad_s, prior));
-            }
-            None => {}
+        if self.alignment.samples() > 0 {
+            self.alignment.add(rate_rad_s, drive, *elapsed_s, *is_accepted);
+        } else if *is_accepted {
+            self.alignment.begin(rate_rad_s, drive, noise_rad_s, prior);
         }
     }
 
-    /// First state, where a solution is due and good enough, and only the delay of the gate is
-    /// pending. `drive`: that of the last judged sample.
-    fn start(&mut self, drive: &Drive<T>, noise_rad_s: T, prior: Option<&Prior<T>>) -> Progress<T> {
-        let Some(alignment) = self.alignment.as_ref().filter(|a| start::is_due(a)) else {
+    /// Progress after an accepted sample, which is the last judged one: a solution needs that only the
+    /// delay of the gate is pending.
+    fn progress(&self, judged: &Judged<T, Drive<T>>) -> Progress<T> {
+        if !start::is_due(&self.alignment) {
             return Progress::Continues;
-        };
+        }
         let mut pending = self.outliers.pending();
-        let steps = [pending.next(), pending.next(), pending.next()];
-        let [Some(first), Some(second), None] = steps else {
-            return Progress::Continues;
-        };
+        match [pending.next(), pending.next(), pending.next()] {
+            [Some(first), Some(second), None] => Progress::Due(Pending {
+                rate_rad_s: judged.rate_rad_s,
+                drive: judged.payload,
+                steps: [first, second],
+            }),
+            _ => Progress::Continues,
+        }
+    }
+
+    /// First state at the last judged sample, where the solution is good enough.
+    pub(super) fn start(&mut self, noise_rad_s: T, prior: Option<&Prior<T>>) -> Option<Start<T>> {
         let measured_rad_s = || self.outliers.noise_rad_s();
-        match Start::from_motion(alignment, prior, noise_rad_s, measured_rad_s) {
-            Err(reason) => {
-                // These data cannot lead to a start: the next ones may.
-                if reason == NoStart::Contradiction {
-                    self.contradicts_model = true;
-                    self.alignment = None;
-                }
-                Progress::Continues
-            }
-            Ok(start) => {
-                let rate_rad_s = start.state.rate_rad_s;
-                let pending = Pending { rate_rad_s, drive: *drive, steps: [first, second] };
-                Progress::Aligned(start, pending)
+        match Start::from_motion(&self.alignment, prior, noise_rad_s, measured_rad_s) {
+            Ok(start) => Some(start),
+            Err(NoStart::TooLittleMotion) => None,
+            // These data cannot lead to a start: the next ones may.
+            Err(NoStart::Contradiction) => {
+                self.contradicts_model = true;
+                self.alignment.clear();
+                None
             }
         }
     }
@@ -129,7 +142,7 @@ impl<T: Real> Aligning<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pending<T: Real> {
     /// Rate at the last judged sample, rad/s.
-    rate_rad_s: Vec3<T>,
+    pub(super) rate_rad_s: Vec3<T>,
     /// Drive there.
     drive: Drive<T>,
     /// Duration (s) and drive at the end of each interval since.

@@ -110,7 +110,7 @@ pub use config::{Config, InitialRate};
 pub use state::{Form, State};
 pub use structured_ud::StructuredUd;
 
-use crate::dynamics::interval::{DriveHistory, Interval};
+use crate::dynamics::interval::{Drive, DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
 use crate::estimate::{Estimate, Status};
@@ -152,6 +152,24 @@ crate::persist!([T: Real] enum Phase<T> {
     3 => Tracking
 });
 
+impl<T: Real> Phase<T> {
+    /// Begins an alignment with a first sample, in place.
+    fn align(&mut self, rate_rad_s: &Vec3<T>, drive: &Drive<T>, noise_rad_s: T) {
+        if !matches!(self, Self::Aligning(_)) {
+            self.enter_alignment();
+        }
+        if let Self::Aligning(aligning) = self {
+            aligning.begin(rate_rad_s, drive, noise_rad_s);
+        }
+    }
+
+    /// Not inlined: the new phase takes a copy on the stack.
+    #[inline(never)]
+    fn enter_alignment(&mut self) {
+        *self = Self::Aligning(Aligning::new());
+    }
+}
+
 /// The nine-state filter, W wheels, its covariance in form F.
 #[derive(Clone, Debug)]
 pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
@@ -187,8 +205,15 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// Names the configuration's first field that is out of its range.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
         config.validate()?;
+        Ok(Self::of_valid(config, wheels))
+    }
+
+    /// As [`new`](Self::new), for a configuration that has passed [`Config::validate`]. Inlined, so that
+    /// the filter is built in its place and not on the stack.
+    #[inline(always)]
+    pub fn of_valid(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
         let start = Start::from_prior(config.prior, &config, &Vec3::zeros());
-        Ok(Self {
+        Self {
             gate: Gate::new(config.gate),
             drive: DriveHistory::default(),
             phase: Phase::Waiting,
@@ -202,7 +227,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             innovation: None,
             config,
             wheels,
-        })
+        }
     }
 
     /// The nine states: ω (rad/s), then `jxx jyy jzz jxy jxz jyz` (kg m²).
@@ -310,28 +335,43 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         match aligning.step((&sample.rate_rad_s, &drive), elapsed_s, noise, prior) {
             Progress::Continues => Outcome::Coasting(Coasting::Aligning),
             Progress::Refused => Outcome::Coasting(Coasting::Spike),
-            Progress::Aligned(start, pending) => {
-                self.track_from(start);
-                self.phase = Phase::Joining(pending);
-                self.state.rate_rad_s = sample.rate_rad_s;
-                Outcome::Reset(Reset::Aligned)
-            }
+            Progress::Due(pending) => self.end_alignment(pending),
         }
     }
 
+    /// Starts tracking if the alignment determines the inertia. The state is then that of the last
+    /// judged sample, the rate that of this one.
+    fn end_alignment(&mut self, mut pending: Pending<T>) -> Outcome {
+        let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
+        let start = match &mut self.phase {
+            Phase::Aligning(aligning) => aligning.start(noise, prior),
+            _ => None,
+        };
+        let Some(start) = start else {
+            return Outcome::Coasting(Coasting::Aligning);
+        };
+        let rate_rad_s = self.state.rate_rad_s;
+        pending.rate_rad_s = start.state.rate_rad_s;
+        self.track_from(&start);
+        self.phase = Phase::Joining(pending);
+        self.state.rate_rad_s = rate_rad_s;
+        Outcome::Reset(Reset::Aligned)
+    }
+
     /// Starts from the prior and this sample: tracking, or aligning where the prior is vague.
+    #[inline(never)]
     fn begin(&mut self, sample: &Sample<T, W>) {
         let drive = sample.drive(&self.wheels);
         self.drive.restart(drive);
-        self.track_from(Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
+        self.track_from(&Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
         if self.prior.is_none_or(|prior| prior.is_vague(self.config.align_above)) {
             let noise = self.config.gyro_noise_rad_s;
-            self.phase = Phase::Aligning(Aligning::begin(&sample.rate_rad_s, &drive, noise));
+            self.phase.align(&sample.rate_rad_s, &drive, noise);
         }
     }
 
     /// Takes over a first state and its covariance.
-    fn track_from(&mut self, start: Start<T>) {
+    fn track_from(&mut self, start: &Start<T>) {
         self.state = start.state;
         self.form = F::new(&start.covariance);
         self.range_kg_m2 = start.range_kg_m2;

@@ -25,7 +25,7 @@ const ALIGNMENT_PERIOD: u32 = 16;
 /// True if the alignment is to be solved at this sample: every sixteenth, so that the mean cost of
 /// a step in alignment stays near that of adding a sample.
 pub(super) fn is_due<T: Real>(alignment: &Alignment<T>) -> bool {
-    alignment.samples().is_multiple_of(ALIGNMENT_PERIOD)
+    alignment.samples() > 0 && alignment.samples().is_multiple_of(ALIGNMENT_PERIOD)
 }
 
 /// State and covariance at the start of tracking.

@@ -199,6 +199,18 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
         }
     }
 
+    /// Returns to the state before the first sample, in place: without a copy of the queue.
+    pub fn reset(&mut self) {
+        self.restart();
+        self.across = Scale::of_variance(T::zero());
+        self.line = self.across;
+        self.samples = 0;
+        self.is_scaled = false;
+        self.floor_rad_s = T::zero();
+        self.refused = 0;
+        self.noise = Noise::unknown();
+    }
+
     /// Takes in a sample and returns one that is ready: normally that of two calls before. None
     /// during the first eight samples, and while a refused sample waits for accepted neighbours;
     /// [`ready`](Self::ready) returns the others afterwards.
@@ -249,7 +261,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     /// Discards samples and neighbours: after a gap, before its first sample. Scales, counter and
     /// measured noise stay.
     pub fn restart(&mut self) {
-        self.queue = Queue::empty();
+        self.queue.clear();
         self.history = History::empty();
         self.run = 0;
         self.noise.interrupt();

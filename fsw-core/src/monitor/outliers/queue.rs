@@ -53,6 +53,12 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         Self { places: [place; PLACES], first: 0, len: 0, judged: 0, before: History::empty() }
     }
 
+    /// Discards all samples. Their places keep their contents, which are not read.
+    pub(super) fn clear(&mut self) {
+        (self.first, self.len, self.judged) = (0, 0, 0);
+        self.before = History::empty();
+    }
+
     /// Number of samples.
     pub(super) fn len(&self) -> usize {
         usize::from(self.len).min(PLACES)
