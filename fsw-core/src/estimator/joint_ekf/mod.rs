@@ -110,7 +110,7 @@ pub use config::{Config, InitialRate};
 pub use state::{Form, State};
 pub use structured_ud::StructuredUd;
 
-use crate::dynamics::interval::{Drive, DriveHistory, Interval};
+use crate::dynamics::interval::{DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
 use crate::estimate::{Estimate, Status};
@@ -138,7 +138,7 @@ enum Phase<T: Real> {
     /// No usable sample yet.
     Waiting,
     /// No prior, or a vague one: motion is accumulated for the first state.
-    Aligning(Aligning<T>),
+    Aligning,
     /// Aligned: the state is that of the last judged sample.
     Joining(Pending<T>),
     /// Filtering.
@@ -147,28 +147,10 @@ enum Phase<T: Real> {
 
 crate::persist!([T: Real] enum Phase<T> {
     0 => Waiting,
-    1 => Aligning(aligning: Aligning<T>),
+    1 => Aligning,
     2 => Joining(pending: Pending<T>),
     3 => Tracking
 });
-
-impl<T: Real> Phase<T> {
-    /// Begins an alignment with a first sample, in place.
-    fn align(&mut self, rate_rad_s: &Vec3<T>, drive: &Drive<T>, noise_rad_s: T) {
-        if !matches!(self, Self::Aligning(_)) {
-            self.enter_alignment();
-        }
-        if let Self::Aligning(aligning) = self {
-            aligning.begin(rate_rad_s, drive, noise_rad_s);
-        }
-    }
-
-    /// Not inlined: the new phase takes a copy on the stack.
-    #[inline(never)]
-    fn enter_alignment(&mut self) {
-        *self = Self::Aligning(Aligning::new());
-    }
-}
 
 /// The nine-state filter, W wheels, its covariance in form F.
 #[derive(Clone, Debug)]
@@ -179,6 +161,8 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
     /// Torque and wheel momentum at the last samples.
     drive: DriveHistory<T>,
     phase: Phase<T>,
+    /// Data of the phase of alignment: beside the phase, since a new phase is a copy on the stack.
+    aligning: Aligning<T>,
     /// The configuration's prior; none after a lock-out, which disproves it.
     prior: Option<Prior<T>>,
     /// Sigma of each element before the data, kg m²: the yardstick of observability.
@@ -194,7 +178,7 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
 }
 
 crate::persist!([T: Real, F: Form<T> + Persist, const W: usize] JointEkf<T, F, W> {
-    config, gate, drive, phase, prior, range_kg_m2, state, form, spikes, shift, monitor, innovation;
+    config, gate, drive, phase, aligning, prior, range_kg_m2, state, form, spikes, shift, monitor, innovation;
     unchanged wheels
 });
 
@@ -217,6 +201,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             gate: Gate::new(config.gate),
             drive: DriveHistory::default(),
             phase: Phase::Waiting,
+            aligning: Aligning::new(),
             prior: config.prior,
             range_kg_m2: start.range_kg_m2,
             state: start.state,
@@ -328,11 +313,8 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     fn align(&mut self, sample: &Sample<T, W>, elapsed_s: T) -> Outcome {
         self.state.rate_rad_s = sample.rate_rad_s;
         let drive = sample.drive(&self.wheels);
-        let Phase::Aligning(aligning) = &mut self.phase else {
-            return Outcome::Coasting(Coasting::Aligning);
-        };
         let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
-        match aligning.step((&sample.rate_rad_s, &drive), elapsed_s, noise, prior) {
+        match self.aligning.step((&sample.rate_rad_s, &drive), elapsed_s, noise, prior) {
             Progress::Continues => Outcome::Coasting(Coasting::Aligning),
             Progress::Refused => Outcome::Coasting(Coasting::Spike),
             Progress::Due(pending) => self.end_alignment(pending),
@@ -343,11 +325,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// judged sample, the rate that of this one.
     fn end_alignment(&mut self, mut pending: Pending<T>) -> Outcome {
         let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
-        let start = match &mut self.phase {
-            Phase::Aligning(aligning) => aligning.start(noise, prior),
-            _ => None,
-        };
-        let Some(start) = start else {
+        let Some(start) = self.aligning.start(noise, prior) else {
             return Outcome::Coasting(Coasting::Aligning);
         };
         let rate_rad_s = self.state.rate_rad_s;
@@ -365,8 +343,8 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.drive.restart(drive);
         self.track_from(&Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
         if self.prior.is_none_or(|prior| prior.is_vague(self.config.align_above)) {
-            let noise = self.config.gyro_noise_rad_s;
-            self.phase.align(&sample.rate_rad_s, &drive, noise);
+            self.phase = Phase::Aligning;
+            self.aligning.begin(&sample.rate_rad_s, &drive, self.config.gyro_noise_rad_s);
         }
     }
 
@@ -384,7 +362,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     fn restart_rate(&mut self, sample: &Sample<T, W>) -> Outcome {
         self.drive.restart(sample.drive(&self.wheels));
         match self.phase {
-            Phase::Waiting | Phase::Aligning(_) => self.begin(sample),
+            Phase::Waiting | Phase::Aligning => self.begin(sample),
             Phase::Joining(_) | Phase::Tracking => {
                 self.phase = Phase::Tracking;
                 self.shift.restart();
@@ -419,8 +397,8 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             return Some(Status::Diverged);
         }
         match &self.phase {
-            Phase::Aligning(aligning) if aligning.contradicts_model() => Some(Status::Diverged),
-            Phase::Waiting | Phase::Aligning(_) => Some(Status::Unobservable),
+            Phase::Aligning if self.aligning.contradicts_model() => Some(Status::Diverged),
+            Phase::Waiting | Phase::Aligning => Some(Status::Unobservable),
             Phase::Joining(_) | Phase::Tracking => None,
         }
     }
@@ -440,7 +418,7 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
                 let duration_s = T::seconds(elapsed_us);
                 let interval = self.drive.advance(sample.drive(&self.wheels), duration_s);
                 match self.phase {
-                    Phase::Aligning(_) => self.align(sample, duration_s),
+                    Phase::Aligning => self.align(sample, duration_s),
                     Phase::Waiting | Phase::Joining(_) | Phase::Tracking => {
                         self.track(sample, &interval)
                     }

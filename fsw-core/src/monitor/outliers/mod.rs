@@ -184,6 +184,7 @@ impl<T: Real, P: Copy + Blank> Default for OutlierGate<T, P> {
 
 impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     /// Gate before the first sample.
+    #[inline(always)] // built in its place
     pub fn new() -> Self {
         Self {
             queue: Queue::empty(),

@@ -71,7 +71,7 @@ impl<T: Real, const N: usize> Predictor<T, N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct History<T: Real> {
     /// Number of readings, 0 to 2.
-    count: u8,
+    count: u32,
     readings: [Reading<T>; 2],
 }
 

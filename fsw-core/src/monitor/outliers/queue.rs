@@ -16,21 +16,28 @@ struct Place<T: Real, P> {
     elapsed_s: T,
     rate_rad_s: Vec3<T>,
     payload: P,
-    is_accepted: bool,
+    /// 1 for an accepted sample, otherwise 0. A word: without padding an empty queue is all zeros.
+    accepted: u32,
 }
 
 crate::persist!([T: Real, P: crate::persist::Persist + Blank] Place<T, P> {
-    elapsed_s, rate_rad_s, payload, is_accepted
+    elapsed_s, rate_rad_s, payload, accepted
 });
+
+impl<T: Real, P> Place<T, P> {
+    fn is_accepted(&self) -> bool {
+        self.accepted != 0
+    }
+}
 
 /// First in, first out, in a circle of places; the first `judged` of `len` samples have a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Queue<T: Real, P> {
     places: [Place<T, P>; PLACES],
     /// Place of the first sample.
-    first: u8,
-    len: u8,
-    judged: u8,
+    first: u32,
+    len: u32,
+    judged: u32,
     /// Accepted readings before the first sample of the queue.
     before: History<T>,
 }
@@ -38,17 +45,18 @@ pub(super) struct Queue<T: Real, P> {
 crate::persist!([T: Real, P: crate::persist::Persist + Blank] Queue<T, P> {
     places, first, len, judged, before
 } if |this| {
-    usize::from(this.first) < PLACES && usize::from(this.len) <= PLACES && this.judged <= this.len
+    (this.first as usize) < PLACES && this.len as usize <= PLACES && this.judged <= this.len
 });
 
 impl<T: Real, P: Copy + Blank> Queue<T, P> {
     /// No sample.
+    #[inline(always)] // built in its place
     pub(super) fn empty() -> Self {
         let place = Place {
             elapsed_s: T::zero(),
             rate_rad_s: Vec3::zeros(),
             payload: P::blank(),
-            is_accepted: false,
+            accepted: 0,
         };
         Self { places: [place; PLACES], first: 0, len: 0, judged: 0, before: History::empty() }
     }
@@ -61,7 +69,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
 
     /// Number of samples.
     pub(super) fn len(&self) -> usize {
-        usize::from(self.len).min(PLACES)
+        (self.len as usize).min(PLACES)
     }
 
     /// The samples from one on, in order.
@@ -74,7 +82,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
 
     /// Place of a sample.
     fn index(&self, sample: usize) -> usize {
-        let index = usize::from(self.first).min(PLACES) + sample;
+        let index = (self.first as usize).min(PLACES) + sample;
         if index < PLACES { index } else { index - PLACES }
     }
 
@@ -85,7 +93,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
 
     /// Number of samples with a verdict.
     fn judged(&self) -> usize {
-        usize::from(self.judged).min(self.len())
+        (self.judged as usize).min(self.len())
     }
 
     /// Number of samples without a verdict.
@@ -97,8 +105,8 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
     pub(super) fn add(&mut self, elapsed_s: T, rate_rad_s: Vec3<T>, payload: P) {
         let (len, index) = (self.len(), self.index(self.len()));
         if let Some(place) = self.places.get_mut(index).filter(|_| len < PLACES) {
-            *place = Place { elapsed_s, rate_rad_s, payload, is_accepted: false };
-            self.len = (len + 1) as u8;
+            *place = Place { elapsed_s, rate_rad_s, payload, accepted: 0 };
+            self.len = (len + 1) as u32;
         }
     }
 
@@ -116,9 +124,9 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
     /// Gives the first sample without a verdict its verdict.
     pub(super) fn judge(&mut self, is_accepted: bool) {
         let (judged, index) = (self.judged(), self.index(self.judged()));
-        if let Some(place) = self.places.get_mut(index).filter(|_| judged < usize::from(self.len)) {
-            place.is_accepted = is_accepted;
-            self.judged = (judged + 1) as u8;
+        if let Some(place) = self.places.get_mut(index).filter(|_| judged < (self.len as usize)) {
+            place.accepted = is_accepted.into();
+            self.judged = (judged + 1) as u32;
         }
     }
 
@@ -154,7 +162,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
             return None;
         }
         let first = self.sample(0)?;
-        let is_accepted = first.is_accepted && judged > 0;
+        let is_accepted = first.is_accepted() && judged > 0;
         let mut rate_rad_s = first.rate_rad_s;
         let mut before = self.before;
         before.advance(first.elapsed_s);
@@ -162,7 +170,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
             before.add(&rate_rad_s);
         } else {
             let after = self.from(1).take(judged.saturating_sub(1));
-            let (after, count) = collect(after.map(|p| (p, p.is_accepted)));
+            let (after, count) = collect(after.map(|p| (p, p.is_accepted())));
             if !must && count < 2 {
                 return None;
             }
@@ -171,9 +179,9 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         }
         let (elapsed_s, payload) = (first.elapsed_s, first.payload);
         self.before = before;
-        self.first = self.index(1) as u8;
-        self.judged = judged.saturating_sub(1) as u8;
-        self.len = self.len().saturating_sub(1) as u8;
+        self.first = self.index(1) as u32;
+        self.judged = judged.saturating_sub(1) as u32;
+        self.len = self.len().saturating_sub(1) as u32;
         Some(Judged { elapsed_s, rate_rad_s, payload, is_accepted })
     }
 }
