@@ -58,7 +58,7 @@ mod tests;
 use crate::math::{Vec3, scalar::Real};
 use crate::persist::{Blank, Persist};
 use noise::Noise;
-use predictor::{History, Predictor, Reading};
+use predictor::{History, Offset, Reading};
 use queue::{PLACES, Queue};
 use scale::Scale;
 
@@ -227,10 +227,12 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     ) -> Option<Judged<T, P>> {
         self.floor_rad_s = floor_rad_s;
         self.queue.add(elapsed_s, rate_rad_s, payload);
+        let mut verdicts = VERDICTS;
         if !self.is_scaled && self.queue.len() == START {
             self.start_scales();
+            verdicts -= 1; // the cost of one
         }
-        for _ in 0..VERDICTS {
+        for _ in 0..verdicts {
             if self.is_scaled && self.queue.unjudged() > DELAY {
                 self.judge_next();
             }
@@ -290,10 +292,12 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     /// First scales, by the readings in the queue.
     #[inline(never)]
     fn start_scales(&mut self) {
-        let (readings, count) = self.queue.readings(|rate| !is_uniform(rate));
-        let (all, number) = self.queue.readings(|_| true);
-        let used = if count > 2 { readings.get(..count) } else { all.get(..number) };
-        let variance = scale::first_variance(used.unwrap_or(&[]));
+        let number = self.queue.len();
+        let (mut readings, mut count) = self.queue.readings(true);
+        if count <= 2 {
+            (readings, count) = self.queue.readings(false);
+        }
+        let variance = scale::first_variance(readings.get(..count).unwrap_or(&[]));
         self.across = Scale::of_variance(variance);
         self.line = self.across;
         self.samples = 0;
@@ -360,6 +364,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
 
     /// Squared limit of six scales on each axis, rad²/s²; not below that of the known noise and of
     /// the reading's rounding. An unknown scale has none.
+    #[inline(never)]
     fn limits(&self, scale: &Scale<T>, rate_rad_s: &Vec3<T>) -> Vec3<T> {
         let known = self.floor_rad_s * self.floor_rad_s;
         Vec3::from_fn(|axis, _| {
@@ -374,13 +379,11 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
 
     /// Moves the scales by the errors of a reading.
     fn follow(&mut self, prediction: &Prediction<T>) {
-        for axis in 0..3 {
-            if let Some(error) = &prediction.across {
-                self.across.follow(axis, error[axis], self.samples);
-            }
-            if let Some(error) = &prediction.line {
-                self.line.follow(axis, error[axis], self.samples);
-            }
+        if let Some(error) = &prediction.across {
+            self.across.follow(error, self.samples);
+        }
+        if let Some(error) = &prediction.line {
+            self.line.follow(error, self.samples);
         }
         self.samples = scale::count_of_start(self.samples);
     }
@@ -412,30 +415,25 @@ fn is_uniform<T: Real>(rate_rad_s: &Vec3<T>) -> bool {
     rate_rad_s.x == rate_rad_s.y && rate_rad_s.y == rate_rad_s.z
 }
 
-/// Squared error on each axis over the squared gain, rad²/s².
-fn normalised<T: Real>(error: &Vec3<T>, squared_gain: T) -> Vec3<T> {
-    error.component_mul(error) * (T::one() / squared_gain)
-}
-
 /// Prediction by two neighbours on each side, in the order of time.
 fn across<T: Real>(four: [&Reading<T>; 4], rate_rad_s: &Vec3<T>) -> Prediction<T> {
     let [far_left, left, right, far_right] = four;
     let sides = [[left, far_left], [right, far_right]];
     let mut prediction =
         Prediction { across: None, line: None, right: None, is_confirmed: [true; 3] };
-    let Some(cubic) = Predictor::through(four) else {
+    let Some(cubic) = Offset::of_cubic(four, rate_rad_s) else {
         return prediction;
     };
-    let error = cubic.offset_rad_s(four, rate_rad_s);
-    prediction.across = Some(normalised(&error, cubic.squared_gain));
+    let error = cubic.rate_rad_s;
+    prediction.across = Some(cubic.normalised());
     let half = error * T::lit(0.5);
     let [of_left, of_right] = sides.map(|side| {
-        let line = Predictor::through(side)?;
-        let of_side = line.offset_rad_s(side, rate_rad_s);
+        let line = Offset::of_line(side, rate_rad_s)?;
         for axis in 0..3 {
-            prediction.is_confirmed[axis] &= of_side[axis] * error[axis] > half[axis] * error[axis];
+            let of_side = line.rate_rad_s[axis] * error[axis];
+            prediction.is_confirmed[axis] &= of_side > half[axis] * error[axis];
         }
-        Some(normalised(&of_side, line.squared_gain))
+        Some(line.normalised())
     });
     prediction.line = of_left;
     prediction.right = of_right;
@@ -449,10 +447,8 @@ fn on_one_side<T: Real>(
     scale: &Scale<T>,
     rate_rad_s: &Vec3<T>,
 ) -> Prediction<T> {
-    let error = |two: [&Reading<T>; 2]| {
-        let line = Predictor::through(two)?;
-        Some(normalised(&line.offset_rad_s(two, rate_rad_s), line.squared_gain))
-    };
+    let error =
+        |two: [&Reading<T>; 2]| Offset::of_line(two, rate_rad_s).map(|line| line.normalised());
     let mut prediction = Prediction { line: error(nearest), ..Prediction::default() };
     for squared in further.into_iter().flatten().filter_map(error) {
         for axis in 0..3 {

@@ -1,7 +1,7 @@
 //! Samples on their way through the gate: not yet judged, or judged and waiting for neighbours.
 
-use super::Judged;
-use super::predictor::{History, Predictor, Reading};
+use super::{Judged, is_uniform};
+use super::predictor::{History, Offset, Reading};
 use crate::math::{Vec3, scalar::Real};
 use crate::persist::Blank;
 
@@ -139,13 +139,9 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         collect(self.from(self.judged() + 1).map(|p| (p, is_usable(&p.rate_rad_s))))
     }
 
-    /// All readings that are `is_usable`, up to the number of places. Times relative to the sample
-    /// before the first.
-    pub(super) fn readings(
-        &self,
-        is_usable: impl Fn(&Vec3<T>) -> bool,
-    ) -> ([Reading<T>; PLACES], usize) {
-        collect(self.from(0).map(|p| (p, is_usable(&p.rate_rad_s))))
+    /// All readings, or those without three equal values. Times relative to the sample before the first.
+    pub(super) fn readings(&self, is_varied: bool) -> ([Reading<T>; PLACES], usize) {
+        collect(self.from(0).map(|p| (p, !is_varied || !is_uniform(&p.rate_rad_s))))
     }
 
     /// First rate that is `is_usable`.
@@ -204,6 +200,7 @@ fn collect<'a, T: Real, P: 'a, const N: usize>(
 
 /// Rate at time zero by accepted neighbours, rad/s: a cubic through two on each side, a line
 /// through one on each side, the nearest one where a side has none.
+#[inline(never)]
 fn bridged<T: Real>(before: &History<T>, after: &[Reading<T>; 2], count: usize) -> Option<Vec3<T>> {
     let last = before.latest();
     let next = after.get(..count).and_then(|after| after.first());
@@ -213,15 +210,12 @@ fn bridged<T: Real>(before: &History<T>, after: &[Reading<T>; 2], count: usize) 
     let about = &last.rate_rad_s;
     if let ([second, first], Some([left, far_left])) = (after, before.pair().filter(|_| count >= 2))
     {
-        let four = [far_left, left, second, first];
-        if let Some(cubic) =
-            Predictor::through(four).filter(|p| p.squared_gain < T::lit(CUBIC_GAIN))
-        {
-            return Some(about + cubic.offset_rad_s(four, about));
+        let cubic = Offset::of_cubic([far_left, left, second, first], about);
+        if let Some(cubic) = cubic.filter(|p| p.squared_gain < T::lit(CUBIC_GAIN)) {
+            return Some(about + cubic.rate_rad_s);
         }
     }
-    let two = [last, next];
-    Predictor::through(two).map(|line| about + line.offset_rad_s(two, about))
+    Offset::of_line([last, next], about).map(|line| about + line.rate_rad_s)
 }
 
 /// Largest gain of a bridging cubic: that of a gap of five samples between even neighbours is 4.4.
