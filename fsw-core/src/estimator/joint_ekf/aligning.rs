@@ -72,7 +72,8 @@ impl<T: Real> Aligning<T> {
         self.contradicts_model
     }
 
-    /// Takes in a sample, `elapsed_s` after the one before. At most two samples leave the gate.
+    /// Takes in a sample, `elapsed_s` after the one before. At most two samples leave the gate, and one
+    /// where it makes two verdicts: a backlog costs one of both more a step.
     pub(super) fn step(
         &mut self,
         (rate_rad_s, drive): (&Vec3<T>, &Drive<T>),
@@ -80,11 +81,12 @@ impl<T: Real> Aligning<T> {
         noise_rad_s: T,
         prior: Option<&Prior<T>>,
     ) -> Progress<T> {
+        let is_behind = self.outliers.is_behind();
         let Some(judged) = self.outliers.push(elapsed_s, *rate_rad_s, *drive, noise_rad_s) else {
             return Progress::Continues;
         };
         self.add(&judged, noise_rad_s, prior);
-        let second = self.outliers.ready();
+        let second = if is_behind { None } else { self.outliers.ready() };
         if let Some(second) = &second {
             self.add(second, noise_rad_s, prior);
         }

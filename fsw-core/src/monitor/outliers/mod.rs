@@ -227,17 +227,21 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     ) -> Option<Judged<T, P>> {
         self.floor_rad_s = floor_rad_s;
         self.queue.add(elapsed_s, rate_rad_s, payload);
-        let mut verdicts = VERDICTS;
         if !self.is_scaled && self.queue.len() == START {
             self.start_scales();
-            verdicts -= 1; // the cost of one
         }
-        for _ in 0..verdicts {
+        for _ in 0..VERDICTS {
             if self.is_scaled && self.queue.unjudged() > DELAY {
                 self.judge_next();
             }
         }
         self.queue.take(self.queue.len() == PLACES)
+    }
+
+    /// True while samples wait for a verdict beyond the usual delay: the next [`push`](Self::push) takes
+    /// two.
+    pub fn is_behind(&self) -> bool {
+        self.queue.unjudged() > DELAY
     }
 
     /// Next sample that is ready beside the one that [`push`](Self::push) returned. To be called
@@ -368,12 +372,13 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     fn limits(&self, scale: &Scale<T>, rate_rad_s: &Vec3<T>) -> Vec3<T> {
         let known = self.floor_rad_s * self.floor_rad_s;
         Vec3::from_fn(|axis, _| {
-            let variance = scale.variance(axis);
-            if !(variance > T::zero() || known > T::zero()) {
-                return T::MAX;
+            let variance = larger(scale.variance(axis), known);
+            if variance > T::zero() {
+                let rounding = T::EPSILON * rate_rad_s[axis];
+                larger(variance, rounding * rounding) * T::lit(LIMIT * LIMIT)
+            } else {
+                T::MAX
             }
-            let rounding = T::EPSILON * rate_rad_s[axis];
-            larger(larger(variance, known), rounding * rounding) * T::lit(LIMIT * LIMIT)
         })
     }
 
@@ -390,10 +395,14 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
 
     /// True for a frame of three equal values beyond the limit from the last accepted reading, or
     /// from the first other frame where there is none. Two readings: twice the variance.
+    #[inline]
     fn is_blank(&self, rate_rad_s: &Vec3<T>) -> bool {
-        if !is_uniform(rate_rad_s) {
-            return false;
-        }
+        is_uniform(rate_rad_s) && self.is_far(rate_rad_s)
+    }
+
+    /// True for a reading beyond the limit from the reference of [`is_blank`](Self::is_blank).
+    #[inline(never)]
+    fn is_far(&self, rate_rad_s: &Vec3<T>) -> bool {
         let latest = self.history.latest().map(|latest| latest.rate_rad_s);
         let reference = latest.or_else(|| self.queue.first_rate(|rate| !is_uniform(rate)));
         reference.is_some_and(|reference| {

@@ -132,16 +132,19 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
 
     /// Up to three readings after the first sample without a verdict, as far as `is_usable`. Times
     /// relative to that sample.
+    #[inline]
     pub(super) fn following(
         &self,
         is_usable: impl Fn(&Vec3<T>) -> bool,
     ) -> ([Reading<T>; 3], usize) {
-        collect(self.from(self.judged() + 1).map(|p| (p, is_usable(&p.rate_rad_s))))
+        let marked = self.from(self.judged() + 1).map(|p| (p, is_usable(&p.rate_rad_s)));
+        collect(&self.places[0], marked)
     }
 
     /// All readings, or those without three equal values. Times relative to the sample before the first.
     pub(super) fn readings(&self, is_varied: bool) -> ([Reading<T>; PLACES], usize) {
-        collect(self.from(0).map(|p| (p, !is_varied || !is_uniform(&p.rate_rad_s))))
+        let marked = self.from(0).map(|p| (p, !is_varied || !is_uniform(&p.rate_rad_s)));
+        collect(&self.places[0], marked)
     }
 
     /// First rate that is `is_usable`.
@@ -166,7 +169,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
             before.add(&rate_rad_s);
         } else {
             let after = self.from(1).take(judged.saturating_sub(1));
-            let (after, count) = collect(after.map(|p| (p, p.is_accepted())));
+            let (after, count) = collect(&self.places[0], after.map(|p| (p, p.is_accepted())));
             if !must && count < 2 {
                 return None;
             }
@@ -182,12 +185,14 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
     }
 }
 
-/// Readings of those samples that are marked, up to N.
+/// Readings of those samples that are marked, up to N; those beyond have the rate of another sample.
+#[inline]
 fn collect<'a, T: Real, P: 'a, const N: usize>(
+    other: &Place<T, P>,
     samples: impl Iterator<Item = (&'a Place<T, P>, bool)>,
 ) -> ([Reading<T>; N], usize) {
-    let mut readings = [Reading::zero(); N];
     let (mut count, mut time_s) = (0, T::zero());
+    let mut readings = [Reading { time_s, rate_rad_s: other.rate_rad_s }; N];
     for (place, is_marked) in samples {
         time_s += place.elapsed_s;
         if let (true, Some(reading)) = (is_marked, readings.get_mut(count)) {

@@ -65,7 +65,7 @@ impl<T: Real> Scale<T> {
 ///
 /// An error of exactly zero is a repeated reading and not a measure of the noise: it is left out, so
 /// that the scale of quantised readings stays at a quantum.
-#[inline(never)]
+#[inline(always)]
 fn followed<T: Real>(median: T, squared_error: T, samples: u8) -> T {
     let is_positive = |x: T| x > T::zero() && x < T::MAX;
     if !is_positive(squared_error) {
