@@ -2,17 +2,20 @@
 //!
 //! ```text
 //!  sample ─► outlier gate ─► alignment ─► solution at the last judged sample
-//!             two samples late                 │ prediction across the two pending ones
+//!             two samples late                 │ rate predicted across the pending ones
 //!                                              ▼
 //!                                          tracking
 //! ```
 //!
 //! One bad reading in the integrals of the alignment would remain in its solution. A refused sample
 //! enters the integrals with its bridged rate, and adds no equation.
+//!
+//! A solution is as expensive as a sample. It is therefore computed at the sample after the one at which
+//! it is due, in place of a verdict, and three samples are pending then.
 
 use super::alignment::Alignment;
 use super::start::{self, NoStart, Start};
-use super::{Config, State};
+use super::{Config, Form, State};
 use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::{Drive, Interval};
 use crate::dynamics::step::runge_kutta_4;
@@ -20,8 +23,8 @@ use crate::math::{Vec3, scalar::Real};
 use crate::monitor::outliers::{Judged, OutlierGate};
 use crate::prior::Prior;
 
-/// Samples between the last judged one and the present one, the latter included.
-const PENDING: usize = 2;
+/// Delay of the gate, samples.
+const DELAY: usize = 2;
 
 /// Accumulation of motion for the first state.
 #[derive(Clone, Copy, Debug)]
@@ -30,21 +33,29 @@ pub(super) struct Aligning<T: Real> {
     outliers: OutlierGate<T, Drive<T>>,
     /// Least squares since the first accepted sample; empty before it.
     alignment: Alignment<T>,
+    /// Drive at the last judged sample, where a solution is due.
+    due: Option<Drive<T>>,
     /// The last solution contradicted the model; the alignment has started anew since.
     contradicts_model: bool,
 }
 
-crate::persist!([T: Real] Aligning<T> { outliers, alignment, contradicts_model });
+crate::persist!([T: Real] Aligning<T> { outliers, alignment, due, contradicts_model });
 
 /// Result of one sample.
-pub(super) enum Progress<T: Real> {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Progress {
     /// More motion is needed.
     Continues,
     /// The same, and a sample of two samples ago was refused.
     Refused,
-    /// A solution is due: way from the last judged sample to the present one. The rate is that of the
-    /// judged sample.
-    Due(Pending<T>),
+}
+
+/// Result of a solution.
+pub(super) enum Solved<T: Real> {
+    /// Filter at the last judged sample, and the way from there to the present one.
+    Start(Start<T>, Pending<T>),
+    /// The data contradict the model. The alignment starts anew.
+    Contradiction,
 }
 
 impl<T: Real> Aligning<T> {
@@ -54,6 +65,7 @@ impl<T: Real> Aligning<T> {
         Self {
             outliers: OutlierGate::new(),
             alignment: Alignment::empty(),
+            due: None,
             contradicts_model: false,
         }
     }
@@ -61,8 +73,9 @@ impl<T: Real> Aligning<T> {
     /// Starts with a first sample.
     pub(super) fn begin(&mut self, rate_rad_s: &Vec3<T>, drive: &Drive<T>, noise_rad_s: T) {
         self.outliers.reset();
-        self.outliers.push(T::zero(), *rate_rad_s, *drive, noise_rad_s);
+        self.outliers.add(T::zero(), *rate_rad_s, *drive, noise_rad_s);
         self.alignment.clear();
+        self.due = None;
         self.contradicts_model = false;
     }
 
@@ -72,17 +85,22 @@ impl<T: Real> Aligning<T> {
         self.contradicts_model
     }
 
-    /// Takes in a sample, `elapsed_s` after the one before. At most two samples leave the gate, and one
-    /// where it makes two verdicts: a backlog costs one of both more a step.
-    pub(super) fn step(
+    /// Takes in a sample, `elapsed_s` after the one before. [`solve`](Self::solve) follows, and
+    /// [`step`](Self::step) where that gives nothing.
+    pub(super) fn take_in(
         &mut self,
         (rate_rad_s, drive): (&Vec3<T>, &Drive<T>),
         elapsed_s: T,
         noise_rad_s: T,
-        prior: Option<&Prior<T>>,
-    ) -> Progress<T> {
+    ) {
+        self.outliers.add(elapsed_s, *rate_rad_s, *drive, noise_rad_s);
+    }
+
+    /// Judges samples and adds them. At most two leave the gate, and one where it makes two verdicts: a
+    /// backlog costs one of both more a step.
+    pub(super) fn step(&mut self, noise_rad_s: T, prior: Option<&Prior<T>>) -> Progress {
         let is_behind = self.outliers.is_behind();
-        let Some(judged) = self.outliers.push(elapsed_s, *rate_rad_s, *drive, noise_rad_s) else {
+        let Some(judged) = self.outliers.advance() else {
             return Progress::Continues;
         };
         self.add(&judged, noise_rad_s, prior);
@@ -91,7 +109,9 @@ impl<T: Real> Aligning<T> {
             self.add(second, noise_rad_s, prior);
         }
         if second.is_none() && judged.is_accepted {
-            return self.progress(&judged);
+            let is_due = start::is_due(&self.alignment) && self.outliers.pending().count() == DELAY;
+            self.due = is_due.then_some(judged.payload);
+            return Progress::Continues;
         }
         let is_refused = !judged.is_accepted || second.is_some_and(|second| !second.is_accepted);
         if is_refused { Progress::Refused } else { Progress::Continues }
@@ -107,36 +127,37 @@ impl<T: Real> Aligning<T> {
         }
     }
 
-    /// Progress after an accepted sample, which is the last judged one: a solution needs that only the
-    /// delay of the gate is pending.
-    fn progress(&self, judged: &Judged<T, Drive<T>>) -> Progress<T> {
-        if !start::is_due(&self.alignment) {
-            return Progress::Continues;
-        }
-        let mut pending = self.outliers.pending();
-        match [pending.next(), pending.next(), pending.next()] {
-            [Some(first), Some(second), None] => Progress::Due(Pending {
-                rate_rad_s: judged.rate_rad_s,
-                drive: judged.payload,
-                steps: [first, second],
-            }),
-            _ => Progress::Continues,
-        }
-    }
-
-    /// First state at the last judged sample, where the solution is good enough.
-    pub(super) fn start(&mut self, noise_rad_s: T, prior: Option<&Prior<T>>) -> Option<Start<T>> {
+    /// First state at the last judged sample, where a solution is due and good enough.
+    pub(super) fn solve(&mut self, noise_rad_s: T, prior: Option<&Prior<T>>) -> Option<Solved<T>> {
+        let drive = self.due.take()?;
         let measured_rad_s = || self.outliers.noise_rad_s();
         match Start::from_motion(&self.alignment, prior, noise_rad_s, measured_rad_s) {
-            Ok(start) => Some(start),
+            Ok(start) => {
+                let rate_rad_s = start.state.rate_rad_s;
+                Some(Solved::Start(start, Pending { rate_rad_s, drive, duration_s: T::zero() }))
+            }
             Err(NoStart::TooLittleMotion) => None,
             // These data cannot lead to a start: the next ones may.
             Err(NoStart::Contradiction) => {
                 self.contradicts_model = true;
                 self.alignment.clear();
-                None
+                Some(Solved::Contradiction)
             }
         }
+    }
+
+    /// Predicts the rate of `state` across the pending samples to the present one, and adds their
+    /// intervals to `way`. `None` where the inertia has no inverse.
+    pub(super) fn predict(&self, state: &mut State<T>, way: &mut Pending<T>) -> Option<()> {
+        let body = Gyrostat::new(&state.inertia)?;
+        let mut start = way.drive;
+        for (step_s, end) in self.outliers.pending() {
+            let interval = linear(step_s, start, end);
+            state.rate_rad_s = runge_kutta_4(&body, &state.rate_rad_s, &interval);
+            way.duration_s += step_s;
+            start = end;
+        }
+        Some(())
     }
 }
 
@@ -144,40 +165,32 @@ impl<T: Real> Aligning<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pending<T: Real> {
     /// Rate at the last judged sample, rad/s.
-    pub(super) rate_rad_s: Vec3<T>,
+    rate_rad_s: Vec3<T>,
     /// Drive there.
     drive: Drive<T>,
-    /// Duration (s) and drive at the end of each interval since.
-    steps: [(T, Drive<T>); PENDING],
+    /// Time since then, s.
+    duration_s: T,
 }
 
-crate::persist!([T: Real] Pending<T> { rate_rad_s, drive, steps });
+crate::persist!([T: Real] Pending<T> { rate_rad_s, drive, duration_s });
 
 impl<T: Real> Pending<T> {
-    /// Prediction from the last judged sample to the end of the interval `last`, which follows the
-    /// pending ones: the rate interval by interval, the covariance over all of them at once.
+    /// Prediction to the end of the interval `last`, which follows the pending ones: the rate over that
+    /// interval, the covariance over all of them at once.
     ///
-    /// `predict` is the prediction of the filter. `None` where the inertia has no inverse.
-    pub(super) fn predict(
+    /// `None` where the inertia has no inverse.
+    pub(super) fn predict<F: Form<T>>(
         &self,
         state: &mut State<T>,
+        form: &mut F,
         last: &Interval<T>,
-        predict: impl FnOnce(&mut State<T>, &Interval<T>, &Config<T>) -> Option<()>,
         config: &Config<T>,
     ) -> Option<()> {
         let body = Gyrostat::new(&state.inertia)?;
-        let (mut rate_rad_s, mut start) = (self.rate_rad_s, self.drive);
-        let mut duration_s = last.duration_s;
-        for (step_s, end) in self.steps {
-            let interval = linear(step_s, start, end);
-            rate_rad_s = runge_kutta_4(&body, &rate_rad_s, &interval);
-            duration_s += step_s;
-            start = end;
-        }
-        rate_rad_s = runge_kutta_4(&body, &rate_rad_s, last);
-        state.rate_rad_s = self.rate_rad_s;
-        predict(state, &linear(duration_s, self.drive, last.end), config)?;
-        state.rate_rad_s = rate_rad_s;
+        state.rate_rad_s = runge_kutta_4(&body, &state.rate_rad_s, last);
+        let rates_rad_s = (&self.rate_rad_s, &state.rate_rad_s);
+        let all = linear(self.duration_s + last.duration_s, self.drive, last.end);
+        form.predict_covariance(&body, rates_rad_s, &all, config);
         Some(())
     }
 }

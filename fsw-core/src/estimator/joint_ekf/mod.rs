@@ -25,7 +25,8 @@
 //!
 //! Before that, without a prior or from a vague one, [`alignment`] estimates the first state from
 //! the motion itself. Its samples pass an outlier gate ([`monitor::outliers`](crate::monitor::outliers))
-//! and are two samples late; a refused one is the outcome [`Coasting::Spike`] of that step.
+//! and are two samples late; a refused one is the outcome [`Coasting::Spike`] of that step. Tracking
+//! starts three samples after the last one that the solution contains.
 //!
 //! Two forms of the same filter are chosen by type:
 //!
@@ -124,7 +125,7 @@ use crate::outcome::{Coasting, Outcome, Reset};
 use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
-use aligning::{Aligning, Pending, Progress};
+use aligning::{Aligning, Pending, Progress, Solved};
 use start::Start;
 
 /// The filter as printed: AB2 propagation, first-order transition, `(1 − K H) P`.
@@ -272,10 +273,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             return self.form.predict(&mut self.state, interval, &self.config);
         };
         self.phase = Phase::Tracking;
-        let predict = |state: &mut State<T>, interval: &Interval<T>, config: &Config<T>| {
-            self.form.predict(state, interval, config)
-        };
-        pending.predict(&mut self.state, interval, predict, &self.config)
+        pending.predict(&mut self.state, &mut self.form, interval, &self.config)
     }
 
     /// Shift test of an innovation; none where the spike gate is disabled.
@@ -313,27 +311,23 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     fn align(&mut self, sample: &Sample<T, W>, elapsed_s: T) -> Outcome {
         self.state.rate_rad_s = sample.rate_rad_s;
         let drive = sample.drive(&self.wheels);
-        let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
-        match self.aligning.step((&sample.rate_rad_s, &drive), elapsed_s, noise, prior) {
-            Progress::Continues => Outcome::Coasting(Coasting::Aligning),
-            Progress::Refused => Outcome::Coasting(Coasting::Spike),
-            Progress::Due(pending) => self.end_alignment(pending),
+        let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior);
+        self.aligning.take_in((&sample.rate_rad_s, &drive), elapsed_s, noise);
+        match self.aligning.solve(noise, prior.as_ref()) {
+            None => match self.aligning.step(noise, prior.as_ref()) {
+                Progress::Continues => Outcome::Coasting(Coasting::Aligning),
+                Progress::Refused => Outcome::Coasting(Coasting::Spike),
+            },
+            Some(Solved::Contradiction) => Outcome::Coasting(Coasting::Aligning),
+            Some(Solved::Start(start, mut way)) => {
+                self.track_from(&start);
+                if self.aligning.predict(&mut self.state, &mut way).is_none() {
+                    return self.restart_diverged(sample);
+                }
+                self.phase = Phase::Joining(way);
+                Outcome::Reset(Reset::Aligned)
+            }
         }
-    }
-
-    /// Starts tracking if the alignment determines the inertia. The state is then that of the last
-    /// judged sample, the rate that of this one.
-    fn end_alignment(&mut self, mut pending: Pending<T>) -> Outcome {
-        let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
-        let Some(start) = self.aligning.start(noise, prior) else {
-            return Outcome::Coasting(Coasting::Aligning);
-        };
-        let rate_rad_s = self.state.rate_rad_s;
-        pending.rate_rad_s = start.state.rate_rad_s;
-        self.track_from(&start);
-        self.phase = Phase::Joining(pending);
-        self.state.rate_rad_s = rate_rad_s;
-        Outcome::Reset(Reset::Aligned)
     }
 
     /// Starts from the prior and this sample: tracking, or aligning where the prior is vague.

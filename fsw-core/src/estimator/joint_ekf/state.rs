@@ -1,6 +1,7 @@
 //! The nine states, and the two operations on them that a form of the filter provides.
 
 use super::Config;
+use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::Interval;
 use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
 use crate::tensor::Inertia;
@@ -41,6 +42,16 @@ pub trait Form<T: Real>: Sized {
         interval: &Interval<T>,
         config: &Config<T>,
     ) -> Option<()>;
+
+    /// Covariance alone, over an interval across which the rate has been integrated. `rates_rad_s`: at its
+    /// start and at its end.
+    fn predict_covariance(
+        &mut self,
+        body: &Gyrostat<T>,
+        rates_rad_s: (&Vec3<T>, &Vec3<T>),
+        interval: &Interval<T>,
+        config: &Config<T>,
+    );
 
     /// Variance of the rate on each axis, rad²/s².
     fn rate_variance(&self) -> Vec3<T>;

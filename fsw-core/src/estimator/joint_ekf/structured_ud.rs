@@ -83,11 +83,21 @@ impl<T: Real> Form<T> for StructuredUd<T> {
         config: &Config<T>,
     ) -> Option<()> {
         let body = Gyrostat::new(&state.inertia)?;
-        let rate_start = state.rate_rad_s;
-        state.rate_rad_s = runge_kutta_4(&body, &rate_start, interval);
-        let transition = Transition::between(&body, &rate_start, &state.rate_rad_s, interval);
-        self.propagate(&transition, interval.duration_s, config);
+        let start_rad_s = state.rate_rad_s;
+        state.rate_rad_s = runge_kutta_4(&body, &start_rad_s, interval);
+        self.predict_covariance(&body, (&start_rad_s, &state.rate_rad_s), interval, config);
         Some(())
+    }
+
+    fn predict_covariance(
+        &mut self,
+        body: &Gyrostat<T>,
+        (start_rad_s, end_rad_s): (&Vec3<T>, &Vec3<T>),
+        interval: &Interval<T>,
+        config: &Config<T>,
+    ) {
+        let transition = Transition::between(body, start_rad_s, end_rad_s, interval);
+        self.propagate(&transition, interval.duration_s, config);
     }
 
     /// `Pᵢᵢ = Dᵢ + Σ Uᵢₖ² Dₖ` over `k > i`, rad²/s².

@@ -225,8 +225,20 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
         payload: P,
         floor_rad_s: T,
     ) -> Option<Judged<T, P>> {
+        self.add(elapsed_s, rate_rad_s, payload, floor_rad_s);
+        self.advance()
+    }
+
+    /// First half of [`push`](Self::push): takes in a sample. [`advance`](Self::advance) must follow before
+    /// all nine places are in use.
+    #[inline]
+    pub fn add(&mut self, elapsed_s: T, rate_rad_s: Vec3<T>, payload: P, floor_rad_s: T) {
         self.floor_rad_s = floor_rad_s;
         self.queue.add(elapsed_s, rate_rad_s, payload);
+    }
+
+    /// Second half of [`push`](Self::push): up to two verdicts. Returns a sample that is ready.
+    pub fn advance(&mut self) -> Option<Judged<T, P>> {
         if !self.is_scaled && self.queue.len() == START {
             self.start_scales();
         }
@@ -238,10 +250,10 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
         self.queue.take(self.queue.len() == PLACES)
     }
 
-    /// True while samples wait for a verdict beyond the usual delay: the next [`push`](Self::push) takes
-    /// two.
+    /// True while samples wait for a verdict beyond the usual delay and the newest one: the next
+    /// [`advance`](Self::advance) makes two.
     pub fn is_behind(&self) -> bool {
-        self.queue.unjudged() > DELAY
+        self.queue.unjudged() > DELAY + 1
     }
 
     /// Next sample that is ready beside the one that [`push`](Self::push) returned. To be called
