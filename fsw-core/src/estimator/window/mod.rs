@@ -62,6 +62,7 @@ use storage::{Storage, Stretch};
 use unknowns::{Groups, is_a_set};
 use work::Work;
 
+use crate::dynamics::interval::Drive;
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
 use crate::estimate::Estimate;
@@ -122,9 +123,6 @@ crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window
     open, closing, unit_per_kg_m2, front, work, schedule, inquiry, suspect_until, past, past_age_s, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
-
-/// Wheel momentum, N m s, and external torque, N m, at the instant of a sample.
-type Drive<T> = (Vec3<T>, Vec3<T>);
 
 /// Stretch of blocks that takes in no more, and the index after its last one.
 #[derive(Clone, Copy, Debug)]
@@ -372,8 +370,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Passes a sample to the outlier gate, and takes in what is ready.
     fn push(&mut self, sample: &Sample<T, W>, elapsed_s: T) {
-        let wheels = self.wheels.momentum_n_m_s(&sample.wheel_speed_rad_s);
-        let drive = (wheels, sample.torque_n_m);
+        let drive = sample.drive(&self.wheels);
         let floor = self.config.gyro_noise_rad_s.unwrap_or(T::zero());
         let mut judged = self.outliers.push(elapsed_s, sample.rate_rad_s, drive, floor);
         // The gate holds nine samples at most.
@@ -404,7 +401,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Takes in a sample that the gate has judged.
     #[inline(never)]
     fn take_in(&mut self, sample: &Judged<T, Drive<T>>) {
-        let (wheel_momentum_n_m_s, torque_n_m) = sample.payload;
+        let Drive { wheel_momentum_n_m_s, torque_n_m } = sample.payload;
         let reading = Reading {
             weight: if sample.is_accepted { T::one() } else { T::lit(REFUSED_WEIGHT) },
             rate_rad_s: sample.rate_rad_s,
