@@ -56,16 +56,6 @@ trait Entry: Step + Work + Persist {
     fn report(&self) -> Estimate<f32> {
         fsw_core::Estimator::estimate(self)
     }
-
-    /// The window estimator, for the functions that it alone has.
-    fn window(&self) -> Option<&Window9> {
-        None
-    }
-
-    /// As [`window`](Self::window), mutable.
-    fn window_mut(&mut self) -> Option<&mut Window9> {
-        None
-    }
 }
 
 /// The estimator in a slot, independent of its type. Its step is [`Step::step_fast`]: a reference to
@@ -79,10 +69,6 @@ pub trait Selected {
     fn rate_rad_s(&self) -> Vec3<f32>;
     /// As [`fsw_core::Estimator::innovation`].
     fn innovation(&self) -> Option<Innovation<f32>>;
-    /// The window estimator, if it is this one.
-    fn window(&self) -> Option<&Window9>;
-    /// As [`window`](Self::window), mutable.
-    fn window_mut(&mut self) -> Option<&mut Window9>;
 }
 
 impl<E: Entry> Selected for E {
@@ -100,14 +86,6 @@ impl<E: Entry> Selected for E {
 
     fn innovation(&self) -> Option<Innovation<f32>> {
         fsw_core::Estimator::innovation(self)
-    }
-
-    fn window(&self) -> Option<&Window9> {
-        Entry::window(self)
-    }
-
-    fn window_mut(&mut self) -> Option<&mut Window9> {
-        Entry::window_mut(self)
     }
 }
 
@@ -265,14 +243,6 @@ roster! {
                 _ => Ok(()),
             }
         }
-
-        fn window(&self) -> Option<&Window9> {
-            Some(self)
-        }
-
-        fn window_mut(&mut self) -> Option<&mut Window9> {
-            Some(self)
-        }
     }
 
     /// `joint-ekf`: rate and inertia in one filter.
@@ -330,6 +300,29 @@ fn place_ekf_sgf(
     from: &InitialData,
 ) {
     *slot = EstimatorSlot::EkfSgfRls(EkfSgfRls::of_valid(config, rate, from.wheels));
+}
+
+impl EstimatorSlot {
+    /// The window estimator, for the functions that it alone has. No function of each estimator in the
+    /// slot: an image without `window` would contain their code.
+    #[inline]
+    pub fn window(&self) -> Option<&Window9> {
+        match self {
+            #[cfg(feature = "window")]
+            Self::Window(window) => Some(window),
+            _ => None,
+        }
+    }
+
+    /// As [`window`](Self::window), mutable.
+    #[inline]
+    pub fn window_mut(&mut self) -> Option<&mut Window9> {
+        match self {
+            #[cfg(feature = "window")]
+            Self::Window(window) => Some(window),
+            _ => None,
+        }
+    }
 }
 
 /// The largest of these sizes.
