@@ -43,6 +43,30 @@ macro_rules! unroll {
 }
 use unroll;
 
+/// Entries of a matrix by row and column, inlined at each level of optimisation.
+///
+/// nalgebra's `[]` is a call where code is compiled for size. Its check of the range then remains in the
+/// image, with a panic; inlined, it is proved away wherever the indices are those of a loop.
+pub(crate) trait Entries<T> {
+    /// Entry of a row and a column.
+    fn at(&self, row: usize, column: usize) -> T;
+
+    /// As [`at`](Self::at), mutable.
+    fn at_mut(&mut self, row: usize, column: usize) -> &mut T;
+}
+
+impl<T: Real, const R: usize, const C: usize> Entries<T> for Mat<T, R, C> {
+    #[inline(always)]
+    fn at(&self, row: usize, column: usize) -> T {
+        self.data.0[column][row]
+    }
+
+    #[inline(always)]
+    fn at_mut(&mut self, row: usize, column: usize) -> &mut T {
+        &mut self.data.0[column][row]
+    }
+}
+
 /// Column `index` of a matrix; zeros beyond the last column.
 ///
 /// Replaces nalgebra's `column`, which panics on an index out of range.

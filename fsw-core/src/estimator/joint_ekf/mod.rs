@@ -117,7 +117,7 @@ use crate::error::ConfigError;
 use crate::estimate::{Estimate, Status};
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, scalar::Real};
 use crate::monitor::innovation::{Innovation, InnovationMonitor};
 use crate::monitor::shift::{self, ShiftTest};
 use crate::monitor::spikes::{Decision, SpikeGate};
@@ -423,7 +423,7 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
 
     fn estimate(&self) -> Estimate<T> {
         let p = self.form.covariance();
-        let covariance = Mat::from_fn(|i, k| p[(3 + i, 3 + k)]);
+        let covariance = Mat::from_fn(|i, k| p.at(3 + i, 3 + k));
         let residual = self.monitor.residual_rms_rad_s();
         let estimate =
             Estimate::of_inertia(self.state.inertia, covariance, &self.range_kg_m2, residual);

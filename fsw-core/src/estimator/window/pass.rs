@@ -21,7 +21,7 @@ use super::storage::Rest;
 use super::trajectory::{Span, Trajectory};
 use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
-use crate::math::{Vec3, norm, scalar::Real};
+use crate::math::{Entries, Vec3, norm, scalar::Real};
 
 /// K: u² of three normal residuals exceeds its square by chance once in 900 blocks (chi-square).
 const ROBUST: f64 = 4.0;
@@ -274,7 +274,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
             let apart = rest.rate_rad_s - rate - self.trajectory.model.bias_rad_s();
             for axis in 0..3 {
                 let row = self.trajectory.sensitivity_at_start(&rate, wheels, axis);
-                self.factor.fold(&row, apart[axis], rest.weight);
+                self.factor.fold(&row, apart.at(axis, 0), rest.weight);
             }
         }
         true
@@ -311,7 +311,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
             core::array::from_fn(|axis| self.trajectory.mean_sensitivity(&crossing, axis));
         let judged = Vec3::from_fn(|axis, _| {
             let explained = rows[axis].iter().zip(&self.offset);
-            explained.fold(apart[axis], |left, (s, step)| left - *s * *step)
+            explained.fold(apart.at(axis, 0), |left, (s, step)| left - *s * *step)
         });
         let n = span.block.weight;
         let square = judged.dot(&judged) * n;
@@ -319,7 +319,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
         let weight = n * robust;
         let before = self.residuals.squares;
         for (axis, row) in rows.iter().enumerate() {
-            let left = self.factor.add_weighted(row, apart[axis], weight);
+            let left = self.factor.add_weighted(row, apart.at(axis, 0), weight);
             self.residuals.add(axis, left);
         }
         self.next += 1;

@@ -11,7 +11,7 @@ use super::pass::{Pass, Residuals};
 use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of};
 use crate::estimate::{Estimate, Status};
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::monitor::observability::observed;
 use crate::prior::Prior;
@@ -66,8 +66,8 @@ fn is_finite_with_floor<T: Real>(estimate: &mut Estimate<T>) -> bool {
     let covariance = &mut estimate.covariance_kg2_m4;
     for i in 0..6 {
         let rounded = elements[i] * T::EPSILON;
-        covariance[(i, i)] *= T::one() + T::EPSILON * T::lit(16.0);
-        covariance[(i, i)] += rounded * rounded;
+        *covariance.at_mut(i, i) *= T::one() + T::EPSILON * T::lit(16.0);
+        *covariance.at_mut(i, i) += rounded * rounded;
     }
     elements.iter().all(|x| x.is_finite()) && covariance.iter().all(|x| x.is_finite())
 }
@@ -150,7 +150,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         *estimate = Estimate::of_nothing();
         estimate.inertia = Inertia::new(prior.inertia_kg_m2);
         for i in 0..6 {
-            estimate.covariance_kg2_m4[(i, i)] = prior.sigma_kg_m2[i] * prior.sigma_kg_m2[i];
+            *estimate.covariance_kg2_m4.at_mut(i, i) = prior.sigma_kg_m2[i] * prior.sigma_kg_m2[i];
         }
     }
 
@@ -331,7 +331,7 @@ impl<T: Real> Solution<T> {
     /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to 0.9. Both as far as the scale comes
     /// from the data rather than from a prior of the elements.
     fn add_curvature(&mut self, alone: &Self) {
-        let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale;
+        let relative = |of: &Self| of.covariance.at(5, 5).max(T::zero()).sqrt() / of.point.scale;
         let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
         let curved = if of_data > T::lit(NO_SCALE) {
@@ -346,8 +346,8 @@ impl<T: Real> Solution<T> {
         let factor = one + (curved - one) * share * share;
         if factor.is_finite() {
             for i in 0..6 {
-                self.covariance[(i, 5)] *= factor;
-                self.covariance[(5, i)] *= factor;
+                *self.covariance.at_mut(i, 5) *= factor;
+                *self.covariance.at_mut(5, i) *= factor;
             }
         }
     }
@@ -363,9 +363,9 @@ impl<T: Real> Solution<T> {
             of_element[element] = trace;
             let by = by_shape::<T, T>(&of_element);
             for k in 0..5 {
-                jacobian[(element, k)] = by[k];
+                *jacobian.at_mut(element, k) = by[k];
             }
-            jacobian[(element, 5)] = -n[element] * trace / self.point.scale;
+            *jacobian.at_mut(element, 5) = -n[element] * trace / self.point.scale;
         }
         *covariance = jacobian * self.covariance * jacobian.transpose();
     }

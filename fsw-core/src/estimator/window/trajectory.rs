@@ -23,7 +23,7 @@ use super::block::Block;
 use super::unknowns::{
     FIRST_GROUP, GROUPS, Group, Groups, MOMENTUM, Point, by_shape, groups_of, scale_of, shape_of,
 };
-use crate::math::{Mat, Vec3, scalar::Real, skew};
+use crate::math::{Entries, Mat, Vec3, scalar::Real, skew};
 use crate::tensor::Inertia;
 
 /// Largest turn of a step, rad: the Taylor series then errs by `turn⁸ / 40320` of the momentum, 4e-8,
@@ -170,7 +170,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         self.lost = Vec3::zeros();
         self.sensitivity = [Vec3::zeros(); U];
         for i in 0..3 {
-            self.sensitivity[MOMENTUM + i][i] = T::one();
+            *self.sensitivity[MOMENTUM + i].at_mut(i, 0) = T::one();
         }
         true
     }
@@ -364,7 +364,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         let mut k = across(&crossing.mean, &by_momentum);
         for i in 0..3 {
             for c in 0..3 {
-                k[(i, c)] -= self.model.drag[i] * by_momentum[(i, c)];
+                *k.at_mut(i, c) -= self.model.drag.at(i, 0) * by_momentum.at(i, c);
             }
         }
         let a = k - skew(&(crossing.mean_rate * crossing.step_s));
@@ -403,7 +403,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     /// `S̄ = n⁻¹ (D̄ − V̄)`, with the means of both ends of each step.
     pub fn mean_sensitivity(&self, crossing: &Crossing<T, U>, axis: usize) -> [T; U] {
         let axis = axis.min(2);
-        let b = Vec3::from_fn(|k, _| self.model.inverse[(axis, k)] * crossing.share);
+        let b = Vec3::from_fn(|k, _| self.model.inverse.at(axis, k) * crossing.share);
         let a = b * T::lit(0.5);
         let mut row = [T::zero(); U];
         for c in 0..U {
@@ -416,10 +416,10 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     /// Derivatives of one axis of the rate at the start, for wheel momentum wᵤ there: `n⁻¹ (D₀ − V₀)`.
     pub fn sensitivity_at_start(&self, rate: &Vec3<T>, wheels: &Vec3<T>, axis: usize) -> [T; U] {
         let axis = axis.min(2);
-        let b = Vec3::from_fn(|k, _| self.model.inverse[(axis, k)]);
+        let b = Vec3::from_fn(|k, _| self.model.inverse.at(axis, k));
         let mut row = [T::zero(); U];
         for i in 0..3 {
-            row[MOMENTUM + i] = b[i];
+            row[MOMENTUM + i] = b.at(i, 0);
         }
         self.model.add_readings(&mut row, axis, &b, rate, wheels);
         row
@@ -545,7 +545,7 @@ fn times<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
 /// `v^× M`.
 fn across<T: Real>(v: &Vec3<T>, m: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
     Mat::from_columns(&core::array::from_fn::<Vec3<T>, 3, _>(|i| {
-        v.cross(&Vec3::new(m[(0, i)], m[(1, i)], m[(2, i)]))
+        v.cross(&Vec3::new(m.at(0, i), m.at(1, i), m.at(2, i)))
     }))
 }
 
