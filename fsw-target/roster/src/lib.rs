@@ -1,14 +1,21 @@
-//! Roster of the estimators that fly, and all of them that is not a step, compiled for size.
+//! Roster of the estimators that fly, their starts, reports and checkpoints, compiled for the smallest
+//! size.
 //!
-//! Starts, reports, checkpoints and the [`Work`] of `window` in slices have the time between samples; the
-//! steps of [`fsw_steps`] do not. Reason for a separate crate: the optimisation level is set per crate, and
-//! a generic function has that of the crate that instantiates it.
+//! | package | contents | `opt-level` |
+//! |---|---|---|
+//! | `fsw-steps` | steps, at each sample | 3 |
+//! | `fsw-work` | the [`Work`] of `window`, between samples | s |
+//! | `fsw-roster` | starts, reports, checkpoints: by command, or once a second | z |
+//!
+//! Reason for separate crates: the optimisation level is set per crate, and a generic function has that
+//! of the crate that instantiates it. At `z` functions are not inlined, and loops not unrolled: an index
+//! that only the caller knows is then checked at run time, with a panic. Code of `fsw-core` reads the
+//! elements of its matrices by functions that are always inlined.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
 mod roster;
-mod work;
 
+pub use fsw_work::Work;
 pub use roster::{EstimatorId, EstimatorSlot, InitialData, Refused, Selected};
-pub use work::Work;

@@ -11,7 +11,7 @@
 //! enters the integrals with its bridged rate, and adds no equation.
 //!
 //! A solution is as expensive as a sample. It is therefore computed at the sample after the one at which
-//! it is due, in place of a verdict, and three samples are pending then.
+//! it is due, in place of a verdict, and three samples are pending then. The gate catches up afterwards.
 
 use super::alignment::Alignment;
 use super::start::{self, NoStart, Start};
@@ -54,8 +54,9 @@ pub(super) enum Progress {
 pub(super) enum Solved<T: Real> {
     /// Filter at the last judged sample, and the way from there to the present one.
     Start(Start<T>, Pending<T>),
-    /// The data contradict the model. The alignment starts anew.
-    Contradiction,
+    /// Not good enough: too little motion, or data that contradict the model. The alignment starts anew
+    /// after a contradiction.
+    Rejected,
 }
 
 impl<T: Real> Aligning<T> {
@@ -127,7 +128,7 @@ impl<T: Real> Aligning<T> {
         }
     }
 
-    /// First state at the last judged sample, where a solution is due and good enough.
+    /// Solution at the last judged sample, where one is due and the motion stands out of the noise.
     pub(super) fn solve(&mut self, noise_rad_s: T, prior: Option<&Prior<T>>) -> Option<Solved<T>> {
         let drive = self.due.take()?;
         let measured_rad_s = || self.outliers.noise_rad_s();
@@ -136,12 +137,13 @@ impl<T: Real> Aligning<T> {
                 let rate_rad_s = start.state.rate_rad_s;
                 Some(Solved::Start(start, Pending { rate_rad_s, drive, duration_s: T::zero() }))
             }
-            Err(NoStart::TooLittleMotion) => None,
+            Err(NoStart::NoSolution) => None,
+            Err(NoStart::TooLittleMotion) => Some(Solved::Rejected),
             // These data cannot lead to a start: the next ones may.
             Err(NoStart::Contradiction) => {
                 self.contradicts_model = true;
                 self.alignment.clear();
-                Some(Solved::Contradiction)
+                Some(Solved::Rejected)
             }
         }
     }

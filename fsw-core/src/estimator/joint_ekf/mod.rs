@@ -318,7 +318,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
                 Progress::Continues => Outcome::Coasting(Coasting::Aligning),
                 Progress::Refused => Outcome::Coasting(Coasting::Spike),
             },
-            Some(Solved::Contradiction) => Outcome::Coasting(Coasting::Aligning),
+            Some(Solved::Rejected) => Outcome::Coasting(Coasting::Aligning),
             Some(Solved::Start(start, mut way)) => {
                 self.track_from(&start);
                 if self.aligning.predict(&mut self.state, &mut way).is_none() {

@@ -42,6 +42,8 @@ pub(super) struct Start<T: Real> {
 /// Reason why an alignment gives no start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NoStart {
+    /// The motion does not yet stand out of the noise: no solution, after a tenth of its cost.
+    NoSolution,
     /// The motion does not yet determine all six elements well enough.
     TooLittleMotion,
     /// The motion determines a tensor that no rigid body has, or leaves residuals above the noise:
@@ -81,6 +83,7 @@ impl<T: Real> Start<T> {
     /// The range of each element is the prior's sigma, or that of a body of the estimated size.
     ///
     /// # Errors
+    /// [`NoStart::NoSolution`] while the motion does not stand out of the noise;
     /// [`NoStart::TooLittleMotion`] while an element's sigma exceeds a tenth of the mean moment;
     /// [`NoStart::Contradiction`] where the tensor is then not physical or the residuals are not
     /// explained.
@@ -90,7 +93,7 @@ impl<T: Real> Start<T> {
         noise_rad_s: T,
         measured_rad_s: impl FnOnce() -> T,
     ) -> Result<Self, NoStart> {
-        let solution = alignment.solve(noise_rad_s).ok_or(NoStart::TooLittleMotion)?;
+        let solution = alignment.solve(noise_rad_s).ok_or(NoStart::NoSolution)?;
         let mut covariance = solution.covariance;
         covariance.scale(T::lit(ALIGNMENT_INFLATION));
         let mean_moment = solution.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);

@@ -1,4 +1,11 @@
-//! Work of an estimator beside its steps, in slices.
+//! Work of an estimator beside its steps, in slices: the time between samples is theirs, but not without
+//! limit.
+//!
+//! Compiled at `opt-level = "s"`. At `"z"`, the level of `fsw-roster`, a block of a pass takes 30,144
+//! instructions instead of 18,112, and the most expensive slices exceed their budgets.
+
+#![no_std]
+#![forbid(unsafe_code)]
 
 use fsw_core::estimator::window::Remaining;
 use fsw_steps::{EkfSgfRls, JointEkf, Window9, Window12, Window15, Window18};
