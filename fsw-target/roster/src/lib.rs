@@ -1,11 +1,11 @@
-//! Roster of the estimators that fly, their starts, reports and checkpoints, compiled for the smallest
-//! size.
+//! Roster of the estimators that fly, and all of them that recurs less than once a block, compiled for
+//! the smallest size.
 //!
 //! | package | contents | `opt-level` |
 //! |---|---|---|
 //! | `fsw-steps` | steps, at each sample | 3 |
-//! | `fsw-work` | the [`Work`] of `window`, between samples | s |
-//! | `fsw-roster` | starts, reports, checkpoints: by command, or once a second | z |
+//! | `fsw-work` | slices of `window` that take in a block | s |
+//! | `fsw-roster` | its other slices, starts, reports, checkpoints | z |
 //!
 //! Reason for separate crates: the optimisation level is set per crate, and a generic function has that
 //! of the crate that instantiates it. At `z` functions are not inlined, and loops not unrolled: an index
@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 
 mod roster;
+mod work;
 
-pub use fsw_work::Work;
 pub use roster::{EstimatorId, EstimatorSlot, InitialData, Refused, Selected};
+pub use work::Work;

@@ -12,8 +12,8 @@ use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator;
 use fsw_core::estimator::window::Remaining;
 use fsw_core::{ConfigError, Estimate, Innovation, Outcome, Prior, Sample, Vec3, WheelArray};
+use crate::work::Work;
 use fsw_steps::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
-use fsw_work::Work;
 
 /// Reason why a telecommand to the estimators is not executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,36 +1,29 @@
-//! Work of an estimator beside its steps, in slices: the time between samples is theirs, but not without
-//! limit.
+//! Work of `window` on single blocks: nearly all slices of a fit.
 //!
-//! Compiled at `opt-level = "s"`. At `"z"`, the level of `fsw-roster`, a block of a pass takes 30,144
-//! instructions instead of 18,112, and the most expensive slices exceed their budgets.
+//! Compiled at `opt-level = "s"`. At `"z"`, the level of the other slices in `fsw-roster`, a block of a
+//! pass takes 30,144 instructions instead of 18,112.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
-use fsw_core::estimator::window::Remaining;
-use fsw_steps::{EkfSgfRls, JointEkf, Window9, Window12, Window15, Window18};
+use fsw_core::estimator::window::Slice;
+use fsw_steps::{Window9, Window12, Window15, Window18};
 
-/// Work beside the steps.
-pub trait Work {
-    /// Does up to this number of slices, each of bounded cost, and returns what is left. Estimators that
-    /// complete their work within each step have none.
-    fn work_in_slices(&mut self, _slices: u32) -> Remaining {
-        Remaining::Nothing
-    }
+/// Slices that take in a block.
+pub trait Blocks {
+    /// As [`block_slice`](fsw_core::estimator::window::Window::block_slice).
+    fn block(&mut self, kind: Slice) -> bool;
 }
 
-impl Work for JointEkf {}
-impl Work for EkfSgfRls {}
-
-macro_rules! work_of_windows {
+macro_rules! blocks_of_windows {
     ($($window:ty),*) => {
-        $(impl Work for $window {
+        $(impl Blocks for $window {
             #[inline(never)]
-            fn work_in_slices(&mut self, slices: u32) -> Remaining {
-                self.work(slices)
+            fn block(&mut self, kind: Slice) -> bool {
+                self.block_slice(kind)
             }
         })*
     };
 }
 
-work_of_windows!(Window9, Window12, Window15, Window18);
+blocks_of_windows!(Window9, Window12, Window15, Window18);
