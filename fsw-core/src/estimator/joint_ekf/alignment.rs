@@ -34,7 +34,7 @@ use super::Prior;
 use crate::dynamics::interval::Drive;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::ud::Ud;
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{self, Mat, Vec3, scalar::Real};
 use crate::tensor::{Inertia, gyroscopic_regressor, regressor, regressor_noise_share};
 
 /// Iterations of the noise correction. Each shrinks its error by [`LARGEST_CORRECTION`] or more:
@@ -119,17 +119,17 @@ impl<T: Real> Alignment<T> {
     /// Before the first sample: all zeros.
     #[inline(always)] // built in its place
     pub fn empty() -> Self {
-        let zeros = Vec3::zeros();
+        let zeros = math::zeros::<T, 3, 1>();
         Self {
             information: SquareRootInformation::default(),
             squares: T::zero(),
             samples: 0,
-            mean_regressor: Mat::zeros(),
+            mean_regressor: math::zeros(),
             mean_impulse_n_m_s: zeros,
-            regressor_integral: Mat::zeros(),
+            regressor_integral: math::zeros(),
             impulse_n_m_s: zeros,
             last: Integrands {
-                regressor: Mat::zeros(),
+                regressor: math::zeros(),
                 torque_n_m: zeros,
                 wheel_momentum_n_m_s: zeros,
             },
@@ -268,6 +268,7 @@ impl<T: Real> Alignment<T> {
 
 impl<T: Real> Integrands<T> {
     /// At a measured rate (rad/s) and the drive of the same instant.
+    #[inline(never)]
     fn at(rate_rad_s: &Vec3<T>, drive: &Drive<T>) -> Self {
         let h = drive.wheel_momentum_n_m_s;
         Self {

@@ -23,7 +23,7 @@ use super::block::Block;
 use super::unknowns::{
     FIRST_GROUP, GROUPS, Group, Groups, MOMENTUM, Point, by_shape, groups_of, scale_of, shape_of,
 };
-use crate::math::{Entries, Mat, Vec3, scalar::Real, skew};
+use crate::math::{Entries, Mat, Vec3, rotated, scalar::Real, skew};
 use crate::tensor::Inertia;
 
 /// Largest turn of a step, rad: the Taylor series then errs by `turn⁸ / 40320` of the momentum, 4e-8,
@@ -257,7 +257,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         for k in 0..orders {
             let rate = w.get(k).map_or(coefficient, |w| coefficient - w);
             let (Some(of_p), Some(of_u)) = (p.get_mut(k), u.get_mut(k)) else { break };
-            (*of_p, *of_u) = (coefficient, turn * rate);
+            (*of_p, *of_u) = (coefficient, rotated(&turn, &rate));
             let of_u = *of_u;
             let mut slope = product(p.iter().take(k + 1), &u);
             if k == 0 {
@@ -278,10 +278,11 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         let mean = low.mean + high.mean;
         crossing.mean = mean + g0 + g1 * half + g2 * third;
         crossing.change = change + g1 + g2;
-        crossing.mean_rate = inverse * (crossing.mean - w0 - w1 * half - w2 * third);
-        crossing.rate_change = inverse * (crossing.change - w1 - w2);
+        crossing.mean_rate = rotated(inverse, &(crossing.mean - w0 - w1 * half - w2 * third));
+        crossing.rate_change = rotated(inverse, &(crossing.change - w1 - w2));
         crossing.momentum += mean;
-        crossing.rate += inverse * (self.momentum + g0 - w0) + crossing.rate_change * half;
+        let rate_at_start = rotated(inverse, &(self.momentum + g0 - w0));
+        crossing.rate += rate_at_start + crossing.rate_change * half;
         if crossing.done == 0 {
             crossing.bend = first_slope;
         }

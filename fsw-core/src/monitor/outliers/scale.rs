@@ -65,7 +65,7 @@ impl<T: Real> Scale<T> {
 ///
 /// An error of exactly zero is a repeated reading and not a measure of the noise: it is left out, so
 /// that the scale of quantised readings stays at a quantum.
-#[inline(always)]
+#[inline(never)]
 fn followed<T: Real>(median: T, squared_error: T, samples: u8) -> T {
     let is_positive = |x: T| x > T::zero() && x < T::MAX;
     if !is_positive(squared_error) {
@@ -106,19 +106,27 @@ pub(super) fn first_variance<T: Real>(readings: &[Reading<T>]) -> T {
     let left_out = if count > SPOILT { SPOILT } else { 0 };
     let mut least = T::MAX;
     for spoilt in 0..count - left_out + 1 {
-        let mut sum = T::zero();
-        for (i, square) in squares.iter().enumerate().take(count) {
-            if i < spoilt || i >= spoilt + left_out {
-                sum += *square;
-            }
-        }
+        let sum = sum_without(&squares, count, spoilt, left_out);
         least = if sum < least { sum } else { least };
     }
     least / (T::lit(3.0) * T::count((count - left_out).max(1) as u32))
 }
 
+/// Sum of the first `count` squares without `left_out` from `spoilt` on.
+#[inline(never)]
+fn sum_without<T: Real>(squares: &[T], count: usize, spoilt: usize, left_out: usize) -> T {
+    let mut sum = T::zero();
+    for (i, square) in squares.iter().enumerate().take(count) {
+        if i < spoilt || i >= spoilt + left_out {
+            sum += *square;
+        }
+    }
+    sum
+}
+
 /// Reading minus the line through its two neighbours, squared and normalised to the variance of a
 /// reading, sum of the axes, rad²/s². Zero where two times are equal.
+#[inline(never)]
 fn squared_second_difference<T: Real>(three: &[Reading<T>]) -> T {
     let [before, at, after] = three else {
         return T::zero();
