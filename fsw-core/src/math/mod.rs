@@ -67,12 +67,6 @@ impl<T: Real, const R: usize, const C: usize> Entries<T> for Mat<T, R, C> {
     }
 }
 
-/// Zero matrix, inlined at each level of optimisation: built in its place and not in a copy.
-#[inline(always)]
-pub(crate) fn zeros<T: Real, const R: usize, const C: usize>() -> Mat<T, R, C> {
-    Mat::from_array_storage(nalgebra::ArrayStorage([[T::zero(); R]; C]))
-}
-
 /// Product `M v` of a 3×3 matrix. Not inlined: one function for all, a hundred bytes less for each use.
 #[inline(never)]
 pub(crate) fn rotated<T: Real>(m: &Mat<T, 3, 3>, v: &Vec3<T>) -> Vec3<T> {

@@ -27,7 +27,7 @@
 //! * The condition number of `U √D` is the square root of that of P: single precision with
 //!   factors resembles double precision with P.
 
-use super::{Entries, Mat, Vec3, scalar::Real, unroll, zeros};
+use super::{Entries, Mat, Vec3, scalar::Real, unroll};
 
 /// UD factors of the N×N covariance of N components, each in its own unit.
 ///
@@ -52,7 +52,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// Factors of uncorrelated components with these variances (unit², not negative): U is the
     /// identity.
     pub fn diagonal(variances: [T; N]) -> Self {
-        let mut packed = zeros::<T, N, N>();
+        let mut packed = Mat::<T, N, N>::zeros();
         for i in 0..N {
             *packed.at_mut(i, i) = variances[i];
         }

@@ -253,6 +253,9 @@ roster! {
             let config = estimator::joint_ekf::Config { prior: from.prior, ..config };
             config.validate()?;
             place_joint_ekf(slot, config, from);
+            if let EstimatorSlot::JointEkf(filter) = slot {
+                filter.complete();
+            }
             Ok(())
         }
     }

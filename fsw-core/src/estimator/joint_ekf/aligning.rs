@@ -21,6 +21,7 @@ use crate::dynamics::interval::{Drive, Interval};
 use crate::dynamics::step::runge_kutta_4;
 use crate::math::{Vec3, scalar::Real};
 use crate::monitor::outliers::{Judged, OutlierGate};
+use crate::persist::{Archive, Persist};
 use crate::prior::Prior;
 
 /// Delay of the gate, samples.
@@ -40,6 +41,47 @@ pub(super) struct Aligning<T: Real> {
 }
 
 crate::persist!([T: Real] Aligning<T> { outliers, alignment, due, contradicts_model });
+
+/// Alignment of a filter, absent only between the construction of the filter in its place and that of the
+/// alignment: together they would take a copy of more than a kilobyte on the stack.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed<T: Real>(Option<Aligning<T>>);
+
+impl<T: Real> Placed<T> {
+    /// No alignment.
+    pub(super) fn absent() -> Self {
+        Self(None)
+    }
+
+    /// Constructs the alignment.
+    #[inline(never)]
+    pub(super) fn construct(&mut self) {
+        self.0 = Some(Aligning::new());
+    }
+
+    /// The alignment.
+    pub(super) fn get(&self) -> Option<&Aligning<T>> {
+        self.0.as_ref()
+    }
+
+    /// As [`get`](Self::get), mutable.
+    pub(super) fn get_mut(&mut self) -> Option<&mut Aligning<T>> {
+        self.0.as_mut()
+    }
+}
+
+/// As the alignment itself.
+impl<T: Real> Persist for Placed<T> {
+    fn layout() -> u32 {
+        Aligning::<T>::layout()
+    }
+
+    fn persist(&mut self, archive: &mut Archive<'_>) {
+        if let Some(aligning) = &mut self.0 {
+            aligning.persist(archive);
+        }
+    }
+}
 
 /// Result of one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -34,7 +34,7 @@ use super::Prior;
 use crate::dynamics::interval::Drive;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::ud::Ud;
-use crate::math::{self, Mat, Vec3, scalar::Real};
+use crate::math::{Mat, Vec3, scalar::Real};
 use crate::tensor::{Inertia, gyroscopic_regressor, regressor, regressor_noise_share};
 
 /// Iterations of the noise correction. Each shrinks its error by [`LARGEST_CORRECTION`] or more:
@@ -119,17 +119,17 @@ impl<T: Real> Alignment<T> {
     /// Before the first sample: all zeros.
     #[inline(always)] // built in its place
     pub fn empty() -> Self {
-        let zeros = math::zeros::<T, 3, 1>();
+        let zeros = Vec3::zeros();
         Self {
             information: SquareRootInformation::default(),
             squares: T::zero(),
             samples: 0,
-            mean_regressor: math::zeros(),
+            mean_regressor: Mat::zeros(),
             mean_impulse_n_m_s: zeros,
-            regressor_integral: math::zeros(),
+            regressor_integral: Mat::zeros(),
             impulse_n_m_s: zeros,
             last: Integrands {
-                regressor: math::zeros(),
+                regressor: Mat::zeros(),
                 torque_n_m: zeros,
                 wheel_momentum_n_m_s: zeros,
             },

@@ -125,7 +125,7 @@ use crate::outcome::{Coasting, Outcome, Reset};
 use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
-use aligning::{Aligning, Pending, Progress, Solved};
+use aligning::{Aligning, Pending, Placed, Progress, Solved};
 use start::Start;
 
 /// The filter as printed: AB2 propagation, first-order transition, `(1 − K H) P`.
@@ -163,7 +163,7 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
     drive: DriveHistory<T>,
     phase: Phase<T>,
     /// Data of the phase of alignment: beside the phase, since a new phase is a copy on the stack.
-    aligning: Aligning<T>,
+    aligning: Placed<T>,
     /// The configuration's prior; none after a lock-out, which disproves it.
     prior: Option<Prior<T>>,
     /// Sigma of each element before the data, kg m²: the yardstick of observability.
@@ -190,11 +190,14 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// Names the configuration's first field that is out of its range.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
         config.validate()?;
-        Ok(Self::of_valid(config, wheels))
+        let mut this = Self::of_valid(config, wheels);
+        this.complete();
+        Ok(this)
     }
 
-    /// As [`new`](Self::new), for a configuration that has passed [`Config::validate`]. Inlined, so that
-    /// the filter is built in its place and not on the stack.
+    /// As [`new`](Self::new), for a configuration that has passed [`Config::validate`], and to be completed
+    /// by [`complete`](Self::complete). Inlined, so that the filter is built in its place and not on the
+    /// stack.
     #[inline(always)]
     pub fn of_valid(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
         let start = Start::from_prior(config.prior, &config, &Vec3::zeros());
@@ -202,7 +205,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             gate: Gate::new(config.gate),
             drive: DriveHistory::default(),
             phase: Phase::Waiting,
-            aligning: Aligning::new(),
+            aligning: Placed::absent(),
             prior: config.prior,
             range_kg_m2: start.range_kg_m2,
             state: start.state,
@@ -214,6 +217,12 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             config,
             wheels,
         }
+    }
+
+    /// Constructs the alignment in its place: once, after [`of_valid`](Self::of_valid). A filter without it
+    /// tracks from a prior alone.
+    pub fn complete(&mut self) {
+        self.aligning.construct();
     }
 
     /// The nine states: ω (rad/s), then `jxx jyy jzz jxy jxz jyz` (kg m²).
@@ -312,16 +321,20 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.state.rate_rad_s = sample.rate_rad_s;
         let drive = sample.drive(&self.wheels);
         let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior);
-        self.aligning.take_in((&sample.rate_rad_s, &drive), elapsed_s, noise);
-        match self.aligning.solve(noise, prior.as_ref()) {
-            None => match self.aligning.step(noise, prior.as_ref()) {
+        let Some(aligning) = self.aligning.get_mut() else {
+            return Outcome::Coasting(Coasting::Aligning);
+        };
+        aligning.take_in((&sample.rate_rad_s, &drive), elapsed_s, noise);
+        match aligning.solve(noise, prior.as_ref()) {
+            None => match aligning.step(noise, prior.as_ref()) {
                 Progress::Continues => Outcome::Coasting(Coasting::Aligning),
                 Progress::Refused => Outcome::Coasting(Coasting::Spike),
             },
             Some(Solved::Rejected) => Outcome::Coasting(Coasting::Aligning),
             Some(Solved::Start(start, mut way)) => {
                 self.track_from(&start);
-                if self.aligning.predict(&mut self.state, &mut way).is_none() {
+                let aligning = self.aligning.get();
+                if aligning.and_then(|a| a.predict(&mut self.state, &mut way)).is_none() {
                     return self.restart_diverged(sample);
                 }
                 self.phase = Phase::Joining(way);
@@ -338,7 +351,9 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.track_from(&Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
         if self.prior.is_none_or(|prior| prior.is_vague(self.config.align_above)) {
             self.phase = Phase::Aligning;
-            self.aligning.begin(&sample.rate_rad_s, &drive, self.config.gyro_noise_rad_s);
+            if let Some(aligning) = self.aligning.get_mut() {
+                aligning.begin(&sample.rate_rad_s, &drive, self.config.gyro_noise_rad_s);
+            }
         }
     }
 
@@ -391,7 +406,9 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             return Some(Status::Diverged);
         }
         match &self.phase {
-            Phase::Aligning if self.aligning.contradicts_model() => Some(Status::Diverged),
+            Phase::Aligning if self.aligning.get().is_some_and(Aligning::contradicts_model) => {
+                Some(Status::Diverged)
+            }
             Phase::Waiting | Phase::Aligning => Some(Status::Unobservable),
             Phase::Joining(_) | Phase::Tracking => None,
         }

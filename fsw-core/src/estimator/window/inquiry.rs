@@ -10,6 +10,7 @@
 use super::belief::{CONTRADICTED, Past};
 use super::front::Front;
 use super::pass::Pass;
+use super::work::Work;
 use super::{Closing, Schedule, Window};
 use crate::math::scalar::Real;
 use crate::outcome::Reset;
@@ -70,7 +71,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.ask_after();
     }
 
-    /// Fits the blocks after the contradiction, once there are enough of them.
+    /// Asks for a fit of the blocks after the contradiction, once there are enough of them.
     fn ask_after(&mut self) {
         let end = self.end();
         let Some(inquiry) = &mut self.inquiry else { return };
@@ -86,8 +87,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         inquiry.attempts += 1;
         inquiry.has_asked = true;
-        let rise = inquiry.rise;
-        self.begin_start(rise, end, None);
+    }
+
+    /// Begins the fit that [`ask_after`](Self::ask_after) asks for. After it and not within: each has a copy
+    /// of a task on the stack.
+    pub(super) fn begin_asked(&mut self) {
+        let rise = self.inquiry.as_ref().filter(|inquiry| inquiry.has_asked).map(|i| i.rise);
+        if let (Some(rise), Work::Idle) = (rise, &self.work) {
+            self.begin_start(rise, self.end(), None);
+        }
     }
 
     /// Takes the result of a fit for the inquiry, over the blocks from `from` on.

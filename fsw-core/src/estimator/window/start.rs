@@ -19,7 +19,7 @@ use super::block::Block;
 use super::storage::{Rest, Stretch};
 use super::unknowns::{Point, by_shape};
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Entries, Mat, Vec3, eigen::singular_values, norm, scalar::Real, skew, zeros};
+use crate::math::{Entries, Mat, Vec3, eigen::singular_values, norm, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor, regressor_noise_share};
 
 /// Columns: momentum 3, torque 3, inverse trace 1, elements 6.
@@ -58,7 +58,7 @@ crate::persist!([T: Real] LinearStart<T> {
 
 /// Units in which all columns are near one.
 #[derive(Clone, Copy, Debug)]
-pub struct Sizes<T: Real> {
+struct Sizes<T: Real> {
     rate_rad_s: T,
     drive_n_m_s: T,
     duration_s: T,
@@ -78,13 +78,15 @@ pub struct FirstPoint<T: Real> {
     pub per_kg_m2: Option<T>,
 }
 
-impl<T: Real> Sizes<T> {
-    /// Sizes of these blocks, of so many samples in most of them.
+impl<T: Real> LinearStart<T> {
+    /// Start over these blocks; `has_torque` for a disturbance torque among the unknowns.
     #[inline(never)]
-    pub fn of<'a>(
+    pub fn new<'a>(
         blocks: impl Iterator<Item = &'a Block<T>>,
         start: &Stretch<T>,
+        from: usize,
         usual_samples: T,
+        has_torque: bool,
     ) -> Self {
         let (mut rate, mut drive) = (norm(&start.rest.rate_rad_s), T::zero());
         let (mut impulse, mut duration_s) = (T::zero(), T::zero());
@@ -94,27 +96,19 @@ impl<T: Real> Sizes<T> {
             impulse += norm(&block.impulse_n_m_s);
             duration_s += block.duration_s;
         }
-        Self {
+        let sizes = Sizes {
             rate_rad_s: rate.max(T::lit(1e-12)),
             drive_n_m_s: drive + impulse,
             duration_s,
             samples: usual_samples + usual_samples,
-        }
-    }
-}
-
-impl<T: Real> LinearStart<T> {
-    /// Start from block `from` on, over blocks of these sizes; `has_torque` for a disturbance torque
-    /// among the unknowns.
-    #[inline(always)] // built in its place
-    pub fn new(sizes: Sizes<T>, from: usize, has_torque: bool) -> Self {
+        };
         Self {
             next: from,
             has_torque,
             factor: SquareRootInformation::default(),
             rotation: Mat::identity(),
-            impulse: zeros(),
-            by_torque: zeros(),
+            impulse: Vec3::zeros(),
+            by_torque: Mat::zeros(),
             sizes,
             noise: T::zero(),
         }

@@ -13,7 +13,7 @@ use super::belief::{CONTRADICTED, last_six};
 use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::Front;
 use super::pass::Pass;
-use super::start::{FirstPoint, LinearStart, Sizes};
+use super::start::{FirstPoint, LinearStart};
 use super::storage::{Marks, PairLimits, Stretch};
 use super::unknowns::{Belief, Group, Point};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
@@ -363,9 +363,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         chosen: Option<Chosen<T>>,
     ) {
         let blocks = (from..end).filter_map(|i| self.blocks.block(i));
-        let sizes = Sizes::of(blocks, stretch, self.blocks.usual());
-        self.work =
-            Work::Start { linear: LinearStart::new(sizes, from, has_torque), from, end, chosen };
+        let linear = LinearStart::new(blocks, stretch, from, self.blocks.usual(), has_torque);
+        self.work = Work::Start { linear, from, end, chosen };
     }
 
     /// Stretch that begins with block `from`, which is not the first one.
@@ -398,7 +397,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn decide(&mut self) {
         match self.after_pass() {
             None => {}
-            Some(After::End { is_settled }) => self.end_fit(is_settled),
+            Some(After::End { is_settled }) => {
+                self.end_fit(is_settled);
+                self.begin_asked();
+            }
             Some(After::Start { has_torque, from, end, chosen }) => {
                 self.begin_start_with(has_torque, from, end, chosen);
             }

@@ -117,7 +117,6 @@ impl<T: Real> RecursiveResidual<T> {
 }
 
 impl<T: Real, const N: usize> Default for SquareRootInformation<T, N> {
-    #[inline(always)] // built in its place
     fn default() -> Self {
         Self { factor: [[T::zero(); N]; N], right_hand_side: [T::zero(); N] }
     }

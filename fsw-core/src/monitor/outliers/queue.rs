@@ -2,7 +2,7 @@
 
 use super::{Judged, is_uniform};
 use super::predictor::{History, Offset, Reading};
-use crate::math::{Vec3, scalar::Real, zeros};
+use crate::math::{Vec3, scalar::Real};
 use crate::persist::Blank;
 
 /// Places. A burst of five bad samples is bridged from both sides once two samples after it are
@@ -54,7 +54,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
     pub(super) fn empty() -> Self {
         let place = Place {
             elapsed_s: T::zero(),
-            rate_rad_s: zeros(),
+            rate_rad_s: Vec3::zeros(),
             payload: P::blank(),
             accepted: 0,
         };
