@@ -14,7 +14,7 @@
 //!
 //! Accuracy: eigenvalues to a few ε of the largest one.
 
-use super::{Entries, Mat, column, scalar::Real};
+use super::{Entries, Mat, column, identity, scalar::Real};
 
 /// Sweeps over all off-diagonal elements. A 6×6 matrix is diagonal to double precision after about
 /// six; two are margin.
@@ -44,7 +44,7 @@ pub fn symmetric_eigen<T: Real, const N: usize>(
             *a.at_mut(k, i) = symmetric.at(i, k);
         }
     }
-    let mut v = Mat::<T, N, N>::identity();
+    let mut v = identity::<T, N>();
     for _ in 0..SWEEPS {
         for p in 0..N {
             for q in p + 1..N {
@@ -110,7 +110,7 @@ fn rotate<T: Real, const N: usize>(a: &mut Mat<T, N, N>, v: &mut Mat<T, N, N>, p
 /// ```
 #[inline(never)]
 pub fn singular_values<T: Real, const N: usize>(a: &Mat<T, N, N>) -> ([T; N], Mat<T, N, N>) {
-    let (mut b, mut v) = (*a, Mat::<T, N, N>::identity());
+    let (mut b, mut v) = (*a, identity::<T, N>());
     for _ in 0..SWEEPS {
         for p in 0..N {
             for q in p + 1..N {

@@ -67,6 +67,17 @@ impl<T: Real, const R: usize, const C: usize> Entries<T> for Mat<T, R, C> {
     }
 }
 
+/// Identity, inlined at each level of optimisation: nalgebra's takes two more copies on the stack where
+/// code is compiled for size.
+#[inline(always)]
+pub(crate) fn identity<T: Real, const N: usize>() -> Mat<T, N, N> {
+    let mut m = Mat::from_array_storage(nalgebra::ArrayStorage([[T::zero(); N]; N]));
+    for i in 0..N {
+        *m.at_mut(i, i) = T::one();
+    }
+    m
+}
+
 /// Product `M v` of a 3×3 matrix. Not inlined: one function for all, a hundred bytes less for each use.
 #[inline(never)]
 pub(crate) fn rotated<T: Real>(m: &Mat<T, 3, 3>, v: &Vec3<T>) -> Vec3<T> {

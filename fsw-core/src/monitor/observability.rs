@@ -73,7 +73,7 @@ pub fn observed<T: Real>(covariance: &Mat<T, 6, 6>, prior_sigma: &[T; 6]) -> Obs
     if !prior_sigma.iter().all(|sigma| *sigma > T::zero()) {
         return Observed::default();
     }
-    let mut scaled = Mat::<T, 6, 6>::zeros();
+    let mut scaled = *covariance;
     for i in 0..6 {
         for k in 0..6 {
             // Two divisions: the product of two sigmas may underflow in f32.

@@ -2,7 +2,6 @@
 
 use fsw_core::estimator::window::Remaining;
 use fsw_steps::{EkfSgfRls, JointEkf, Window9, Window12, Window15, Window18};
-use fsw_work::Blocks;
 
 /// Work beside the steps.
 pub trait Work {
@@ -21,7 +20,7 @@ macro_rules! work_of_windows {
         $(impl Work for $window {
             #[inline(never)]
             fn work_in_slices(&mut self, slices: u32) -> Remaining {
-                self.work_with(slices, Blocks::block)
+                self.work(slices)
             }
         })*
     };

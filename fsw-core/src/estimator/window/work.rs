@@ -105,26 +105,8 @@ const MOST_WALKED: f64 = 3.0;
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// Does up to this number of slices, each of bounded cost, and returns what is left.
     pub fn work(&mut self, slices: u32) -> Remaining {
-        self.work_with(slices, Self::block_slice)
-    }
-
-    /// As [`work`](Self::work), with [`block_slice`](Self::block_slice) called through `block`: for a
-    /// caller that compiles it apart from the other slices.
-    pub fn work_with(
-        &mut self,
-        slices: u32,
-        block: impl Fn(&mut Self, Slice) -> bool,
-    ) -> Remaining {
         for _ in 0..slices {
-            let is_done = match self.next_slice() {
-                None => false,
-                Some(kind @ (Slice::Front | Slice::Start | Slice::Pass)) => block(self, kind),
-                Some(kind) => {
-                    self.slice_between_blocks(kind);
-                    true
-                }
-            };
-            if !is_done {
+            if !self.slice() {
                 return Remaining::Nothing;
             }
         }
@@ -178,29 +160,21 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.closing.as_ref().map_or(self.open, |closing| closing.stretch)
     }
 
-    /// Slice that takes in a block, of the kinds front, start and pass: nearly all slices of a fit. False
-    /// if nothing was left to do.
+    /// One slice; false if nothing was left to do.
     #[inline(never)]
-    pub fn block_slice(&mut self, kind: Slice) -> bool {
-        if kind == Slice::Front {
-            return self.advance_front();
+    fn slice(&mut self) -> bool {
+        match self.next_slice() {
+            None => return false,
+            Some(Slice::Sweep) => self.sweep(),
+            Some(Slice::Room) => self.make_room(),
+            Some(Slice::Front) => return self.advance_front(),
+            Some(Slice::Fit) => self.begin_fit(),
+            Some(Slice::Conclusion) => self.conclude(),
+            Some(Slice::Start | Slice::Pass) => self.take_block(),
+            Some(Slice::StartSolution) => self.end_start(),
+            Some(Slice::Decision) => self.decide(),
         }
-        self.take_block();
         true
-    }
-
-    /// Slice of any other kind.
-    #[inline(never)]
-    fn slice_between_blocks(&mut self, kind: Slice) {
-        match kind {
-            Slice::Sweep => self.sweep(),
-            Slice::Room => self.make_room(),
-            Slice::Fit => self.begin_fit(),
-            Slice::Conclusion => self.conclude(),
-            Slice::StartSolution => self.end_start(),
-            Slice::Decision => self.decide(),
-            Slice::Front | Slice::Start | Slice::Pass => {}
-        }
     }
 
     /// True where a fit is to begin.

@@ -7,7 +7,7 @@
 //! multiplied by the variance of such an equation, for instance by the mean squared residual.
 
 use super::SquareRootInformation;
-use crate::math::{Entries, Mat, scalar::Real, ud::Ud};
+use crate::math::{Entries, Mat, identity, scalar::Real, ud::Ud};
 
 impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// Least-squares solution `x = U⁻¹ D^(−½) d`.
@@ -164,7 +164,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// Inverse of the lower right M×M block of U.
     fn inverse_of_last<const M: usize>(&self) -> Mat<T, M, M> {
         let first = N.saturating_sub(M);
-        let mut inverse = Mat::<T, M, M>::identity();
+        let mut inverse = identity::<T, M>();
         for column in 1..M {
             for i in (0..column).rev() {
                 let above = &self.factor[first + i];
