@@ -8,11 +8,11 @@
 //! A further estimator takes a row at the foot of this file, its type and its step in `fsw-steps`, and its
 //! feature in `Cargo.toml` of `fsw-roster` and of `fsw-target`.
 
+use crate::work::Work;
 use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator;
 use fsw_core::estimator::window::Remaining;
 use fsw_core::{ConfigError, Estimate, Innovation, Outcome, Prior, Sample, Vec3, WheelArray};
-use crate::work::Work;
 use fsw_steps::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
 
 /// Reason why a telecommand to the estimators is not executed.

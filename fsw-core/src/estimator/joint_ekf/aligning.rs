@@ -92,15 +92,6 @@ pub(super) enum Progress {
     Refused,
 }
 
-/// Result of a solution.
-pub(super) enum Solved<T: Real> {
-    /// Filter at the last judged sample, and the way from there to the present one.
-    Start(Start<T>, Pending<T>),
-    /// Not good enough: too little motion, or data that contradict the model. The alignment starts anew
-    /// after a contradiction.
-    Rejected,
-}
-
 impl<T: Real> Aligning<T> {
     /// Before the first sample.
     #[inline(always)] // built in its place
@@ -128,8 +119,8 @@ impl<T: Real> Aligning<T> {
         self.contradicts_model
     }
 
-    /// Takes in a sample, `elapsed_s` after the one before. [`solve`](Self::solve) follows, and
-    /// [`step`](Self::step) where that gives nothing.
+    /// Takes in a sample, `elapsed_s` after the one before. [`solve`](Self::solve) follows where a solution
+    /// is due, otherwise [`step`](Self::step).
     pub(super) fn take_in(
         &mut self,
         (rate_rad_s, drive): (&Vec3<T>, &Drive<T>),
@@ -170,24 +161,29 @@ impl<T: Real> Aligning<T> {
         }
     }
 
-    /// Solution at the last judged sample, where one is due and the motion stands out of the noise.
-    pub(super) fn solve(&mut self, noise_rad_s: T, prior: Option<&Prior<T>>) -> Option<Solved<T>> {
-        let drive = self.due.take()?;
+    /// Drive at the last judged sample, where a solution is due: once.
+    pub(super) fn take_due(&mut self) -> Option<Drive<T>> {
+        self.due.take()
+    }
+
+    /// First state at the last judged sample.
+    ///
+    /// # Errors
+    /// As [`Start::from_motion`].
+    #[inline(always)] // without a copy of the result
+    pub(super) fn solve(
+        &self,
+        noise_rad_s: T,
+        prior: Option<&Prior<T>>,
+    ) -> Result<Start<T>, NoStart> {
         let measured_rad_s = || self.outliers.noise_rad_s();
-        match Start::from_motion(&self.alignment, prior, noise_rad_s, measured_rad_s) {
-            Ok(start) => {
-                let rate_rad_s = start.state.rate_rad_s;
-                Some(Solved::Start(start, Pending { rate_rad_s, drive, duration_s: T::zero() }))
-            }
-            Err(NoStart::NoSolution) => None,
-            Err(NoStart::TooLittleMotion) => Some(Solved::Rejected),
-            // These data cannot lead to a start: the next ones may.
-            Err(NoStart::Contradiction) => {
-                self.contradicts_model = true;
-                self.alignment.clear();
-                Some(Solved::Rejected)
-            }
-        }
+        Start::from_motion(&self.alignment, prior, noise_rad_s, measured_rad_s)
+    }
+
+    /// Starts anew after data that contradict the model: they cannot lead to a start, the next ones may.
+    pub(super) fn discard(&mut self) {
+        self.contradicts_model = true;
+        self.alignment.clear();
     }
 
     /// Predicts the rate of `state` across the pending samples to the present one, and adds their
@@ -219,6 +215,11 @@ pub(super) struct Pending<T: Real> {
 crate::persist!([T: Real] Pending<T> { rate_rad_s, drive, duration_s });
 
 impl<T: Real> Pending<T> {
+    /// From a rate, rad/s, and drive at the last judged sample.
+    pub(super) fn new(rate_rad_s: Vec3<T>, drive: Drive<T>) -> Self {
+        Self { rate_rad_s, drive, duration_s: T::zero() }
+    }
+
     /// Prediction to the end of the interval `last`, which follows the pending ones: the rate over that
     /// interval, the covariance over all of them at once.
     ///

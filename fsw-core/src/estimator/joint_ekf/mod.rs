@@ -111,7 +111,7 @@ pub use config::{Config, InitialRate};
 pub use state::{Form, State};
 pub use structured_ud::StructuredUd;
 
-use crate::dynamics::interval::{DriveHistory, Interval};
+use crate::dynamics::interval::{Drive, DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
 use crate::estimate::{Estimate, Status};
@@ -125,8 +125,8 @@ use crate::outcome::{Coasting, Outcome, Reset};
 use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
-use aligning::{Aligning, Pending, Placed, Progress, Solved};
-use start::Start;
+use aligning::{Aligning, Pending, Placed, Progress};
+use start::{NoStart, Start};
 
 /// The filter as printed: AB2 propagation, first-order transition, `(1 − K H) P`.
 pub type JointEkfPublished<T, const W: usize> = JointEkf<T, AsPublished<T>, W>;
@@ -325,22 +325,38 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             return Outcome::Coasting(Coasting::Aligning);
         };
         aligning.take_in((&sample.rate_rad_s, &drive), elapsed_s, noise);
-        match aligning.solve(noise, prior.as_ref()) {
-            None => match aligning.step(noise, prior.as_ref()) {
-                Progress::Continues => Outcome::Coasting(Coasting::Aligning),
-                Progress::Refused => Outcome::Coasting(Coasting::Spike),
-            },
-            Some(Solved::Rejected) => Outcome::Coasting(Coasting::Aligning),
-            Some(Solved::Start(start, mut way)) => {
-                self.track_from(&start);
-                let aligning = self.aligning.get();
-                if aligning.and_then(|a| a.predict(&mut self.state, &mut way)).is_none() {
-                    return self.restart_diverged(sample);
+        if let Some(due) = aligning.take_due() {
+            match aligning.solve(noise, prior.as_ref()) {
+                Ok(start) => return self.end_alignment(&start, &due, sample),
+                Err(NoStart::NoSolution) => {}
+                Err(NoStart::TooLittleMotion) => return Outcome::Coasting(Coasting::Aligning),
+                Err(NoStart::Contradiction) => {
+                    aligning.discard();
+                    return Outcome::Coasting(Coasting::Aligning);
                 }
-                self.phase = Phase::Joining(way);
-                Outcome::Reset(Reset::Aligned)
             }
         }
+        match aligning.step(noise, prior.as_ref()) {
+            Progress::Continues => Outcome::Coasting(Coasting::Aligning),
+            Progress::Refused => Outcome::Coasting(Coasting::Spike),
+        }
+    }
+
+    /// Starts tracking from the solution at the last judged sample, with the drive there, `due`.
+    fn end_alignment(
+        &mut self,
+        start: &Start<T>,
+        due: &Drive<T>,
+        sample: &Sample<T, W>,
+    ) -> Outcome {
+        self.track_from(start);
+        let mut way = Pending::new(start.state.rate_rad_s, *due);
+        let aligning = self.aligning.get();
+        if aligning.and_then(|aligning| aligning.predict(&mut self.state, &mut way)).is_none() {
+            return self.restart_diverged(sample);
+        }
+        self.phase = Phase::Joining(way);
+        Outcome::Reset(Reset::Aligned)
     }
 
     /// Starts from the prior and this sample: tracking, or aligning where the prior is vague.

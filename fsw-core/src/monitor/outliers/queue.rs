@@ -1,7 +1,7 @@
 //! Samples on their way through the gate: not yet judged, or judged and waiting for neighbours.
 
-use super::{Judged, is_uniform};
 use super::predictor::{History, Offset, Reading};
+use super::{Judged, is_uniform};
 use crate::math::{Vec3, scalar::Real};
 use crate::persist::Blank;
 

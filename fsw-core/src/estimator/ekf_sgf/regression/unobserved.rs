@@ -71,7 +71,8 @@ impl<T: Real, const N: usize> ElementPrior<T, N> {
                     value[i] += axis * along;
                 }
                 for k in 0..N {
-                    *combined.at_mut(i, k) += variance * axis * (direction.at(k, d) * self.sigma[k]);
+                    *combined.at_mut(i, k) +=
+                        variance * axis * (direction.at(k, d) * self.sigma[k]);
                 }
             }
         }
