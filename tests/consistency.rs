@@ -64,6 +64,7 @@ impl SpinUp {
         let reference = Reference {
             truth_kg_m2: self.scenario.spacecraft.inertia_kg_m2,
             bound_kg_m2: self.flight.bound.sigma_kg_m2,
+            joint_bound_kg_m2: [None; 6],
         };
         let scores: Vec<Score> = SEEDS
             .map(|seed| log_of(&self.scenario, &self.flight, seed))

@@ -2,5 +2,7 @@
 //! one target per file or folder beside this library.
 
 pub mod accuracy;
+pub mod diagnose;
 pub mod field;
+pub mod hardware;
 pub mod program;

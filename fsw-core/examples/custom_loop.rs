@@ -78,7 +78,13 @@ impl<E: Estimator<f32, 0>> RateLoop<E> {
             Outcome::Reset(Reset::Lockout | Reset::Changed | Reset::Diverged) => {
                 self.is_exciting = true;
             }
-            Outcome::Reset(Reset::FirstSample | Reset::Aligned | Reset::Gap | Reset::Clock) => {}
+            Outcome::Reset(
+                Reset::FirstSample
+                | Reset::Aligned
+                | Reset::Gap
+                | Reset::Clock
+                | Reset::Interrupted,
+            ) => {}
         }
         let rate = self.estimator.rate_rad_s();
         self.torque_n_m = self.inertia.matrix_kg_m2() * rate * -BANDWIDTH_RAD_S;

@@ -39,7 +39,7 @@ impl Status {
 /// | `inertia`, `covariance_kg2_m4`, `observed`, `status` | every estimator |
 /// | `residual_rms_rad_s` | every estimator |
 /// | `disturbance_torque_n_m`, `gyro_bias_rad_s` | `window`, where they are unknowns |
-/// | `residuals_white`, `projected` | `window` |
+/// | `residuals_white`, `projected`, `sigma_random_kg_m2` | `window` |
 ///
 /// ```
 /// use fsw_core::{Estimate, Status};
@@ -52,8 +52,11 @@ impl Status {
 pub struct Estimate<T: Real> {
     /// Inertia tensor.
     pub inertia: Inertia<T>,
-    /// Covariance of the six elements, 6×6, kg² m⁴.
+    /// Covariance of the six elements, 6×6, kg² m⁴: of the noise and of the stated errors of the hardware.
     pub covariance_kg2_m4: Mat<T, 6, 6>,
+    /// One sigma of each element by the noise alone, for hardware that is known exactly, kg m². `None` where the
+    /// hardware is ideal, and the covariance is that of the noise.
+    pub sigma_random_kg_m2: Option<[T; 6]>,
     /// Directions that the data have made known.
     pub observed: Observed,
     /// Usability.
@@ -92,6 +95,7 @@ impl<T: Real> Estimate<T> {
         Self {
             inertia: Inertia::new([T::zero(); 6]),
             covariance_kg2_m4: Mat::zeros(),
+            sigma_random_kg_m2: None,
             observed: Observed::default(),
             status: Status::Unobservable,
             disturbance_torque_n_m: None,
@@ -128,6 +132,15 @@ impl<T: Real> Estimate<T> {
     /// ```
     pub fn sigma_kg_m2(&self) -> [T; 6] {
         core::array::from_fn(|i| self.covariance_kg2_m4[(i, i)].max(T::zero()).sqrt())
+    }
+
+    /// One sigma of each element by the errors of the hardware, kg m²: total less random variance.
+    pub fn sigma_systematic_kg_m2(&self) -> [T; 6] {
+        let Some(random) = self.sigma_random_kg_m2 else { return [T::zero(); 6] };
+        core::array::from_fn(|i| {
+            let variance = self.covariance_kg2_m4[(i, i)] - random[i] * random[i];
+            variance.max(T::zero()).sqrt()
+        })
     }
 
     /// Elements relative to the trace, `n = j / tr`, and one sigma of each.

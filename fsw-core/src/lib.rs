@@ -293,6 +293,8 @@ pub mod estimator;
 
 pub mod monitor;
 
+pub mod hardware;
+
 pub mod estimate;
 pub mod outcome;
 pub mod prior;

@@ -16,13 +16,13 @@
 //! | `Reset(Aligned)` | updated | first estimate | accepted |
 //! | `Reset(Gap)` | from the sample | kept | accepted, `gap_resets` |
 //! | `Reset(Clock)` | from the sample | kept | accepted, `clock_resets` |
-//! | `Reset(Lockout)` | from the sample | discarded; `window`: parts that agree are kept | accepted, `lockout_resets` |
+//! | `Reset(Lockout)` | from the sample | discarded | accepted, `lockout_resets` |
+//! | `Reset(Interrupted)` | updated | earlier data kept and not used until newer data agree | accepted, `interruption_resets` |
 //! | `Reset(Changed)` | updated | earlier data discarded | accepted, `change_resets` |
 //! | `Reset(Diverged)` | from the sample | discarded | accepted, `divergence_resets` |
 //!
 //! After `Lockout`, `Changed` and `Diverged` an inertia taken from an earlier estimate is no longer
-//! valid. `Lockout` of `window` may be an interruption of the motion alone; its present estimate is
-//! valid in either case.
+//! valid. After `Interrupted` it is in doubt until the status is converged again, or `Changed` follows.
 
 use crate::attitude::NoAttitude;
 use crate::gate::{self, Rejection};
@@ -82,9 +82,12 @@ pub enum Reset {
     /// Change of the clock, by a run of samples out of order: as after a gap.
     Clock,
     /// Series of spikes that only a wrong estimate explains (a deployment, a docking): the whole
-    /// state is initialised from the motion, and the prior is discarded. By `window`: interruption of
-    /// the motion; earlier data that agree are kept.
+    /// state is initialised from the motion, and the prior is discarded.
     Lockout,
+    /// Fault or change in mid-motion, which newer data alone do not show: the estimate is that of the
+    /// newer data. Earlier data and the prior are used again once newer data agree with them; where
+    /// they do not, `Changed` follows.
+    Interrupted,
     /// Data of a manoeuvre contradict the inertia known before it (a prior, or earlier manoeuvres), or
     /// their own first part, by a chi-square test: the earlier inertia is discarded.
     Changed,
@@ -94,7 +97,7 @@ pub enum Reset {
 }
 
 crate::persist!([] enum Reset {
-    0 => FirstSample, 1 => Aligned, 2 => Gap, 3 => Lockout, 4 => Changed, 5 => Diverged, 6 => Clock
+    0 => FirstSample, 1 => Aligned, 2 => Gap, 3 => Lockout, 4 => Changed, 5 => Diverged, 6 => Clock, 7 => Interrupted
 });
 
 /// Reset after a gap, by its cause.
@@ -123,6 +126,7 @@ impl Outcome {
             Self::Reset(Reset::Gap) => "reset_gap",
             Self::Reset(Reset::Clock) => "reset_clock",
             Self::Reset(Reset::Lockout) => "reset_lockout",
+            Self::Reset(Reset::Interrupted) => "reset_interrupted",
             Self::Reset(Reset::Changed) => "reset_changed",
             Self::Reset(Reset::Diverged) => "reset_diverged",
         }
@@ -188,6 +192,8 @@ pub struct OutcomeCounts {
     pub clock_resets: u32,
     /// Resets after a series of spikes.
     pub lockout_resets: u32,
+    /// Resets after a fault or a change in mid-motion.
+    pub interruption_resets: u32,
     /// Resets of an inertia that newer data contradict.
     pub change_resets: u32,
     /// Resets of a state that was not finite.
@@ -211,6 +217,7 @@ impl OutcomeCounts {
             Outcome::Reset(Reset::Gap) => &mut self.gap_resets,
             Outcome::Reset(Reset::Clock) => &mut self.clock_resets,
             Outcome::Reset(Reset::Lockout) => &mut self.lockout_resets,
+            Outcome::Reset(Reset::Interrupted) => &mut self.interruption_resets,
             Outcome::Reset(Reset::Changed) => &mut self.change_resets,
             Outcome::Reset(Reset::Diverged) => &mut self.divergence_resets,
             Outcome::Updated

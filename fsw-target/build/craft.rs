@@ -88,7 +88,7 @@ fn check_values(craft: &Craft, noise_rad_s: f64) -> Result<(), Rejection> {
         WheelArray::new([axis], [spin_inertia_kg_m2])
             .map_err(|why| format!("`wheel[{number}]` in single precision: {why}"))?;
     }
-    window::Config::new(noise_rad_s as f32)
+    window::Config::<f32, 0>::new(noise_rad_s as f32)
         .validate::<9>()
         .map_err(|why| format!("`gyro` in single precision: {why}"))?;
     let Some(prior) = &craft.prior else { return Ok(()) };

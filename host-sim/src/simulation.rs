@@ -1,29 +1,77 @@
 //! Log of a simulated flight: sensor readings at each true state.
 
-use nalgebra::UnitQuaternion;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::input::log::LogRow;
 use crate::input::scenario::Scenario;
+use crate::sensor::clock::Clock;
 use crate::sensor::gyro::Gyro;
-use crate::truth::Flight;
+use crate::sensor::rate_filter::RateFilter;
+use crate::sensor::tachometer::{Angles, Tachometers};
+use crate::truth::{Flight, Instant, Trajectory};
 
-/// Log of a flight with the gyro noise of this seed, in the form that `replay` reads. Wheel speeds,
-/// commanded torque and attitude are without error.
+/// Log of a flight with the gyro noise of this seed, in the form that `replay` reads. The scenario is
+/// that of the seed. Commanded torque and attitude are without error.
 pub fn log_of(scenario: &Scenario, flight: &Flight, seed: u64) -> Vec<LogRow> {
-    let mut gyro = Gyro::new(&scenario.gyro, seed);
-    flight
-        .instants
-        .iter()
-        .zip(2..)
-        .map(|(instant, line)| LogRow {
+    let hardware = &scenario.true_hardware;
+    let period_s = 1.0 / scenario.gyro.rate_hz;
+    let mut gyro = Gyro::with_errors(&scenario.gyro, &hardware.gyro, seed);
+    let wheels = scenario.wheels.len();
+    let mut tachometers = Tachometers::new(hardware.tachometer, wheels, period_s, seed);
+    let mut clock = Clock::new(hardware.clock, period_s, seed);
+    let observed = flight.trajectory.as_ref().map(|along| Observed::new(scenario, along));
+    let row = |(instant, line): (&Instant, u64)| {
+        let true_s = clock.true_time_s(instant.time_us);
+        let rate_rad_s = observed.as_ref().map(|observed| observed.rate_rad_s(true_s));
+        let along = observed.as_ref().map(|observed| (&observed.angles, true_s));
+        LogRow {
             line,
             time_us: instant.time_us,
-            rate_rad_s: gyro.read(instant.time_us, &instant.rate_rad_s),
-            wheel_speed_rad_s: instant.wheel_speed_rad_s.clone(),
-            torque_n_m: instant.torque_n_m,
+            rate_rad_s: gyro.read(instant.time_us, &rate_rad_s.unwrap_or(instant.rate_rad_s)),
+            wheel_speed_rad_s: tachometers.read(&instant.wheel_speed_rad_s, along),
+            torque_n_m: observed
+                .as_ref()
+                .map_or(instant.torque_n_m, |_| scenario.torque.at(true_s)),
             attitude: Some(inertial_to_body(&instant.attitude)),
-        })
-        .collect()
+        }
+    };
+    flight.instants.iter().zip(2..).map(row).collect()
+}
+
+/// Motion as the sensors observe it, at any true time.
+pub struct Observed<'a> {
+    filter: RateFilter<'a>,
+    angles: Angles<'a>,
+    delay_s: f64,
+    /// Duration of the mean; none for the instantaneous rate.
+    mean_s: Option<f64>,
+}
+
+impl<'a> Observed<'a> {
+    /// Motion of this scenario along its trajectory.
+    pub fn new(scenario: &Scenario, trajectory: &'a Trajectory) -> Self {
+        Self::with_lag(scenario, trajectory, scenario.true_hardware.gyro.lag_s)
+    }
+
+    /// The same with this time constant of the gyro's low-pass filter, s.
+    pub fn with_lag(scenario: &Scenario, trajectory: &'a Trajectory, lag_s: f64) -> Self {
+        let gyro = &scenario.true_hardware.gyro;
+        Self {
+            filter: RateFilter::new(trajectory, lag_s),
+            angles: Angles::new(trajectory),
+            delay_s: gyro.delay_s,
+            mean_s: gyro.averaged.then_some(1.0 / scenario.gyro.rate_hz),
+        }
+    }
+
+    /// Rate that a reading at this time shows, without axes, bias and noise, rad/s.
+    pub fn rate_rad_s(&self, true_s: f64) -> Vector3<f64> {
+        let shown_s = true_s - self.delay_s;
+        match self.mean_s {
+            Some(mean_s) => self.filter.mean(shown_s - mean_s, shown_s),
+            None => self.filter.at(shown_s),
+        }
+    }
 }
 
 /// Attitude as columns of a log: quaternion from inertial to body axes, scalar last.
@@ -38,10 +86,8 @@ fn inertial_to_body(body_to_inertial: &UnitQuaternion<f64>) -> [f64; 4] {
 
 #[cfg(test)]
 mod tests {
-    use fsw_core::Quaternion;
-    use nalgebra::Vector3;
-
     use super::*;
+    use fsw_core::Quaternion;
 
     #[test]
     fn attitude_of_the_log_transforms_inertial_into_body_components() {

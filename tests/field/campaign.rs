@@ -97,7 +97,7 @@ pub struct Limits {
     pub told: Option<f64>,
     /// Most samples of one run that are rejected as out of order.
     pub out_of_order: Option<u32>,
-    /// Largest share of runs with a change or lockout reset.
+    /// Largest share of runs with a change, an interruption or a lockout.
     pub changes: Option<f64>,
     /// Largest share of runs with an unannounced wrong estimate.
     pub silent: f64,

@@ -38,7 +38,7 @@ pub struct Figures {
     pub visible: [usize; 2],
     /// Most samples of one run that are rejected as out of order.
     pub out_of_order: u32,
-    /// Number of runs with a change or lockout reset.
+    /// Number of runs with a change, an interruption or a lockout.
     pub changed: usize,
     /// Longest time from the event to the last unannounced wrong estimate, s.
     pub wrong_s: f64,
@@ -93,7 +93,8 @@ impl Figures {
         self.not_white += usize::from(run.white == Some(false));
         self.visible[0] += usize::from(run.is_visible);
         self.visible[1] += usize::from(run.is_visible && run.is_told());
-        let resets = run.counts.change_resets + run.counts.lockout_resets;
+        let c = &run.counts;
+        let resets = c.change_resets + c.lockout_resets + c.interruption_resets;
         self.changed += usize::from(resets > 0);
         self.out_of_order = self.out_of_order.max(run.counts.out_of_order);
         self.disagree += usize::from(run.extra.disagrees);
@@ -226,6 +227,7 @@ fn add_counts(sum: &mut OutcomeCounts, counts: &OutcomeCounts) {
         (&mut sum.spike, counts.spike),
         (&mut sum.gap_resets, counts.gap_resets),
         (&mut sum.lockout_resets, counts.lockout_resets),
+        (&mut sum.interruption_resets, counts.interruption_resets),
         (&mut sum.change_resets, counts.change_resets),
         (&mut sum.divergence_resets, counts.divergence_resets),
     ] {

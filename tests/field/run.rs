@@ -75,7 +75,13 @@ impl Run {
     /// A rejected sample or a reset is counted.
     pub fn is_told(&self) -> bool {
         let c = &self.counts;
-        let resets = [c.gap_resets, c.lockout_resets, c.change_resets, c.divergence_resets];
+        let resets = [
+            c.gap_resets,
+            c.lockout_resets,
+            c.interruption_resets,
+            c.change_resets,
+            c.divergence_resets,
+        ];
         let rejected: u32 = c.rejected().iter().map(|(_, count)| count).sum();
         rejected + resets.iter().sum::<u32>() > 0
     }

@@ -31,7 +31,7 @@ pub fn head() -> String {
         "told",
         "wrong s",
         "right s",
-        "spikes gaps lockouts changes divergences"
+        "spikes gaps lockouts interruptions changes divergences"
     );
     format!("{columns}\n{}", "-".repeat(columns.chars().count()))
 }
@@ -48,8 +48,13 @@ pub fn row(campaign: &Campaign, precision: Precision, figures: &Figures) -> Stri
     };
     let c = &figures.counts;
     let counts = format!(
-        "{} {} {} {} {}",
-        c.spike, c.gap_resets, c.lockout_resets, c.change_resets, c.divergence_resets
+        "{} {} {} {} {} {}",
+        c.spike,
+        c.gap_resets,
+        c.lockout_resets,
+        c.interruption_resets,
+        c.change_resets,
+        c.divergence_resets
     );
     let mut line = format!(
         "{:<NAME$} {:<4} {:>6} {converged:>6} {partial:>6} {unobservable:>6} {diverged:>6} {:>6} \
@@ -94,7 +99,7 @@ pub fn run(run: &Run) -> String {
     let [own, reference] = run.extra.squares;
     let mut line = format!(
         "  seed {:<6} {:>6} samples  {:<12} dirs {} {white:<9} {:>8} σ {:>8} bounds  NEES {:>8}  \
-         gap={} lockout={} change={} divergence={} {}",
+         gap={} lockout={} interruption={} change={} divergence={} {}",
         run.seed,
         run.samples,
         name(run.score.status),
@@ -104,6 +109,7 @@ pub fn run(run: &Run) -> String {
         run.score.nees.map_or("–".to_owned(), |nees| short(nees / 6.0)),
         c.gap_resets,
         c.lockout_resets,
+        c.interruption_resets,
         c.change_resets,
         c.divergence_resets,
         rejected.join(" "),

@@ -58,7 +58,11 @@ impl Tumbles {
         scenario.spacecraft.rate_rad_s = direction(&mut random) * rate_rad_s;
         scenario.prior = self.has_prior.then(|| prior(&elements, &mut random));
         let flight = fly(&scenario, &inertia);
-        let reference = Reference { truth_kg_m2: elements, bound_kg_m2: [None; 6] };
+        let reference = Reference {
+            truth_kg_m2: elements,
+            bound_kg_m2: [None; 6],
+            joint_bound_kg_m2: [None; 6],
+        };
         (scenario, Truth { reference, flight })
     }
 }
@@ -89,8 +93,9 @@ fn fly(scenario: &Scenario, inertia: &Matrix3<f64>) -> Flight {
         sigma_kg_m2: [None; 6],
         observed_directions: 5,
         torque: None,
+        hardware: None,
     };
-    Flight { instants, bound }
+    Flight { instants, bound, trajectory: None }
 }
 
 /// Momentum in body axes after a time without torque, N m s.

@@ -12,6 +12,7 @@ use crate::estimator::ekf_sgf::{self, EkfSgf};
 use crate::estimator::joint_ekf::{self, JointEkf, JointEkfPublished, JointEkfUd};
 use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
 use crate::estimator::window::{self, Window};
+use crate::hardware::{Disturbance, Hardware};
 use crate::math::{Vec3, scalar::Real};
 use crate::outcome::{Outcome, Reset};
 use crate::prior::Prior;
@@ -95,6 +96,22 @@ fn cast<T: Real>(sample: &Sample<f32, 1>) -> Sample<T, 1> {
 /// Nine-state filter without a prior: it aligns on the motion.
 fn joint_ekf<T: Real>() -> JointEkfUd<T, 1> {
     JointEkf::new(joint_ekf::Config::new(T::lit(NOISE_RAD_S)), wheels()).unwrap()
+}
+
+/// Nine-state filter that considers errors of gyro and wheel, and corrects for a late gyro.
+fn considering<T: Real>() -> JointEkfUd<T, 1, 15> {
+    let lit = |x: f64| T::lit(x);
+    let hardware = Hardware {
+        gyro_scale: lit(5e-3),
+        gyro_axes_rad: lit(1e-3),
+        delay_s: lit(0.02),
+        delay_sigma_s: lit(5e-3),
+        wheel_inertia: [lit(0.01)],
+        wheel_axis_rad: [lit(1e-3)],
+        ..Hardware::ideal()
+    };
+    let config = joint_ekf::Config::new(lit(NOISE_RAD_S));
+    JointEkf::considering(config, wheels(), &hardware, &Disturbance::none()).unwrap()
 }
 
 /// Nine-state filter as published, with a prior.
@@ -208,6 +225,7 @@ fn joint_ekf_resumes_bit_for_bit() {
     let (single, double) = (eventful::<f32>(), eventful::<f64>());
     resumes(joint_ekf::<f32>, &single, some_of(&single, 3));
     resumes(joint_ekf::<f64>, &double, some_of(&double, 11));
+    resumes(considering::<f32>, &single, some_of(&single, 11));
     resumes(published::<f64>, &double, some_of(&double, 37));
 }
 
@@ -472,6 +490,7 @@ fn each_layout_has_its_own_fingerprint() {
         fingerprint::<JointEkfUd<f32, 4>>(),
         fingerprint::<JointEkfUd<f32, 3>>(),
         fingerprint::<JointEkfUd<f64, 4>>(),
+        fingerprint::<JointEkfUd<f32, 4, 24>>(),
         fingerprint::<JointEkfPublished<f32, 4>>(),
         fingerprint::<EkfSgf<f32, 4>>(),
         fingerprint::<EkfSgf<f32, 4, 16>>(),
@@ -520,7 +539,7 @@ fn window<T: Real, const U: usize>() -> Window<T, 1, 64, U> {
 }
 
 /// Configuration with a short end of a manoeuvre, so that the test flights close windows.
-fn window_config<T: Real>() -> window::Config<T> {
+fn window_config<T: Real>() -> window::Config<T, 1> {
     let noise = T::lit(NOISE_RAD_S);
     window::Config {
         quiet_s: T::lit(8.0),

@@ -16,7 +16,10 @@
 //! torque is known.
 
 use crate::error::{ConfigError, Invalid};
-use crate::math::{Vec3, norm, range::not_negative, scalar::Real};
+use crate::math::{Mat, Vec3, norm, of_columns, range::not_negative, scalar::Real};
+
+/// One number per wheel: its momentum about its own axis, N m s.
+pub type Momenta<T, const W: usize> = Mat<T, W, 1>;
 
 /// W balanced, axisymmetric wheels; zero is permitted.
 ///
@@ -31,11 +34,13 @@ use crate::math::{Vec3, norm, range::not_negative, scalar::Real};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelArray<T: Real, const W: usize> {
-    /// Spin inertia times unit axis, kg m²: momentum then takes one product per wheel.
-    momentum_per_speed: [Vec3<T>; W],
+    /// Unit axes by columns, body axes.
+    axes: Mat<T, 3, W>,
+    /// Spin inertias, kg m².
+    spin_inertia_kg_m2: [T; W],
 }
 
-crate::persist!([T: Real, const W: usize] WheelArray<T, W> { momentum_per_speed });
+crate::persist!([T: Real, const W: usize] WheelArray<T, W> { axes, spin_inertia_kg_m2 });
 
 impl<T: Real, const W: usize> WheelArray<T, W> {
     /// Wheels with spin `axes` (body axes, normalised here) and `spin_inertia_kg_m2`.
@@ -46,7 +51,7 @@ impl<T: Real, const W: usize> WheelArray<T, W> {
     /// `wheel.axis` of zero length or not finite; `wheel.spin_inertia_kg_m2` negative or not
     /// finite.
     pub fn new(axes: [Vec3<T>; W], spin_inertia_kg_m2: [T; W]) -> Result<Self, ConfigError> {
-        let mut momentum_per_speed = [Vec3::zeros(); W];
+        let mut unit = axes;
         for i in 0..W {
             not_negative("wheel.spin_inertia_kg_m2", spin_inertia_kg_m2[i])?;
             let length = norm(&axes[i]);
@@ -56,20 +61,26 @@ impl<T: Real, const W: usize> WheelArray<T, W> {
             if length <= T::zero() {
                 return Err(ConfigError { field: "wheel.axis", reason: Invalid::ZeroAxis });
             }
-            momentum_per_speed[i] = axes[i] * (spin_inertia_kg_m2[i] / length);
+            unit[i] = axes[i] * (T::one() / length);
         }
-        Ok(Self { momentum_per_speed })
+        Ok(Self { axes: of_columns(unit), spin_inertia_kg_m2 })
     }
 
     /// Momentum `h_w = Σᵢ Iₛᵢ Ωᵢ aᵢ`, N m s in body axes, for speeds Ω relative to the body, rad/s.
     ///
     /// With the locked wheels in `J`, total momentum is exactly `J ω + h_w`.
     pub fn momentum_n_m_s(&self, speed_rad_s: &[T; W]) -> Vec3<T> {
-        let mut h = Vec3::zeros();
-        for i in 0..W {
-            h += self.momentum_per_speed[i] * speed_rad_s[i];
-        }
-        h
+        self.axes * self.momenta_n_m_s(speed_rad_s)
+    }
+
+    /// Momentum of each wheel about its own axis, `Iₛᵢ Ωᵢ`, N m s, for speeds Ω relative to the body, rad/s.
+    pub fn momenta_n_m_s(&self, speed_rad_s: &[T; W]) -> Momenta<T, W> {
+        Momenta::from_fn(|i, _| self.spin_inertia_kg_m2[i] * speed_rad_s[i])
+    }
+
+    /// Unit axes by columns, body axes.
+    pub fn axes(&self) -> &Mat<T, 3, W> {
+        &self.axes
     }
 }
 

@@ -28,13 +28,12 @@ use scalar::Real;
 // Unrolls a loop over up to 18 unknowns.
 //
 // The index is a constant in each copy of the body, so that rows stay in registers: half the
-// instructions of a loop.
+// instructions of a loop. The caller loops where there are more.
 macro_rules! unroll {
     ($n:ident, $i:ident => $body:block) => {
         unroll!(@ $n, $i, $body, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17)
     };
     (@ $n:ident, $i:ident, $body:block, $($index:literal)+) => {
-        const { assert!($n <= 18, "more unknowns than are unrolled") };
         $(if $index < $n {
             const $i: usize = $index;
             $body
@@ -42,6 +41,8 @@ macro_rules! unroll {
     };
 }
 use unroll;
+/// Number of unknowns up to which loops are unrolled.
+const UNROLLED: usize = 18;
 
 /// Entries of a matrix by row and column, inlined at each level of optimisation.
 ///
@@ -93,6 +94,13 @@ pub fn column<T: Real, const R: usize, const C: usize>(
 ) -> nalgebra::SVector<T, R> {
     let column = matrix.data.0.get(index).copied().unwrap_or([T::zero(); R]);
     nalgebra::SVector::from(column)
+}
+
+/// Matrix of these columns. Unlike nalgebra's it takes none as well.
+pub fn of_columns<T: Real, const R: usize, const C: usize>(
+    columns: [nalgebra::SVector<T, R>; C],
+) -> Mat<T, R, C> {
+    Mat::from_array_storage(nalgebra::ArrayStorage(columns.map(|column| column.into())))
 }
 
 /// Component `axis` of a vector; zero beyond the third.

@@ -8,6 +8,7 @@
 //! | operation | effect on P | products | source |
 //! |---|---|---|---|
 //! | [`Ud::observe`] | `P − K (h P)`, `h = eᵢᵀ` | about `N² + 5 N` | \[Bierman1977\] section V.3 |
+//! | [`Ud::add_product`] | `P + q a aᵀ` | about `2 N²` | \[Agee1972\], \[Bierman1977\] section III.5 |
 //! | [`Ud::inflate`] | `P + q eᵢ eᵢᵀ` | about `N²` | \[Agee1972\], \[Bierman1977\] section III.5 |
 //! | [`Ud::transform_first`] | `Φ P Φᵀ` | about 150 | \[Bierman1977\] section VI.4, \[Thornton1976\] |
 //! | [`Ud::times`] | `P b`, without forming P | `N²` | |
@@ -249,12 +250,34 @@ impl<T: Real, const N: usize> Ud<T, N> {
         if variance <= T::zero() {
             return;
         }
-        let mut a: [T; N] =
-            core::array::from_fn(|i| if i == component { T::one() } else { T::zero() });
-        let mut c = variance;
+        let unit = core::array::from_fn(|i| if i == component { T::one() } else { T::zero() });
+        self.add_along(unit, variance, component);
+    }
+
+    /// Variance along a vector: `P + q a aᵀ`, `q` = `variance` (zero or less changes nothing), the product in
+    /// unit². The recursion of [`inflate`](Self::inflate) for any a.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// let mut p = Ud::diagonal([1.0f32, 1.0]);
+    /// p.add_product([1.0, 0.5], 4.0);
+    /// assert_eq!((p.variance(0), p.variance(1)), (5.0, 2.0));
+    /// ```
+    #[inline(never)]
+    pub fn add_product(&mut self, a: [T; N], variance: T) {
+        if variance > T::zero() {
+            self.add_along(a, variance, N);
+        }
+    }
+
+    /// Adds `c a aᵀ`, with a zero after component `last`.
+    #[inline(always)]
+    #[allow(clippy::inline_always, reason = "unrolled, with constants of the caller")]
+    fn add_along(&mut self, mut a: [T; N], mut c: T, last: usize) {
         unroll!(N, I => {
             let j = N - 1 - I;
-            if j <= component {
+            if j <= last {
                 let along = c * a[j];
                 let before = self.d(j);
                 let after = before + along * a[j];
@@ -393,6 +416,18 @@ mod tests {
             ud.inflate(i, q);
             p[(i, i)] += q;
             prop_assert!((ud.covariance() - p).abs().max() < 1e-11);
+        }
+
+        /// Covariance against `P + q a aᵀ`.
+        #[test]
+        fn a_product_is_added(
+            x in prop::array::uniform25(-1.0..1.0f64), a in prop::array::uniform5(-1.0..1.0f64),
+            q in 0.0..1.0f64,
+        ) {
+            let (mut ud, p) = random::<5>(&x);
+            ud.add_product(a, q);
+            let a = Mat::<f64, 5, 1>::from(a);
+            prop_assert!((ud.covariance() - (p + a * a.transpose() * q)).abs().max() < 1e-11);
         }
 
         /// Covariance against the dense product `Φ P Φᵀ`, relative to its largest element.

@@ -6,6 +6,7 @@
 //! | [`innovation`] | innovations and their variances | consistent or not; residual RMS |
 //! | [`spikes`] | squared test ratio of each innovation | accept, reject, lock out |
 //! | [`shift`] | innovations and their variances | accept, coast, lock out |
+//! | [`whiteness`] | innovations and their variances | white or not |
 //! | [`observability`] | covariance, range before the data | observed directions, 0 to 6 |
 //! | [`nearest_physical`] | tensor, covariance | nearest tensor that a body can have |
 //!
@@ -18,3 +19,4 @@ pub mod observability;
 pub mod outliers;
 pub mod shift;
 pub mod spikes;
+pub mod whiteness;

@@ -31,6 +31,8 @@ pub struct Observed {
     pub scale: bool,
 }
 
+crate::persist!([] Observed { directions, element, scale });
+
 /// Range of each element before the data, kg m²: the prior's sigma, but not above that of a body of
 /// the estimated size, [`Prior::of_size`] with the mean moment `tr(J) / 3`.
 ///

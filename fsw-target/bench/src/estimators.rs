@@ -87,7 +87,7 @@ pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigE
 /// The window in its place, started again.
 fn begin<const U: usize>(
     window: Option<&mut Window<f32, WHEELS, BLOCKS, U>>,
-    config: window::Config<f32>,
+    config: window::Config<f32, 4>,
 ) -> Result<Option<&mut Window<f32, WHEELS, BLOCKS, U>>, ConfigError> {
     if let Some(window) = window {
         window.reset(config)?;

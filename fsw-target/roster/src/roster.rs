@@ -290,7 +290,7 @@ fn place_joint_ekf(
     config: estimator::joint_ekf::Config<f32>,
     from: &InitialData,
 ) {
-    *slot = EstimatorSlot::JointEkf(JointEkf::of_valid(config, from.wheels));
+    *slot = EstimatorSlot::JointEkf(JointEkf::in_place(config, from.wheels));
 }
 
 /// Constructs `ekf-sgf-rls` in its storage. Not inlined, as that of `joint-ekf`.

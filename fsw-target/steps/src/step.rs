@@ -83,5 +83,5 @@ pub fn step_covariance(
 ) {
     form.propagate(transition, duration_s, config);
     let noise = config.gyro_noise_rad_s;
-    form.update(state, measured_rad_s, noise * noise);
+    form.update(state, measured_rad_s, noise * noise, |_| None);
 }

@@ -20,7 +20,9 @@ use fsw_core::Status;
 use rayon::iter::{ParallelBridge, ParallelIterator};
 use thiserror::Error;
 
-use crate::estimation::{EstimatorName, Precision, SetUpError, Setup, estimate_log, set_up};
+use crate::estimation::{
+    EstimatorName, Precision, SetUpError, Setup, estimate_log, largest_systematic, set_up,
+};
 use crate::input::Scenario;
 use crate::simulation::log_of;
 use crate::truth::IntegrationFailed;
@@ -60,11 +62,14 @@ pub struct CampaignRun {
     /// Number of restarts: the state was not finite, the inertia had no inverse, or too many spikes
     /// came in a row.
     pub restarts: u32,
-    /// Number of times that the estimator discarded its knowledge because new data contradicted it.
+    /// Number of times that the estimator discarded its knowledge, or put it in doubt, because new data
+    /// contradicted it.
     pub changes: u32,
     /// The last residuals are consistent with white noise; none where the estimator does not test
     /// it.
     pub residuals_white: Option<bool>,
+    /// Kind of hardware error with the largest effect on the tensor; none for ideal hardware.
+    pub largest_systematic: Option<&'static str>,
     /// Samples processed by the estimator.
     pub steps: u64,
     /// Time spent in the estimator, without sensors and set-up.
@@ -155,6 +160,7 @@ impl Campaign<'_> {
             restarts: result.counts.divergence_resets + result.counts.lockout_resets,
             changes: result.changes(),
             residuals_white: result.estimate.residuals_white,
+            largest_systematic: largest_systematic(&result.hardware),
             steps: log.len() as u64,
             estimator_time,
         })

@@ -33,6 +33,12 @@ pub struct Statistics {
     pub rmse_over_bound: [Option<f64>; 6],
     /// Mean of the error of each run over its own bound; none where any run has no bound.
     pub bias_over_bound: [Option<f64>; 6],
+    /// RMS of the error of each run over its own joint bound; none where any run has none.
+    pub rmse_over_joint_bound: [Option<f64>; 6],
+    /// RMS of the reported sigma of each element, kg m².
+    pub sigma_kg_m2: [Option<f64>; 6],
+    /// RMS of its part by the noise alone, kg m².
+    pub sigma_random_kg_m2: [Option<f64>; 6],
     /// Mean NEES over its degrees of freedom: 1 for a consistent covariance, above 1 for an
     /// overconfident one.
     pub nees_per_dof: Option<f64>,
@@ -68,6 +74,9 @@ struct Sums {
     not_converged: usize,
     error: [Moments; 6],
     over_bound: [Moments; 6],
+    over_joint_bound: [Moments; 6],
+    sigma: [Moments; 6],
+    random: [Moments; 6],
     nees: Moments,
 }
 
@@ -88,8 +97,13 @@ impl Sums {
         }
         for i in 0..6 {
             self.error[i].add(score.error_kg_m2[i]);
+            self.sigma[i].add(score.sigma_kg_m2[i]);
+            self.random[i].add(score.sigma_random_kg_m2[i]);
             if let Some(ratio) = score.error_over_bound[i] {
                 self.over_bound[i].add(ratio);
+            }
+            if let Some(ratio) = score.error_over_joint_bound[i] {
+                self.over_joint_bound[i].add(ratio);
             }
         }
         if let Some(nees) = score.nees {
@@ -99,7 +113,8 @@ impl Sums {
 
     fn statistics(&self) -> Statistics {
         let used = self.error[0].count;
-        let bounded = |i: usize| Some(&self.over_bound[i]).filter(|moments| moments.count == used);
+        let of_all = |moments: Moments| Some(moments).filter(|moments| moments.count == used);
+        let bounded = |i: usize| of_all(self.over_bound[i]);
         Statistics {
             runs: self.runs,
             used,
@@ -110,6 +125,9 @@ impl Sums {
             bias_kg_m2: self.error.map(|moments| moments.mean()),
             rmse_over_bound: std::array::from_fn(|i| bounded(i)?.rms()),
             bias_over_bound: std::array::from_fn(|i| bounded(i)?.mean()),
+            rmse_over_joint_bound: self.over_joint_bound.map(|moments| of_all(moments)?.rms()),
+            sigma_kg_m2: self.sigma.map(|moments| moments.rms()),
+            sigma_random_kg_m2: self.random.map(|moments| moments.rms()),
             nees_per_dof: self.nees.mean(),
             nees_runs: self.nees.count,
             nees_95: nees_95(self.nees.count),

@@ -20,6 +20,9 @@ pub struct Truth {
 pub enum Truths {
     /// Truths shared by the runs, one per inertia factor of the scenario's dispersion, in its order.
     Shared(Vec<Truth>),
+    /// Truths of the undrawn hardware, in the same order. The motion is simulated with each run, from
+    /// its drawn hardware; truth and bound are those of the undrawn.
+    PerHardware(Vec<Truth>),
     /// Each run draws its own spacecraft; its truth is simulated with the run.
     PerRun,
 }
@@ -30,6 +33,7 @@ impl Truth {
         let reference = Reference {
             truth_kg_m2: scenario.final_inertia_kg_m2(),
             bound_kg_m2: flight.bound.sigma_kg_m2,
+            joint_bound_kg_m2: flight.bound.joint_kg_m2(),
         };
         Ok(Self { reference, flight })
     }
@@ -42,7 +46,8 @@ impl Truths {
             return Ok(Self::PerRun);
         }
         let one = |index| Truth::simulate(&scenario.of_truth(index));
-        Ok(Self::Shared((0..scenario.dispersion.truths()).map(one).collect::<Result<_, _>>()?))
+        let all = (0..scenario.dispersion.truths()).map(one).collect::<Result<_, _>>()?;
+        Ok(if scenario.draws_motion() { Self::PerHardware(all) } else { Self::Shared(all) })
     }
 
     /// Truth of the run with this seed. `scenario` is the scenario of that seed.
@@ -55,6 +60,11 @@ impl Truths {
             Self::Shared(all) => {
                 Ok(Cow::Borrowed(&all[scenario.dispersion.truth_of(seed) % all.len()]))
             }
+            Self::PerHardware(all) => {
+                let undrawn = &all[scenario.dispersion.truth_of(seed) % all.len()];
+                let flight = Flight::with_bound(scenario, undrawn.flight.bound.clone())?;
+                Ok(Cow::Owned(Truth { reference: undrawn.reference, flight }))
+            }
             Self::PerRun => Truth::simulate(scenario).map(Cow::Owned),
         }
     }
@@ -63,7 +73,9 @@ impl Truths {
     /// spacecraft, `of_runs` are the references averaged.
     pub fn typical(&self, of_runs: impl Iterator<Item = Reference>) -> Reference {
         match self {
-            Self::Shared(all) => typical(all.iter().map(|truth| truth.reference).collect()),
+            Self::Shared(all) | Self::PerHardware(all) => {
+                typical(all.iter().map(|truth| truth.reference).collect())
+            }
             Self::PerRun => typical(of_runs.collect()),
         }
     }
@@ -72,10 +84,13 @@ impl Truths {
 /// Mean of the true elements and RMS of the bounds; no bound where any reference has none.
 fn typical(all: Vec<Reference>) -> Reference {
     let mean = |of: &dyn Fn(&Reference) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-    let has_bound = |i: usize| all.iter().all(|reference| reference.bound_kg_m2[i].is_some());
-    let square = |r: &Reference, i: usize| r.bound_kg_m2[i].map_or(0.0, |bound| bound * bound);
+    let rms = |of: fn(&Reference) -> &[Option<f64>; 6], i: usize| {
+        let square = |r: &Reference| of(r)[i].map_or(0.0, |bound| bound * bound);
+        all.iter().all(|r| of(r)[i].is_some()).then(|| mean(&square).sqrt())
+    };
     Reference {
         truth_kg_m2: std::array::from_fn(|i| mean(&|r| r.truth_kg_m2[i])),
-        bound_kg_m2: std::array::from_fn(|i| has_bound(i).then(|| mean(&|r| square(r, i)).sqrt())),
+        bound_kg_m2: std::array::from_fn(|i| rms(|r| &r.bound_kg_m2, i)),
+        joint_bound_kg_m2: std::array::from_fn(|i| rms(|r| &r.joint_bound_kg_m2, i)),
     }
 }

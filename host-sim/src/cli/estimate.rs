@@ -2,7 +2,8 @@
 
 use super::notes::Notes;
 use super::{Failure, Options};
-use crate::estimation::{EstimatorName, Setup, estimate_log, set_up};
+use crate::estimation::{EstimationResult, EstimatorName, Setup, estimate_log, key, set_up};
+use crate::input::craft::hardware::DATA_SHEET;
 use crate::input::log::LogRow;
 use crate::input::{Craft, Scenario};
 use crate::report::{HistoryRow, ReplayReport};
@@ -39,7 +40,10 @@ pub(super) fn estimate(
             history.push(HistoryRow::new(row, outcome, estimator));
         }
     });
+    note_assumptions(options.method.estimator, craft, &result, &mut notes);
     let mut report = ReplayReport::new(options.method, rows.len(), &result);
+    let assumed = &craft.hardware.assumed;
+    report.hardware.iter_mut().for_each(|parameter| parameter.mark_assumed(assumed));
     report.notes = notes.into_list();
     Ok(Estimated { report, history })
 }
@@ -55,6 +59,38 @@ pub(super) fn note_ignored_disturbances(
         notes.add(format!(
             "{estimator} does not estimate disturbance torque or gyro bias; [disturbance] is \
              ignored"
+        ));
+    }
+}
+
+/// Note on the data-sheet values that the craft file leaves to assumption, or on an estimator without errors of the
+/// hardware.
+fn note_assumptions(
+    estimator: EstimatorName,
+    craft: &Craft,
+    result: &EstimationResult,
+    notes: &mut Notes,
+) {
+    let hardware = &craft.hardware;
+    if result.hardware.is_empty() && result.estimate.sigma_random_kg_m2.is_none() {
+        if estimator != EstimatorName::Window && !hardware.is_ideal() {
+            notes.add(format!(
+                "{estimator} does not consider errors of gyro, wheels and torque; its sigma is that of the noise"
+            ));
+        }
+        return;
+    }
+    let is_used = |path: &str| {
+        let mut used = result.hardware.iter().map(|finding| key(finding.parameter));
+        result.hardware.is_empty() || used.any(|used| used == path)
+    };
+    let is_assumed = |path: &&str| hardware.assumed.contains(path) && is_used(path);
+    let rows = DATA_SHEET.iter().filter(|row| is_assumed(&row.path));
+    let values: Vec<String> = rows.map(|row| format!("{} {}", row.path, row.value)).collect();
+    if !values.is_empty() {
+        notes.add(format!(
+            "assumed: {}; state them in the craft file, zero included",
+            values.join(", ")
         ));
     }
 }

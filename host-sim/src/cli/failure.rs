@@ -29,6 +29,8 @@ pub(super) enum Failure {
          baud rate"
     )]
     NoTelemetry { file: String, bytes: u64 },
+    #[error("{file}: {rows} rows are too few for a diagnosis; it takes 24")]
+    TooShort { file: String, rows: usize },
     #[error("{0}; the flight computer would reject it")]
     InvalidCommand(CommandError),
     #[error("{file}: no [prior]; add one, or give --inertia and --sigma")]
@@ -59,6 +61,7 @@ impl Failure {
             | Self::SetUp { .. }
             | Self::Campaign { error: RunFailed::SetUp(_), .. }
             | Self::NoTelemetry { .. }
+            | Self::TooShort { .. }
             | Self::InvalidCommand(_)
             | Self::NoPrior { .. } => BAD_INPUT,
             #[cfg(unix)]

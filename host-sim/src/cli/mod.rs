@@ -5,6 +5,7 @@
 
 mod command;
 mod crlb;
+mod diagnose;
 mod estimate;
 mod failure;
 mod flight_estimator;
@@ -79,6 +80,15 @@ enum Verb {
     ///
     /// Example: host-sim replay --craft craft.toml log.csv --out report
     Replay(replay::Arguments),
+    /// Causes that explain the residuals of a log, ranked
+    ///
+    /// Example: host-sim diagnose --craft craft.toml log.csv
+    ///
+    /// Candidates are errors of gyro, wheels and torque, and mistakes of log and craft file: a wheel's sign, gyro axes
+    /// permuted, units, columns late by rows. Each is fitted to the whole log; the share of the excess of chi-square
+    /// that it accounts for is printed, with the line that states or corrects it. Causes that the log does not
+    /// distinguish are named together.
+    Diagnose(diagnose::Arguments),
     /// Cramér-Rao bound of a scenario: the smallest sigma of any unbiased estimator
     ///
     /// Example: host-sim crlb microsat-slew
@@ -139,6 +149,7 @@ pub fn main() -> ExitCode {
         Verb::Mc(arguments) => mc::run(&arguments),
         Verb::Tables(arguments) => tables::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Crlb(arguments) => crlb::run(&arguments),
         Verb::Telemetry(arguments) => telemetry::run(&arguments),
         Verb::Command(arguments) => command::run(&arguments),

@@ -124,6 +124,13 @@ fn note_ignored_keys(scenario: &Scenario, notes: &mut Notes) {
     {
         notes.add("the flight image has no process noise; [filter] is ignored");
     }
+    let hardware = &scenario.true_hardware;
+    if hardware.tachometer != Default::default() || hardware.clock != Default::default() {
+        notes.add(
+            "the wheels have encoders on the flight computer's own timer; [hardware.tachometer] and \
+             [hardware.clock] are ignored",
+        );
+    }
     let gyro = &scenario.gyro;
     if gyro.quantum_rad_s.is_some() || gyro.range_rad_s.is_some() {
         notes.add(

@@ -26,7 +26,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { craft, log, options } = arguments;
     let file = log.display().to_string();
     let craft = Craft::load(craft)?;
-    let log = RecordedLog::load(log, craft.wheels.len())?;
+    let mut log = RecordedLog::load(log, craft.wheels.len())?;
+    log.correct(&craft.hardware);
     let mut notes = Notes::default();
     log.notes.iter().for_each(|note| notes.add(note));
     if let Some(note) = units::note(&craft, &log.rows) {

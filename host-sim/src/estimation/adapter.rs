@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 
+use fsw_core::hardware::Finding;
 use fsw_core::{Estimate, Estimator, Inertia, Innovation, Outcome, Quaternion, Real, Sample, Vec3};
 use nalgebra::Vector3;
 
@@ -16,6 +17,8 @@ pub trait AnyEstimator {
     fn finish(&mut self);
     /// Estimate after the last sample.
     fn estimate(&self) -> Estimate<f64>;
+    /// Results on the parameters of the hardware that are among the unknowns.
+    fn hardware(&self) -> Vec<Finding<f64>>;
     /// Filtered body rate, rad/s.
     fn rate_rad_s(&self) -> Vector3<f64>;
     /// Innovation of the last sample; none if the sample was not predicted.
@@ -106,6 +109,7 @@ impl<T: Real, E: Estimator<T, W>, const W: usize> AnyEstimator for Adapter<T, E,
         Estimate {
             inertia: Inertia::new(e.inertia.elements_kg_m2().map(T::to_f64)),
             covariance_kg2_m4: e.covariance_kg2_m4.map(T::to_f64),
+            sigma_random_kg_m2: e.sigma_random_kg_m2.map(|sigma| sigma.map(T::to_f64)),
             observed: e.observed,
             status: e.status,
             disturbance_torque_n_m: e.disturbance_torque_n_m.as_ref().map(widen),
@@ -114,6 +118,20 @@ impl<T: Real, E: Estimator<T, W>, const W: usize> AnyEstimator for Adapter<T, E,
             residuals_white: e.residuals_white,
             projected: e.projected,
         }
+    }
+
+    fn hardware(&self) -> Vec<Finding<f64>> {
+        let mut findings = Vec::new();
+        self.estimator.each_of_hardware(&mut |finding| {
+            findings.push(Finding {
+                parameter: finding.parameter,
+                value: finding.value.to_f64(),
+                sigma: finding.sigma.to_f64(),
+                stated: finding.stated.to_f64(),
+                effect_kg_m2: finding.effect_kg_m2.map(T::to_f64),
+            });
+        });
+        findings
     }
 
     fn rate_rad_s(&self) -> Vector3<f64> {

@@ -8,10 +8,12 @@ use fsw_core::{Coasting, Outcome, Reset};
 /// samples late.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Events {
-    /// Restarts: the state was not finite, too many spikes came in a row, or the motion was interrupted.
+    /// Restarts: the state was not finite, or too many spikes came in a row.
     pub restarts_us: Vec<u64>,
     /// Gaps in time that are too long for a prediction, and clocks that were set; the inertia was kept.
     pub gaps_us: Vec<u64>,
+    /// Interruptions: a fault or a change in mid-motion; the earlier inertia was put in doubt.
+    pub interruptions_us: Vec<u64>,
     /// Changes: the earlier inertia was discarded because new data contradicted it.
     pub changes_us: Vec<u64>,
     /// Spikes: samples rejected because they were too far from the prediction.
@@ -25,6 +27,7 @@ impl Events {
             Outcome::Coasting(Coasting::Spike) => self.spikes_us.push(time_us),
             Outcome::Reset(Reset::Gap | Reset::Clock) => self.gaps_us.push(time_us),
             Outcome::Reset(Reset::Changed) => self.changes_us.push(time_us),
+            Outcome::Reset(Reset::Interrupted) => self.interruptions_us.push(time_us),
             Outcome::Reset(Reset::Diverged | Reset::Lockout) => self.restarts_us.push(time_us),
             Outcome::Updated
             | Outcome::Coasting(_)
@@ -48,6 +51,7 @@ mod tests {
             Outcome::Reset(Reset::Lockout),
             Outcome::Reset(Reset::Changed),
             Outcome::Reset(Reset::Diverged),
+            Outcome::Reset(Reset::Interrupted),
         ];
         for (outcome, time_us) in outcomes.iter().zip(0..) {
             events.add(time_us, outcome);
@@ -55,6 +59,7 @@ mod tests {
         let expected = Events {
             restarts_us: vec![4, 6],
             gaps_us: vec![2],
+            interruptions_us: vec![7],
             changes_us: vec![5],
             spikes_us: vec![1],
         };

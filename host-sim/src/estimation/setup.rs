@@ -1,5 +1,6 @@
 //! Input of an estimator's configuration, and the parts of it that all estimators share.
 
+use fsw_core::hardware::{Disturbance, Hardware};
 use fsw_core::{Prior, Real, gate};
 
 use super::error::SetUpError;
@@ -53,6 +54,36 @@ impl Setup<'_> {
             .filter
             .inertia_walk_kg_m2_sqrt_hour
             .map(|walk| T::lit(walk / SQRT_SECONDS_PER_HOUR))
+    }
+
+    /// Errors of the hardware as the craft states them. Wheels that fill up the array have none.
+    pub(super) fn hardware<T: Real, const W: usize>(&self) -> Hardware<T, W> {
+        let stated = &self.craft.hardware;
+        let of_wheel = |all: &[f64], i: usize| T::lit(all.get(i).copied().unwrap_or(0.0));
+        let has_wheels = !self.craft.wheels.is_empty();
+        let common = if has_wheels { stated.common_spin_inertia_sigma } else { 0.0 };
+        // A mean over the interval before its time stamp is half an interval old.
+        let averaging_s = if stated.gyro_averaged { 0.5 * self.sample_period_s } else { 0.0 };
+        Hardware {
+            gyro_scale: T::lit(stated.gyro_scale_sigma),
+            gyro_axes_rad: T::lit(stated.gyro_axes_sigma_rad),
+            delay_s: T::lit(stated.gyro_delay_s + averaging_s),
+            delay_sigma_s: T::lit(stated.gyro_delay_sigma_s),
+            wheel_inertia: std::array::from_fn(|i| of_wheel(&stated.wheel_spin_inertia_sigma, i)),
+            wheel_axis_rad: std::array::from_fn(|i| of_wheel(&stated.wheel_axis_sigma_rad, i)),
+            common_wheel_inertia: T::lit(common),
+            torque_scale: T::lit(stated.torque_scale_sigma),
+            mount_rad: stated.mount_sigma_rad.map(T::lit),
+        }
+    }
+
+    /// Disturbances that the craft states, for an estimator that considers them.
+    pub(super) fn disturbance<T: Real>(&self) -> Disturbance<T> {
+        let stated = &self.craft.hardware;
+        Disturbance {
+            torque_n_m: T::lit(stated.torque_sigma_n_m.unwrap_or(0.0)),
+            gyro_bias_rad_s: T::lit(stated.bias_sigma_rad_s.unwrap_or(0.0)),
+        }
     }
 
     /// Gyro range of the craft, and the longest gap that is bridged by prediction.

@@ -1,5 +1,6 @@
 //! A log streamed through an estimator.
 
+use fsw_core::hardware::Finding;
 use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Estimate, Outcome};
 
@@ -15,12 +16,17 @@ pub struct EstimationResult {
     pub events: Events,
     /// Estimate after the last sample, with the work completed that was due.
     pub estimate: Estimate<f64>,
+    /// Results on the parameters of the hardware that are among the unknowns; empty without any.
+    pub hardware: Vec<Finding<f64>>,
 }
 
 impl EstimationResult {
-    /// Number of times that the estimator discarded its knowledge because new data contradicted it.
+    /// Number of times that the estimator discarded its knowledge, or put it in doubt, because new data
+    /// contradicted it.
     pub fn changes(&self) -> u32 {
-        self.counts.change_resets.saturating_add(self.counts.lockout_resets)
+        let counts = &self.counts;
+        let discarded = counts.change_resets.saturating_add(counts.lockout_resets);
+        discarded.saturating_add(counts.interruption_resets)
     }
 }
 
@@ -39,7 +45,12 @@ pub fn estimate_log(
         observe(row, &outcome, estimator.as_ref());
     }
     estimator.finish();
-    EstimationResult { counts, events, estimate: estimator.estimate() }
+    EstimationResult {
+        counts,
+        events,
+        estimate: estimator.estimate(),
+        hardware: estimator.hardware(),
+    }
 }
 
 /// Median time between samples, s; zero for a single sample. A clock set back counts as the time by

@@ -57,7 +57,7 @@ impl Case {
     /// Truth and bound, against which an estimate is scored.
     pub fn reference(&self) -> Reference {
         let bound_kg_m2 = self.flight.bound.sigma_kg_m2;
-        Reference { truth_kg_m2: *self.truth_kg_m2(), bound_kg_m2 }
+        Reference { truth_kg_m2: *self.truth_kg_m2(), bound_kg_m2, joint_bound_kg_m2: [None; 6] }
     }
 
     /// Bound of an element, one sigma, kg m². None if the element is not observed.

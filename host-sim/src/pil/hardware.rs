@@ -1,18 +1,25 @@
 //! Hardware around a flight computer, from sample to sample: gyro chip, wheel encoders, flash.
+//!
+//! The errors of a scenario's gyro and wheels are those of `run`. Where a scenario has a sensor that
+//! depends on the motion between the samples, the chip's low-pass filter acts too, as one of first order
+//! with the sum of both time constants. The encoders measure the true wheels; errors of tachometer and
+//! clock have no counterpart.
 
 use fsw_target::drivers::wheel_tach::Captured;
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::stand_in::tunnel::Setup;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::flash::FlashModel;
 use super::mission::Mission;
 use super::setup;
+use crate::input::Scenario;
 use crate::input::scenario::SimulatedGyro;
 use crate::sensor::bmi088::{BusFault, Chip, Wire};
 use crate::sensor::encoder::{Captures, EncoderData};
 use crate::sensor::gyro::Gyro;
-use crate::truth::Instant;
+use crate::simulation::Observed;
+use crate::truth::{Flight, Instant};
 
 /// A sample that is ready.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,8 +32,12 @@ pub struct Announced {
 
 /// Hardware of one flight. The same mission gives the same bits.
 pub struct Hardware<'a> {
+    scenario: &'a Scenario,
+    flight: &'a Flight,
     instants: &'a [Instant],
-    /// Noise and bias. Quantisation and range are those of the chip.
+    /// Motion through the chip's filter. Its bandwidth is known from the first sample on.
+    observed: Option<Observed<'a>>,
+    /// Noise, bias and axes. Quantisation and range are those of the chip.
     gyro: Gyro,
     sensor_from_body: Matrix3<f64>,
     wire: Wire,
@@ -46,9 +57,13 @@ impl<'a> Hardware<'a> {
         };
         let data = EncoderData { ticks_per_s: setup.ticks_per_s, ..EncoderData::default() };
         let instants = &mission.flight.instants;
+        let errors = &mission.scenario.true_hardware.gyro;
         Self {
+            scenario: mission.scenario,
+            flight: mission.flight,
             instants,
-            gyro: Gyro::new(&model, mission.seed),
+            observed: None,
+            gyro: Gyro::with_errors(&model, errors, mission.seed),
             sensor_from_body: setup::body_from_sensor().transpose(),
             wire: Wire::to(Chip::default()),
             captures: Captures::new(data, instants),
@@ -66,12 +81,24 @@ impl<'a> Hardware<'a> {
             self.wire.chip().elapse_us(elapsed_us);
             self.captures.advance();
         }
-        let rate_rad_s = self.gyro.read(instant.time_us, &instant.rate_rad_s);
+        let observed_rad_s = self.observed_rate_rad_s(instant);
+        let rate_rad_s = self.gyro.read(instant.time_us, &observed_rad_s);
         self.wire.chip().sample(&(self.sensor_from_body * rate_rad_s));
         self.announced += 1;
         let torque = instant.torque_n_m;
         let torque_n_m = [torque.x, torque.y, torque.z].map(|element| element as f32);
         Some(Announced { time_us: instant.time_us, torque_n_m })
+    }
+
+    /// Rate at a sample through delay, filters and averaging of the gyro, rad/s.
+    fn observed_rate_rad_s(&mut self, instant: &Instant) -> Vector3<f64> {
+        let Some(trajectory) = &self.flight.trajectory else { return instant.rate_rad_s };
+        let (scenario, wire) = (self.scenario, &self.wire);
+        let observed = self.observed.get_or_insert_with(|| {
+            let lag_s = scenario.true_hardware.gyro.lag_s + wire.chip().lag_s();
+            Observed::with_lag(scenario, trajectory, lag_s)
+        });
+        observed.rate_rad_s(instant.time_us as f64 * 1e-6)
     }
 
     /// Number of samples announced.
@@ -108,5 +135,62 @@ impl<'a> Hardware<'a> {
     /// Captures of the wheels' timer.
     pub fn captured(&self) -> [Captured; WHEELS] {
         self.captures.now()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fsw_target::drivers::gyro::bmi088::{Bmi088, Settings};
+    use fsw_target::drivers::gyro::bus::Spi;
+    use fsw_target::flight::selected::EstimatorId;
+    use fsw_target::flight::sensors::Gyro as _;
+
+    use super::*;
+    use crate::truth::Flight;
+
+    /// Readings of the flight driver in body axes, rad/s.
+    fn readings(scenario: &Scenario, flight: &Flight) -> Vec<Vector3<f64>> {
+        let mission = Mission {
+            scenario,
+            flight,
+            seed: 3,
+            estimator: EstimatorId::Window,
+            restart_at: None,
+            commands: &[],
+        };
+        let mut hardware = Hardware::new(&mission, &setup::of(&mission).unwrap());
+        let mut wire = hardware.wire().clone();
+        let mut driver =
+            Bmi088::start(Spi::new(wire.clone()), Settings::default(), &mut wire).unwrap();
+        let mut readings = Vec::new();
+        while hardware.announce().is_some() {
+            let sensor: Vector3<f64> = driver.rate_rad_s().unwrap().map(f64::from);
+            readings.push(setup::body_from_sensor() * sensor);
+        }
+        readings
+    }
+
+    #[test]
+    fn chip_reads_an_imperfect_gyro_through_its_filter() {
+        let mut ideal = Scenario::load("cubesat-pyramid").unwrap();
+        ideal.duration_s = 20.0;
+        let mut imperfect = ideal.clone();
+        imperfect.true_hardware.gyro.scale = Vector3::new(0.1, 0.0, -0.1);
+        imperfect.true_hardware.gyro.delay_s = 0.02;
+        let flight = Flight::simulate(&imperfect).unwrap();
+        let clean = readings(&ideal, &Flight::simulate(&ideal).unwrap());
+        let found = readings(&imperfect, &flight);
+        // The driver's default filter has 32 Hz.
+        let lag_s = 1.0 / (std::f64::consts::TAU * 32.0);
+        let along = flight.trajectory.as_ref().unwrap();
+        // The noise of both flights is the same.
+        let scale = Vector3::new(1.1, 1.0, 0.9);
+        for (k, instant) in flight.instants.iter().enumerate().skip(1) {
+            let (piece, s) = along.locate(instant.time_us as f64 * 1e-6 - 0.02 - lag_s);
+            let late = along.pieces()[piece].rate_rad_s.at(s);
+            let expected = clean[k] + scale.component_mul(&late) - instant.rate_rad_s;
+            // A count of 6.7e-5 rad/s is rounded on three axes of both.
+            assert!((found[k] - expected).norm() < 1.2e-4, "{k}: {} {expected}", found[k]);
+        }
     }
 }

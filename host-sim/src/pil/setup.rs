@@ -109,8 +109,11 @@ fn noise_rad_s(gyro: &SimulatedGyro, range: Range) -> f64 {
 fn range(mission: &Mission<'_>) -> Range {
     let gyro = &mission.scenario.gyro;
     let fastest = mission.flight.instants.iter().map(|instant| instant.rate_rad_s.norm());
-    let margin = gyro.bias_rad_s.norm() + NOISE_SIGMAS * gyro.noise_rad_s;
-    let most_rad_s = fastest.fold(0.0, f64::max) + margin;
+    let errors = &mission.scenario.true_hardware.gyro;
+    let noise_rad_s = gyro.noise_rad_s * errors.noise_factor;
+    let margin = gyro.bias_rad_s.norm() + NOISE_SIGMAS * noise_rad_s;
+    let gain = errors.matrix().norm() / Matrix3::<f64>::identity().norm();
+    let most_rad_s = fastest.fold(0.0, f64::max) * gain.max(1.0) + margin;
     let fits = |range: &Range| most_rad_s < f64::from(range.full_scale_rad_s());
     Range::ALL.into_iter().find(fits).unwrap_or(Range::DegS2000)
 }

@@ -5,11 +5,13 @@ use std::collections::BTreeMap;
 use fsw_core::{Outcome, Status as CoreStatus};
 
 use super::history::{AccelerationRow, HistoryRow};
-use super::json::{CrlbReport, ReplayReport, RunReport, Spikes, Status, matrix};
-use crate::estimation::{AnyEstimator, EstimationResult, Method};
+use super::json::{
+    CrlbReport, EffectRow, HardwareResult, ReplayReport, RunReport, Spikes, Status, matrix,
+};
+use crate::estimation::{AnyEstimator, EstimationResult, Method, largest_systematic};
 use crate::input::Scenario;
 use crate::input::log::LogRow;
-use crate::truth::{Bound, Flight, TorqueEffect};
+use crate::truth::{Bound, Effect, Flight, TorqueEffect};
 
 impl HistoryRow {
     /// State of the estimator after one row of the log.
@@ -37,7 +39,7 @@ impl HistoryRow {
 impl ReplayReport {
     /// Report of a log of this many samples.
     pub fn new(method: Method, samples: usize, result: &EstimationResult) -> Self {
-        let EstimationResult { counts, events, estimate } = result;
+        let EstimationResult { counts, events, estimate, hardware } = result;
         let elements = estimate.inertia.elements_kg_m2();
         let (over_trace, over_trace_sigma) = estimate.over_trace();
         let rejected = counts.rejected().into_iter().filter(|(_, count)| *count > 0);
@@ -50,6 +52,10 @@ impl ReplayReport {
             status: estimate.status.into(),
             inertia_kg_m2: matrix(&elements),
             sigma_kg_m2: estimate.sigma_kg_m2(),
+            sigma_random_kg_m2: estimate.sigma_random_kg_m2.unwrap_or(estimate.sigma_kg_m2()),
+            sigma_systematic_kg_m2: estimate.sigma_systematic_kg_m2(),
+            largest_systematic: largest_systematic(hardware).map(str::to_owned),
+            hardware: hardware.iter().map(HardwareResult::from).collect(),
             covariance_kg2_m4: estimate.covariance_kg2_m4.into(),
             observed_directions: usize::from(estimate.observed.directions),
             element_observed: estimate.observed.element,
@@ -64,6 +70,7 @@ impl ReplayReport {
             projected: estimate.projected,
             restarts: seconds(&events.restarts_us),
             gaps: seconds(&events.gaps_us),
+            interruptions: seconds(&events.interruptions_us),
             changes: seconds(&events.changes_us),
             spikes: Spikes {
                 count: events.spikes_us.len() as u64,
@@ -102,6 +109,7 @@ impl CrlbReport {
             bound.sigma_kg_m2,
             bound.observed_directions,
         );
+        let report = report.of_hardware(bound);
         match torque {
             Some(modelled) if scenario.solve_for.torque => {
                 report.with_torque(None, modelled.together_n_m)
@@ -112,6 +120,20 @@ impl CrlbReport {
             }
             None => report,
         }
+    }
+
+    /// Adds the bounds with the stated errors of the hardware, if there are any.
+    fn of_hardware(self, bound: &Bound) -> Self {
+        let Some(hardware) = &bound.hardware else { return self };
+        let effect = |effect: &Effect| EffectRow {
+            name: effect.name.clone(),
+            sigma: effect.sigma,
+            unit: effect.unit.to_owned(),
+            inertia_kg_m2: effect.inertia_kg_m2,
+            posterior_over_prior: effect.posterior_over_prior,
+        };
+        let effects = hardware.effects.iter().map(effect).collect();
+        self.with_hardware(hardware.considered_kg_m2, hardware.solved_kg_m2, effects)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Report and rows of a Monte Carlo campaign, assembled from its runs.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use super::json::McReport;
@@ -34,9 +35,19 @@ impl McReport {
             rmse_kg_m2: statistics.rmse_kg_m2,
             bias_kg_m2: statistics.bias_kg_m2,
             bound_kg_m2: reference.bound_kg_m2,
+            joint_bound_kg_m2: reference.joint_bound_kg_m2,
+            rmse_over_joint_bound: statistics.rmse_over_joint_bound,
             rmse_over_bound: statistics.rmse_over_bound,
             rmse_over_bound_of_all: statistics.rmse_over_bound_of_all(),
             bias_over_bound: statistics.bias_over_bound,
+            sigma_kg_m2: statistics.sigma_kg_m2,
+            sigma_random_kg_m2: statistics.sigma_random_kg_m2,
+            sigma_systematic_kg_m2: std::array::from_fn(|i| {
+                let (total, random) =
+                    (statistics.sigma_kg_m2[i]?, statistics.sigma_random_kg_m2[i]?);
+                Some((total * total - random * random).max(0.0).sqrt())
+            }),
+            largest_systematic: most_frequent(runs.iter().filter_map(|run| run.largest_systematic)),
             nees_per_dof: statistics.nees_per_dof,
             nees_runs: nees_runs as u64,
             nees_95: statistics.nees_95,
@@ -45,6 +56,16 @@ impl McReport {
             steps_per_s_per_core: (estimator_s > 0.0).then(|| steps as f64 / estimator_s),
         }
     }
+}
+
+/// The name that occurs most often; the first in the alphabet of equals.
+fn most_frequent(names: impl Iterator<Item = &'static str>) -> Option<String> {
+    let mut counts = BTreeMap::<&str, usize>::new();
+    for name in names {
+        *counts.entry(name).or_default() += 1;
+    }
+    let most = counts.into_iter().rev().max_by_key(|(_, count)| *count);
+    most.map(|(name, _)| name.to_owned())
 }
 
 impl From<&CampaignRun> for RunRow {

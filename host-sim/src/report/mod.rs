@@ -33,7 +33,7 @@ pub mod table;
 
 pub use files::OutputError;
 pub use history::{AccelerationRow, HistoryRow};
-pub use json::{CrlbReport, McReport, ReplayReport, RunReport, Status};
+pub use json::{CrlbReport, DiagnosisReport, McReport, ReplayReport, RunReport, Status};
 pub use out_dir::{ReportFolder, Simulated};
 pub use published::TablesReport;
 pub use published::text::tables as tables_text;

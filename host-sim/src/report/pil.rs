@@ -59,9 +59,13 @@ fn log_row(readings: &Readings, line: u64) -> LogRow {
 impl PilReport {
     /// Report of a completed flight; `wall` is the time that it took.
     pub fn new(mission: &Mission<'_>, method: Method, flown: &PilFlight, wall: Duration) -> Self {
-        let estimate = any_estimator(flown.estimator.clone(), None).estimate();
-        let result =
-            EstimationResult { counts: flown.outcomes, events: flown.events.clone(), estimate };
+        let estimator = any_estimator(flown.estimator.clone(), None);
+        let result = EstimationResult {
+            counts: flown.outcomes,
+            events: flown.events.clone(),
+            estimate: estimator.estimate(),
+            hardware: estimator.hardware(),
+        };
         let mut estimate = ReplayReport::new(method, flown.compared, &result);
         for (reason, count) in
             [("gyro_failed", flown.gyro_failures), ("no_wheel_speed", flown.wheel_failures)]

@@ -1,4 +1,5 @@
-//! Rate gyro: white noise, constant bias, bias random walk, quantisation, range.
+//! Rate gyro: white noise, constant bias, bias random walk, quantisation, range, and the errors of
+//! [`gyro_errors`](super::gyro_errors).
 //!
 //! ```text
 //! bₖ = bₖ₋₁ + σ_b √(tₖ − tₖ₋₁) ηₖ,   b₀ = bias
@@ -13,12 +14,15 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
+use super::gyro_errors::ErrorProcess;
 use crate::input::scenario::SimulatedGyro;
+use crate::input::scenario::hardware::GyroErrors;
 
 /// Gyro with its own random generator: a seed gives the same noise on every machine.
 pub struct Gyro {
     model: SimulatedGyro,
     bias_rad_s: Vector3<f64>,
+    errors: ErrorProcess,
     last_time_us: Option<u64>,
     random: Pcg64,
 }
@@ -26,9 +30,16 @@ pub struct Gyro {
 impl Gyro {
     /// Gyro of this model, at its initial bias.
     pub fn new(model: &SimulatedGyro, seed: u64) -> Self {
+        Self::with_errors(model, &GyroErrors::default(), seed)
+    }
+
+    /// Gyro of this model with these errors, at its initial bias. Delay, filter and averaging are those
+    /// of the rate that it reads: see [`rate_filter`](super::rate_filter).
+    pub fn with_errors(model: &SimulatedGyro, errors: &GyroErrors, seed: u64) -> Self {
         Self {
             bias_rad_s: model.bias_rad_s,
             model: model.clone(),
+            errors: ErrorProcess::new(errors, model.noise_rad_s, seed),
             last_time_us: None,
             random: Pcg64::seed_from_u64(seed),
         }
@@ -36,16 +47,22 @@ impl Gyro {
 
     /// Reading at this time for the true body rate `rate_rad_s`, rad/s. Times ascend.
     pub fn read(&mut self, time_us: u64, rate_rad_s: &Vector3<f64>) -> Vector3<f64> {
+        let mut elapsed_s = 0.0;
         if let Some(last) = self.last_time_us.replace(time_us) {
-            let elapsed_s = time_us.saturating_sub(last) as f64 * 1e-6;
+            elapsed_s = time_us.saturating_sub(last) as f64 * 1e-6;
             if self.model.bias_walk_rad_s_sqrt_s > 0.0 {
                 let step = self.model.bias_walk_rad_s_sqrt_s * elapsed_s.sqrt();
                 let walked = self.normal() * step;
                 self.bias_rad_s += walked;
             }
         }
-        let noise = self.normal() * self.model.noise_rad_s;
-        (rate_rad_s + self.bias_rad_s + noise).map(|x| self.digitise(x))
+        let white = self.normal() * self.model.noise_rad_s;
+        let noise = self.errors.noise(white);
+        let mut reading = self.errors.misaligned(rate_rad_s) + self.bias_rad_s + noise;
+        if let Some(excess) = self.errors.excess(elapsed_s) {
+            reading += excess;
+        }
+        reading.map(|x| self.digitise(x))
     }
 
     fn digitise(&self, rate_rad_s: f64) -> f64 {

@@ -4,12 +4,14 @@ use std::iter::Peekable;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::bound::hardware::{HardwareBound, HardwareInformation, HardwareSensitivities};
 use super::bound::information::{Bound, Information};
 use super::bound::sensitivities::Sensitivities;
 use super::bound::torque_effect::TorqueEffect;
 use super::bound::unknowns::Unknowns;
 use super::integrate::{Equations, IntegrationFailed, advance};
 use super::spacecraft::Spacecraft;
+use super::trajectory::Trajectory;
 use crate::input::scenario::Scenario;
 use crate::input::scenario::change::Stretch;
 
@@ -42,6 +44,8 @@ pub struct Flight {
     /// Cramér-Rao bound of the motion; after the last sudden change of the inertia if there is one.
     /// See [`bound`](super::bound).
     pub bound: Bound,
+    /// Motion between the samples, if a sensor of the scenario depends on it.
+    pub trajectory: Option<Trajectory>,
 }
 
 impl Flight {
@@ -65,9 +69,71 @@ impl Flight {
             (end, information) = propagation.stretch(&next, &stretch, start)?;
             craft = next;
         }
-        let bound = information.bound(scenario.gyro.reading_variance_rad2_s2());
-        Ok(Self { instants: propagation.instants, bound })
+        let mut bound = information.bound(scenario.gyro.reading_variance_rad2_s2());
+        bound.hardware = hardware_bound(scenario)?;
+        let trajectory = trajectory(scenario)?;
+        Ok(Self { instants: propagation.instants, bound, trajectory })
     }
+
+    /// Simulates the motion alone, with the bound of a scenario that differs in its hardware only.
+    ///
+    /// # Errors
+    /// As of [`Self::simulate`].
+    pub fn with_bound(scenario: &Scenario, bound: Bound) -> Result<Self, IntegrationFailed> {
+        let mut propagation = Propagation {
+            scenario,
+            kinks_s: kinks_s(scenario),
+            times_us: sample_times_us(scenario).peekable(),
+            instants: Vec::new(),
+        };
+        let mut craft = Spacecraft::new(scenario);
+        let mut end = craft.initial_state();
+        for (index, stretch) in scenario.stretches().enumerate() {
+            if index > 0 {
+                let next = Spacecraft::of_stretch(scenario, &stretch);
+                end = craft.becomes(&next, &end);
+                craft = next;
+            }
+            end = propagation.motion(&craft, &stretch, end)?;
+        }
+        let trajectory = trajectory(scenario)?;
+        Ok(Self { instants: propagation.instants, bound, trajectory })
+    }
+}
+
+/// Bound with the stated errors of the hardware, over the last stretch of the flight; none if there is no
+/// error.
+fn hardware_bound(scenario: &Scenario) -> Result<Option<HardwareBound>, IntegrationFailed> {
+    let kinks_s = kinks_s(scenario);
+    let mut craft = Spacecraft::new(scenario);
+    let mut stretch = scenario.stretch(0);
+    if HardwareSensitivities::new(&craft, scenario).is_none() {
+        return Ok(None);
+    }
+    let mut state = craft.initial_state();
+    for later in scenario.stretches().skip(1) {
+        state = advance_past_kinks(&craft, &kinks_s, stretch.from_s, later.from_s, state)?;
+        let next = Spacecraft::of_stretch(scenario, &later);
+        state = craft.becomes(&next, &state);
+        (craft, stretch) = (next, later);
+    }
+    let Some(equations) = HardwareSensitivities::new(&craft, scenario) else { return Ok(None) };
+    let mut information = HardwareInformation::new(&equations);
+    let mut state = equations.from_motion(state);
+    let mut now_s = stretch.from_s;
+    for time_s in sample_times_us(scenario).map(seconds).filter(|time_s| *time_s >= stretch.from_s)
+    {
+        state = advance_past_kinks(&equations, &kinks_s, now_s, time_s, state)?;
+        now_s = time_s;
+        information.add(&equations, time_s, &state);
+    }
+    let noise_rad_s = scenario.gyro.reading_variance_rad2_s2().sqrt();
+    Ok(Some(information.bound(&equations, noise_rad_s)))
+}
+
+/// Motion between the samples, if a sensor of the scenario depends on it.
+fn trajectory(scenario: &Scenario) -> Result<Option<Trajectory>, IntegrationFailed> {
+    scenario.needs_trajectory().then(|| Trajectory::simulate(scenario)).transpose()
 }
 
 /// Effect of a constant torque on a scenario with this bound. A scenario that does not solve for the
@@ -118,21 +184,47 @@ impl<Times: Iterator<Item = u64>> Propagation<'_, Times> {
             state = advance_past_kinks(&equations, &self.kinks_s, now_s, time_s, state)?;
             now_s = time_s;
             information.add(&equations.of_rate(&state));
-            let motion = craft.motion(&state);
-            self.instants.push(Instant {
-                time_us,
-                rate_rad_s: motion.rate_rad_s,
-                inertia_kg_m2: stretch.inertia_at_kg_m2(time_s),
-                attitude: motion.attitude,
-                wheel_speed_rad_s: motion.wheel_speed_rad_s,
-                torque_n_m: self.scenario.torque.at(time_s),
-            });
+            self.record(craft, stretch, time_us, &state);
         }
         state.truncate(craft.dimension());
         if let Some(to_s) = stretch.to_s {
             state = advance_past_kinks(craft, &self.kinks_s, now_s, to_s, state)?;
         }
         Ok((state, information))
+    }
+
+    /// The same without information. Returns the state at the end.
+    fn motion(
+        &mut self,
+        craft: &Spacecraft<'_>,
+        stretch: &Stretch,
+        mut state: Vec<f64>,
+    ) -> Result<Vec<f64>, IntegrationFailed> {
+        let mut now_s = stretch.from_s;
+        let is_within = |time_us: &u64| stretch.to_s.is_none_or(|to_s| seconds(*time_us) < to_s);
+        while let Some(time_us) = self.times_us.next_if(is_within) {
+            let time_s = seconds(time_us);
+            state = advance_past_kinks(craft, &self.kinks_s, now_s, time_s, state)?;
+            now_s = time_s;
+            self.record(craft, stretch, time_us, &state);
+        }
+        match stretch.to_s {
+            Some(to_s) => advance_past_kinks(craft, &self.kinks_s, now_s, to_s, state),
+            None => Ok(state),
+        }
+    }
+
+    /// Adds the state at a sample.
+    fn record(&mut self, craft: &Spacecraft<'_>, stretch: &Stretch, time_us: u64, state: &[f64]) {
+        let (time_s, motion) = (seconds(time_us), craft.motion(state));
+        self.instants.push(Instant {
+            time_us,
+            rate_rad_s: motion.rate_rad_s,
+            inertia_kg_m2: stretch.inertia_at_kg_m2(time_s),
+            attitude: motion.attitude,
+            wheel_speed_rad_s: motion.wheel_speed_rad_s,
+            torque_n_m: self.scenario.torque.at(time_s),
+        });
     }
 }
 
@@ -145,7 +237,7 @@ fn sample_times_us(scenario: &Scenario) -> impl Iterator<Item = u64> {
 }
 
 /// Integrates from one time to another, with a stop at each kink in between.
-fn advance_past_kinks(
+pub(super) fn advance_past_kinks(
     equations: &impl Equations,
     kinks_s: &[f64],
     from_s: f64,
@@ -165,9 +257,12 @@ fn advance_past_kinks(
 }
 
 /// Times at which a torque or its slope may jump, ascending, s.
-fn kinks_s(scenario: &Scenario) -> Vec<f64> {
+pub(super) fn kinks_s(scenario: &Scenario) -> Vec<f64> {
+    let pulses = scenario.true_hardware.pulses.iter();
+    let pulses = pulses.flat_map(|pulse| [pulse.time_s, pulse.time_s + pulse.duration_s]);
     let motors = scenario.wheels.iter().flat_map(|motor| motor.torque.breakpoints_s());
-    let mut kinks_s: Vec<f64> = scenario.torque.breakpoints_s().into_iter().chain(motors).collect();
+    let external = scenario.torque.breakpoints_s().into_iter();
+    let mut kinks_s: Vec<f64> = external.chain(motors).chain(pulses).collect();
     kinks_s.sort_by(f64::total_cmp);
     kinks_s
 }

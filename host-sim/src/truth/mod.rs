@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! Scenario ─► spacecraft + controller: ẏ = f(t, y) ─► integrate ─► flight: state at each gyro sample
+//!                        │                                └─► trajectory: motion at any instant
 //!                        └─► bound: sensitivities ─► information ─► Bound
 //! ```
 //!
@@ -11,15 +12,20 @@
 
 pub mod bound;
 pub mod controller;
+pub mod environment;
+mod flexible;
 pub mod flight;
 pub mod integrate;
 pub mod spacecraft;
 pub mod state;
 #[cfg(test)]
 mod torque_free;
+pub mod trajectory;
 
+pub use bound::hardware::{Effect, HardwareBound};
 pub use bound::information::Bound;
 pub use bound::torque_effect::TorqueEffect;
 pub use bound::unknowns::Unknowns;
 pub use flight::{Flight, Instant, torque_effect};
 pub use integrate::IntegrationFailed;
+pub use trajectory::Trajectory;

@@ -18,8 +18,14 @@
 //! | `τ` | external torque: commanded, and the disturbance | N m |
 //! | `q` | rotation from body axes to inertial axes | 1 |
 //!
-//! At a sudden change of the inertia, total momentum and each `hᵢ` are conserved, hence
-//! `J_b′ ω′ = J_b ω`; see [`change`](crate::input::scenario::change) for the assumptions.
+//! Wheels are the true ones, with the errors of [`hardware`](crate::input::scenario::hardware). Its
+//! further effects add terms: oscillators ([`flexible`](super::flexible)), torques of the
+//! [`environment`](super::environment), pulses, and the imbalance of a wheel at angle `θ` and speed
+//! `Ω`, `r × U Ω² û + U_d Ω² a × û` with `û = cos θ e₁ + sin θ e₂`, the static imbalance `U`, kg m, at
+//! `r`, m, and the dynamic one `U_d`, kg m².
+//!
+//! At a sudden change of the inertia, total momentum, each `hᵢ` and the momentum `q̇ + d · ω` of each
+//! oscillator are conserved, hence `J_b′ ω′ = J_b ω` without oscillators; see [`change`](crate::input::scenario::change) for the assumptions.
 //!
 //! The flight core uses the form with wheel momentum relative to the body, `J ω̇ + ω × (J ω + h_w) +
 //! ḣ_w = τ`. The two forms check each other.
@@ -27,20 +33,29 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::controller::Controller;
+use super::environment;
+use super::flexible::Oscillator;
 use super::integrate::Equations;
 use super::state::{ATTITUDE, RATE, WHEELS, attitude, rate};
+use crate::input::craft::hardware::tilt_directions;
 use crate::input::scenario::change::Stretch;
 use crate::input::scenario::{Scenario, SimulatedWheel};
 
 /// Spacecraft of a scenario, from one sudden change of its inertia to the next.
 pub struct Spacecraft<'a> {
     scenario: &'a Scenario,
+    /// Wheels with their true axes and spin inertias.
+    wheels: Vec<SimulatedWheel>,
+    oscillators: Vec<Oscillator>,
+    has_imbalance: bool,
     controller: Option<Controller<'a>>,
     /// Start of the stretch, s.
     from_s: f64,
     /// `J` at the start of the stretch, kg m².
     inertia: Matrix3<f64>,
     /// `J_b` at the start of the stretch, kg m².
+    body_with_modes: Matrix3<f64>,
+    /// `J_b − Σ D Dᵀ` at the start of the stretch, kg m².
     body: Matrix3<f64>,
     /// `J̇`, kg m²/s.
     slope: Matrix3<f64>,
@@ -72,27 +87,45 @@ impl<'a> Spacecraft<'a> {
     /// Spacecraft over one stretch of the scenario.
     pub fn of_stretch(scenario: &'a Scenario, stretch: &Stretch) -> Self {
         let inertia = tensor(&stretch.inertia_kg_m2);
-        let body = scenario.wheels.iter().fold(inertia, |j, SimulatedWheel { wheel, .. }| {
+        let wheels = scenario.true_wheels();
+        let body_with_modes = wheels.iter().fold(inertia, |j, SimulatedWheel { wheel, .. }| {
             j - wheel.axis * wheel.axis.transpose() * wheel.spin_inertia_kg_m2
         });
+        let at_start = tensor(&scenario.spacecraft.inertia_kg_m2);
+        let mean_moment_kg_m2 = at_start.trace() / 3.0;
+        let modes = scenario.true_hardware.modes.iter();
+        let oscillators: Vec<_> =
+            modes.filter_map(|mode| Oscillator::new(mode, &at_start, mean_moment_kg_m2)).collect();
+        let body = oscillators
+            .iter()
+            .fold(body_with_modes, |j, oscillator| j - oscillator.inertia() * mean_moment_kg_m2);
         let control = scenario.control.as_ref();
         Self {
             controller: control.map(|control| Controller::new(control, &scenario.wheels)),
             scenario,
+            wheels,
+            oscillators,
+            has_imbalance: scenario.true_hardware.has_imbalance(),
             from_s: stretch.from_s,
             inertia,
+            body_with_modes,
             body,
             slope: tensor(&stretch.slope_kg_m2_s),
-            mean_moment_kg_m2: tensor(&scenario.spacecraft.inertia_kg_m2).trace() / 3.0,
+            mean_moment_kg_m2,
         }
     }
 
     /// State just after the inertia of this spacecraft changes to that of `next`:
-    /// `J_b′ ω′ = J_b ω`.
+    /// `(J_b′ − Σ D Dᵀ) ω′ = (J_b − Σ D Dᵀ) ω`, and `q̇′ = q̇ − d · (ω′ − ω)` of each oscillator.
     pub fn becomes(&self, next: &Self, state: &[f64]) -> Vec<f64> {
         let momentum = self.body_kg_m2(next.from_s) * rate(state);
         let mut after = state.to_vec();
-        after[RATE..RATE + 3].copy_from_slice((inverse(&next.body) * momentum).as_slice());
+        let rate_after = inverse(&next.body) * momentum;
+        after[RATE..RATE + 3].copy_from_slice(rate_after.as_slice());
+        let jump = rate_after - rate(state);
+        for (k, oscillator) in self.oscillators.iter().enumerate() {
+            after[self.velocity(k)] -= oscillator.coupling.dot(&jump);
+        }
         after
     }
 
@@ -117,7 +150,27 @@ impl<'a> Spacecraft<'a> {
 
     /// Length of the state vector.
     pub fn dimension(&self) -> usize {
-        WHEELS + self.scenario.wheels.len()
+        self.first_angle() + if self.has_imbalance { self.wheels.len() } else { 0 }
+    }
+
+    /// Index of the deflection of an oscillator.
+    fn deflection(&self, oscillator: usize) -> usize {
+        WHEELS + self.wheels.len() + 2 * oscillator
+    }
+
+    /// Index of the rate of its deflection.
+    fn velocity(&self, oscillator: usize) -> usize {
+        self.deflection(oscillator) + 1
+    }
+
+    /// Index of the angle of the first wheel, or the end of the state.
+    fn first_angle(&self) -> usize {
+        self.deflection(self.oscillators.len())
+    }
+
+    /// True wheels.
+    pub fn wheels(&self) -> &[SimulatedWheel] {
+        &self.wheels
     }
 
     /// State vector at the start of the flight.
@@ -128,9 +181,7 @@ impl<'a> Spacecraft<'a> {
         let attitude = &self.scenario.spacecraft.attitude;
         state[ATTITUDE] = attitude.w;
         state[ATTITUDE + 1..ATTITUDE + 4].copy_from_slice(attitude.imag().as_slice());
-        for (i, SimulatedWheel { wheel, speed_rad_s, .. }) in
-            self.scenario.wheels.iter().enumerate()
-        {
+        for (i, SimulatedWheel { wheel, speed_rad_s, .. }) in self.wheels.iter().enumerate() {
             let speed = speed_rad_s + wheel.axis.dot(&rate);
             state[WHEELS + i] = wheel.spin_inertia_kg_m2 * speed / self.mean_moment_kg_m2;
         }
@@ -141,10 +192,9 @@ impl<'a> Spacecraft<'a> {
     pub fn motion(&self, state: &[f64]) -> Motion {
         let rate = rate(state);
         let mut wheel_momentum = Vector3::zeros();
-        let mut speeds = Vec::with_capacity(self.scenario.wheels.len());
-        for (i, SimulatedWheel { wheel, .. }) in self.scenario.wheels.iter().enumerate() {
-            let axial = state[WHEELS + i] * self.mean_moment_kg_m2 / wheel.spin_inertia_kg_m2;
-            let speed = axial - wheel.axis.dot(&rate);
+        let mut speeds = Vec::with_capacity(self.wheels.len());
+        for (i, SimulatedWheel { wheel, .. }) in self.wheels.iter().enumerate() {
+            let speed = self.wheel_speed_rad_s(i, state);
             wheel_momentum += wheel.axis * (wheel.spin_inertia_kg_m2 * speed);
             speeds.push(speed);
         }
@@ -156,10 +206,31 @@ impl<'a> Spacecraft<'a> {
         }
     }
 
+    /// Speed of a wheel relative to the body, rad/s.
+    fn wheel_speed_rad_s(&self, index: usize, state: &[f64]) -> f64 {
+        let wheel = &self.wheels[index].wheel;
+        let axial = state[WHEELS + index] * self.mean_moment_kg_m2 / wheel.spin_inertia_kg_m2;
+        axial - wheel.axis.dot(&rate(state))
+    }
+
+    /// Angular acceleration of the body, rad/s², and slope of each wheel's speed relative to the body,
+    /// rad/s².
+    pub fn slopes(&self, time_s: f64, state: &[f64]) -> (Vector3<f64>, Vec<f64>) {
+        let motor_torque_n_m = self.motor_torque_n_m(time_s, state);
+        let acceleration = self.acceleration_rad_s2(time_s, state, &motor_torque_n_m);
+        let wheels = self.wheels.iter().zip(&motor_torque_n_m);
+        let speed_slopes = wheels
+            .map(|(SimulatedWheel { wheel, .. }, torque)| {
+                torque / wheel.spin_inertia_kg_m2 - wheel.axis.dot(&acceleration)
+            })
+            .collect();
+        (acceleration, speed_slopes)
+    }
+
     /// Torque of each motor on its wheel, N m: its profile plus the controller's torque.
     pub fn motor_torque_n_m(&self, time_s: f64, state: &[f64]) -> Vec<f64> {
         let mut torques: Vec<f64> =
-            self.scenario.wheels.iter().map(|motor| motor.torque.at(time_s)).collect();
+            self.wheels.iter().map(|motor| motor.torque.at(time_s)).collect();
         if let Some(controller) = &self.controller {
             let attitude = UnitQuaternion::new_normalize(attitude(state));
             let controlled = controller.motor_torque_n_m(&attitude, &rate(state));
@@ -180,27 +251,75 @@ impl<'a> Spacecraft<'a> {
         let rate = rate(state);
         let body = self.body_kg_m2(time_s);
         let mut momentum = body * rate;
-        let mut torque = self.scenario.torque.at(time_s) + self.scenario.disturbance_torque_n_m;
+        let mut torque = self.external_torque_n_m(time_s, state);
         torque -= self.slope * rate;
-        for (i, motor) in self.scenario.wheels.iter().enumerate() {
+        for (i, motor) in self.wheels.iter().enumerate() {
             momentum += motor.wheel.axis * (state[WHEELS + i] * self.mean_moment_kg_m2);
             torque -= motor.wheel.axis * motor_torque_n_m[i];
+        }
+        for (k, oscillator) in self.oscillators.iter().enumerate() {
+            let (deflection, velocity) = (state[self.deflection(k)], state[self.velocity(k)]);
+            // J_b ω includes the oscillators at rest; their relative momentum is J̄ d q̇.
+            let relative = oscillator.coupling.dot(&rate) + velocity;
+            momentum += oscillator.coupling * (relative * self.mean_moment_kg_m2);
+            let restoring = oscillator.restoring_rad_s2(deflection, velocity);
+            torque += oscillator.coupling * (restoring * self.mean_moment_kg_m2);
         }
         inverse(&body) * (torque - rate.cross(&momentum))
     }
 
-    /// Total angular momentum `J ω + h_w` in inertial axes, N m s.
-    pub fn inertial_momentum_n_m_s(&self, time_s: f64, state: &[f64]) -> Vector3<f64> {
-        let motion = self.motion(state);
-        motion.attitude
-            * (self.inertia_kg_m2(time_s) * motion.rate_rad_s + motion.wheel_momentum_n_m_s)
+    /// External torque: commanded and disturbance, environment, pulses, imbalance; body axes, N m.
+    fn external_torque_n_m(&self, time_s: f64, state: &[f64]) -> Vector3<f64> {
+        let (scenario, hardware) = (self.scenario, &self.scenario.true_hardware);
+        let commanded = scenario.torque.at(time_s) * (1.0 + hardware.torque_scale);
+        let mut torque = commanded + scenario.disturbance_torque_n_m;
+        if let Some(orbit) = &hardware.orbit {
+            let attitude = UnitQuaternion::new_normalize(attitude(state));
+            let inertia = self.inertia_kg_m2(time_s);
+            torque += environment::torque_n_m(orbit, time_s, &attitude, &inertia);
+        }
+        for pulse in &hardware.pulses {
+            if (pulse.time_s..pulse.time_s + pulse.duration_s).contains(&time_s) {
+                torque += pulse.torque_n_m;
+            }
+        }
+        if self.has_imbalance {
+            torque += self.imbalance_torque_n_m(state);
+        }
+        torque
     }
 
-    /// Kinetic energy `½ (ωᵀ J_b ω + Σ hᵢ²/Iₛᵢ)` of body and wheels, J.
+    /// Torque of the wheels' imbalance, body axes, N m.
+    fn imbalance_torque_n_m(&self, state: &[f64]) -> Vector3<f64> {
+        let of_wheel = |(i, motor): (usize, &SimulatedWheel)| {
+            let errors = self.scenario.true_hardware.wheel(i);
+            let axis = &motor.wheel.axis;
+            let [first, second] = tilt_directions(axis);
+            let (sin, cos) = state[self.first_angle() + i].sin_cos();
+            let outward = first * cos + second * sin;
+            let square = self.wheel_speed_rad_s(i, state).powi(2);
+            let force_n = outward * (errors.static_imbalance_kg_m * square);
+            let couple = axis.cross(&outward) * (errors.dynamic_imbalance_kg_m2 * square);
+            errors.position_m.cross(&force_n) + couple
+        };
+        self.wheels.iter().enumerate().map(of_wheel).sum()
+    }
+
+    /// Total angular momentum `J ω + h_w + Σ D η̇` in inertial axes, N m s.
+    pub fn inertial_momentum_n_m_s(&self, time_s: f64, state: &[f64]) -> Vector3<f64> {
+        let motion = self.motion(state);
+        let modes: Vector3<f64> = (self.oscillators.iter().enumerate())
+            .map(|(k, mode)| mode.coupling * (state[self.velocity(k)] * self.mean_moment_kg_m2))
+            .sum();
+        motion.attitude
+            * (self.inertia_kg_m2(time_s) * motion.rate_rad_s + motion.wheel_momentum_n_m_s + modes)
+    }
+
+    /// Energy `½ (ωᵀ J_b ω + Σ hᵢ²/Iₛᵢ)` of body and wheels, and `½ (η̇² + Ω² η²) + η̇ D · ω` of each
+    /// oscillator, J.
     pub fn energy_j(&self, time_s: f64, state: &[f64]) -> f64 {
         let rate = rate(state);
         let wheels: f64 = self
-            .scenario
             .wheels
             .iter()
             .enumerate()
@@ -209,7 +328,17 @@ impl<'a> Spacecraft<'a> {
                 axial * axial / wheel.spin_inertia_kg_m2
             })
             .sum();
-        0.5 * (rate.dot(&(self.body_kg_m2(time_s) * rate)) + wheels)
+        let modes: f64 = (self.oscillators.iter().enumerate())
+            .map(|(k, mode)| {
+                let (deflection, velocity) = (state[self.deflection(k)], state[self.velocity(k)]);
+                let spring = mode.frequency_rad_s * deflection;
+                let twice =
+                    velocity * (velocity + 2.0 * mode.coupling.dot(&rate)) + spring * spring;
+                twice * self.mean_moment_kg_m2
+            })
+            .sum();
+        let body = self.body_with_modes + self.slope * (time_s - self.from_s);
+        0.5 * (rate.dot(&(body * rate)) + wheels + modes)
     }
 }
 
@@ -240,12 +369,24 @@ impl Equations for Spacecraft<'_> {
         for (i, torque) in motor_torque_n_m.iter().enumerate() {
             derivative[WHEELS + i] = torque / self.mean_moment_kg_m2;
         }
+        for (k, oscillator) in self.oscillators.iter().enumerate() {
+            let (deflection, velocity) = (state[self.deflection(k)], state[self.velocity(k)]);
+            derivative[self.deflection(k)] = velocity;
+            derivative[self.velocity(k)] =
+                oscillator.acceleration_rad_s2(deflection, velocity, &acceleration);
+        }
+        if self.has_imbalance {
+            for i in 0..self.wheels.len() {
+                derivative[self.first_angle() + i] = self.wheel_speed_rad_s(i, state);
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::scenario::hardware::Pulse;
     use crate::truth::integrate::advance;
     use std::path::Path;
 
@@ -421,6 +562,73 @@ mod tests {
             assert!(turned.norm() < MAX_DRIFT * start.norm(), "t = {to_s}: {turned}");
         }
         assert!((rate(&undrifted) - rate(&state)).norm() > 0.01, "the drift has an effect");
+    }
+
+    /// A heavy body with one wheel along z, and this error of the wheel.
+    fn unbalanced(error: &str) -> Scenario {
+        let text = format!(
+            "name = 'wheel'\nduration_s = 10\n[spacecraft]\n\
+             inertia_kg_m2 = [30, 40, 50, 0, 0, 0]\n[gyro]\nrate_hz = 10\nnoise_rad_s = 1e-4\n\
+             [[wheel]]\naxis = [0, 0, 1]\nspin_inertia_kg_m2 = 1e-3\nspeed_rad_s = 200\n\
+             [hardware]\n[[hardware.wheel]]\n{error}\n"
+        );
+        Scenario::from_toml("s.toml", &text, Path::new("")).unwrap()
+    }
+
+    #[test]
+    fn imbalance_shakes_the_body_at_the_wheel_speed() {
+        for (error, torque_n_m) in [
+            ("static_imbalance_kg_m = 1e-6\nposition_m = [0, 0, 0.2]", 1e-6 * 200.0 * 200.0 * 0.2),
+            ("dynamic_imbalance_kg_m2 = 3e-7", 3e-7 * 200.0 * 200.0),
+        ] {
+            let scenario = unbalanced(error);
+            let craft = Spacecraft::new(&scenario);
+            let (mut state, period_s) = (craft.initial_state(), std::f64::consts::TAU / 200.0);
+            let mut angles = Vec::new();
+            for k in 0..40 {
+                let t = f64::from(k) * period_s / 8.0;
+                let torque = craft.imbalance_torque_n_m(&state);
+                assert!((torque.norm() / torque_n_m - 1.0).abs() < 1e-3, "{torque}");
+                assert!(torque.z.abs() < 1e-15);
+                angles.push(torque.y.atan2(torque.x));
+                state = advance(&craft, t, t + period_s / 8.0, state).unwrap();
+            }
+            for pair in angles.windows(2) {
+                let turned = (pair[1] - pair[0]).rem_euclid(std::f64::consts::TAU);
+                assert!((turned - std::f64::consts::TAU / 8.0).abs() < 1e-3, "{turned}");
+            }
+        }
+    }
+
+    #[test]
+    fn true_wheels_differ_from_the_stated_by_their_errors() {
+        let scenario = unbalanced("spin_inertia = 0.01\naxis_deg = [0.2, 0]");
+        let (stated, found) = (&scenario.wheels[0].wheel, &scenario.true_wheels()[0].wheel);
+        assert!((found.spin_inertia_kg_m2 / stated.spin_inertia_kg_m2 - 1.01).abs() < 1e-12);
+        assert!((found.axis.angle(&stated.axis).to_degrees() - 0.2).abs() < 1e-5);
+        assert_eq!(scenario.craft().wheels[0], *stated);
+        // e₁ = z × x = y.
+        assert!(found.axis.y > 0.0 && found.axis.x == 0.0);
+    }
+
+    #[test]
+    fn pulse_changes_the_momentum_by_its_impulse() {
+        let mut scenario = unbalanced("spin_inertia = 0");
+        scenario.true_hardware.pulses = vec![Pulse {
+            time_s: 1.02,
+            duration_s: 0.05,
+            torque_n_m: Vector3::new(0.1, -0.2, 0.3),
+        }];
+        let flight = crate::truth::Flight::simulate(&scenario).unwrap();
+        let [before, after] = [10, 11].map(|index: usize| {
+            let instant = &flight.instants[index];
+            let h_w = scenario.wheels[0].wheel.spin_inertia_kg_m2 * instant.wheel_speed_rad_s[0];
+            let body = tensor(&instant.inertia_kg_m2) * instant.rate_rad_s;
+            instant.attitude * (body + Vector3::z() * h_w)
+        });
+        let impulse = Vector3::new(0.1, -0.2, 0.3) * 0.05;
+        // The body turns by about 1e-4 rad meanwhile.
+        assert!((after - before - impulse).norm() < 1e-4 * impulse.norm(), "{}", after - before);
     }
 
     #[test]

@@ -5,6 +5,8 @@
 //! | 0 to 2 | body rate `ω`, body axes | rad/s |
 //! | 3 to 6 | attitude `q` from body to inertial axes, scalar first | 1 |
 //! | 7 … | axial momentum of each wheel over the mean moment of inertia | rad/s |
+//! | … | deflection `q` of each oscillator, then its rate (see [`flexible`](super::flexible)) | rad, rad/s |
+//! | … | angle of each wheel relative to the body, if a wheel has an imbalance | rad |
 
 use nalgebra::{Quaternion, Vector3};
 

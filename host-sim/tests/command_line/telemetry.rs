@@ -89,6 +89,7 @@ const STATUS: StatusReport = StatusReport {
         gap_resets: 1,
         clock_resets: 0,
         lockout_resets: 0,
+        interruption_resets: 0,
         change_resets: 0,
         divergence_resets: 0,
     },

@@ -166,7 +166,8 @@ impl<T: Real> Aligning<T> {
         self.due.take()
     }
 
-    /// First state at the last judged sample.
+    /// First state at the last judged sample. `allowed_rad_s`: noise that the residuals may have by errors of the
+    /// hardware, rad/s, for a mean moment (kg m²) and the number of samples.
     ///
     /// # Errors
     /// As [`Start::from_motion`].
@@ -175,9 +176,13 @@ impl<T: Real> Aligning<T> {
         &self,
         noise_rad_s: T,
         prior: Option<&Prior<T>>,
+        allowed_rad_s: impl FnOnce(T, u32) -> T,
     ) -> Result<Start<T>, NoStart> {
-        let measured_rad_s = || self.outliers.noise_rad_s();
-        Start::from_motion(&self.alignment, prior, noise_rad_s, measured_rad_s)
+        let samples = self.alignment.samples();
+        let allowed_rad_s = |mean_moment_kg_m2| {
+            self.outliers.noise_rad_s().max(allowed_rad_s(mean_moment_kg_m2, samples))
+        };
+        Start::from_motion(&self.alignment, prior, noise_rad_s, allowed_rad_s)
     }
 
     /// Starts anew after data that contradict the model: they cannot lead to a start, the next ones may.

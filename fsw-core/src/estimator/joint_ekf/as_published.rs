@@ -14,10 +14,13 @@
 //! | `H` | `[1 0]`, measurement matrix | (17) |
 //! | `K` | gain | (20) |
 //!
+//! The form considers no parameters of the hardware: it passes no [`Prediction`] and no [`Gain`] on.
+//!
 //! Known weaknesses, kept since this form is for comparison: the covariance loses symmetry, and
 //! then positivity, to rounding; the inertia decays by 0.06 % of a moment over 600 s, three times
 //! the Cramér-Rao bound of the paper's scenario.
 
+use super::considered::{Gain, Prediction};
 use super::{Config, Form, State};
 use crate::dynamics::gyrostat::{Gyrostat, Jacobians};
 use crate::dynamics::interval::Interval;
@@ -94,6 +97,7 @@ impl<T: Real> Form<T> for AsPublished<T> {
         state: &mut State<T>,
         interval: &Interval<T>,
         config: &Config<T>,
+        _visit: impl FnOnce(&Prediction<'_, T>),
     ) -> Option<()> {
         let body = Gyrostat::new(&state.inertia)?;
         let dt = interval.duration_s;
@@ -130,7 +134,13 @@ impl<T: Real> Form<T> for AsPublished<T> {
     ///
     /// A covariance without an inverse is marked invalid by a negative variance, see
     /// [`is_valid`](Form::is_valid); the caller restarts.
-    fn update(&mut self, state: &mut State<T>, measured_rad_s: &Vec3<T>, noise_variance: T) {
+    fn update(
+        &mut self,
+        state: &mut State<T>,
+        measured_rad_s: &Vec3<T>,
+        noise_variance: T,
+        _choose: impl FnMut(&Gain<T>) -> Option<[T; 9]>,
+    ) {
         let p = self.covariance;
         let s: Mat<T, 3, 3> =
             Mat::from_fn(|i, k| p[(i, k)] + if i == k { noise_variance } else { T::zero() });

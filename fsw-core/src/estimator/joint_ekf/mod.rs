@@ -100,14 +100,19 @@ mod aligning;
 pub mod alignment;
 pub mod as_published;
 pub mod config;
+pub mod considered;
+mod delay;
 mod start;
 mod state;
 pub mod structured_ud;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_hardware;
 
 pub use as_published::AsPublished;
 pub use config::{Config, InitialRate};
+pub use considered::{Considered, Gain, Prediction};
 pub use state::{Form, State};
 pub use structured_ud::StructuredUd;
 
@@ -117,21 +122,31 @@ use crate::error::ConfigError;
 use crate::estimate::{Estimate, Status};
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
-use crate::math::{Entries, Mat, Vec3, scalar::Real};
+use crate::hardware::{Disturbance, Finding, Hardware};
+use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
 use crate::monitor::innovation::{Innovation, InnovationMonitor};
 use crate::monitor::shift::{self, ShiftTest};
 use crate::monitor::spikes::{Decision, SpikeGate};
+use crate::monitor::whiteness::Whiteness;
 use crate::outcome::{Coasting, Outcome, Reset};
 use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
 use aligning::{Aligning, Pending, Placed, Progress};
-use start::{NoStart, Start};
+use delay::Delay;
+use start::{AlignmentError, NoStart, Start};
 
 /// The filter as printed: AB2 propagation, first-order transition, `(1 − K H) P`.
 pub type JointEkfPublished<T, const W: usize> = JointEkf<T, AsPublished<T>, W>;
-/// The filter that flies: Runge-Kutta propagation, UD factors.
-pub type JointEkfUd<T, const W: usize> = JointEkf<T, StructuredUd<T>, W>;
+/// The filter that flies: Runge-Kutta propagation, UD factors, P considered parameters.
+pub type JointEkfUd<T, const W: usize, const P: usize = 0> = JointEkf<T, StructuredUd<T>, W, P>;
+
+/// Variance that monitors allow the hardware, over its stated one: three sigma.
+///
+/// With it no hardware within three sigma raises an alarm of the shift test, whatever its share c² of the
+/// variance: an error of 3 c, in noise of σ, has the mean `z = 3 c σ / (σ² + 9 c²) ≤ ½`, the reference value of the
+/// test. Nor does it of the mean NIS: `(σ² + 9 c²) / (σ² + 9 c²) = 1`.
+const ALLOWED: f64 = 9.0;
 
 /// Phase of operation.
 #[derive(Clone, Copy, Debug)]
@@ -153,9 +168,9 @@ crate::persist!([T: Real] enum Phase<T> {
     3 => Tracking
 });
 
-/// The nine-state filter, W wheels, its covariance in form F.
+/// The nine-state filter, W wheels, its covariance in form F, up to P considered parameters.
 #[derive(Clone, Debug)]
-pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
+pub struct JointEkf<T: Real, F: Form<T>, const W: usize, const P: usize = 0> {
     config: Config<T>,
     wheels: WheelArray<T, W>,
     gate: Gate<T>,
@@ -174,32 +189,87 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize> {
     spikes: SpikeGate,
     shift: ShiftTest<T>,
     monitor: InnovationMonitor<T>,
+    whiteness: Whiteness<T>,
     /// Innovation of the last sample, if that was predicted.
     innovation: Option<Innovation<T>>,
+    /// Columns of the considered parameters.
+    considered: Considered<T, P>,
+    /// Last samples, for a known time offset.
+    delay: Delay<T, W>,
 }
 
-crate::persist!([T: Real, F: Form<T> + Persist, const W: usize] JointEkf<T, F, W> {
-    config, gate, drive, phase, aligning, prior, range_kg_m2, state, form, spikes, shift, monitor, innovation;
+crate::persist!([T: Real, F: Form<T> + Persist, const W: usize, const P: usize] JointEkf<T, F, W, P> {
+    config, gate, drive, phase, aligning, prior, range_kg_m2, state, form, spikes, shift, monitor, whiteness, innovation,
+    considered, delay;
     unchanged wheels
 });
 
 impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
-    /// A filter that waits for its first sample.
+    /// A filter that waits for its first sample. Gyro, wheels and torque are taken as ideal.
     ///
     /// # Errors
     /// Names the configuration's first field that is out of its range.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
+        Self::with_columns(config, wheels, Considered::nothing())
+    }
+
+    /// As [`new`](Self::new), for a configuration that has passed [`Config::validate`], and to be completed by
+    /// [`complete`](Self::complete). Inlined, so that the filter is built in its place and not on the stack.
+    #[inline(always)]
+    pub fn in_place(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
+        Self::of_valid(config, wheels, Considered::nothing())
+    }
+}
+
+impl<T: Real, const W: usize, const P: usize> JointEkfUd<T, W, P> {
+    /// A filter that considers the stated errors of the hardware and constant disturbances ([`considered`]), and
+    /// corrects for the known time offset.
+    ///
+    /// ```
+    /// use fsw_core::estimator::joint_ekf::{Config, JointEkfUd};
+    /// use fsw_core::hardware::{Disturbance, Hardware};
+    /// use fsw_core::{Vec3, WheelArray};
+    ///
+    /// // Scale factors of the gyro to 0.5 %, spin inertia of the wheel to 1 %: four parameters.
+    /// let wheels = WheelArray::new([Vec3::z()], [1.7e-6f32])?;
+    /// let hardware =
+    ///     Hardware { gyro_scale: 0.005, wheel_inertia: [0.01], ..Hardware::ideal() };
+    /// let config = Config::new(1.8e-4);
+    /// let none = Disturbance::none();
+    /// assert!(JointEkfUd::<f32, 1, 4>::considering(config, wheels, &hardware, &none).is_ok());
+    /// let refused = JointEkfUd::<f32, 1, 3>::considering(config, wheels, &hardware, &none);
+    /// assert_eq!(refused.unwrap_err().field, "hardware");
+    /// # Ok::<(), fsw_core::ConfigError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Names the first field of configuration or hardware that is out of its range; `hardware` where it has more
+    /// than P parameters with a sigma above zero.
+    pub fn considering(
+        config: Config<T>,
+        wheels: WheelArray<T, W>,
+        hardware: &Hardware<T, W>,
+        disturbance: &Disturbance<T>,
+    ) -> Result<Self, ConfigError> {
+        let considered = Considered::new((hardware, disturbance), &wheels)?;
+        Self::with_columns(config, wheels, considered)
+    }
+}
+
+impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
+    fn with_columns(
+        config: Config<T>,
+        wheels: WheelArray<T, W>,
+        considered: Considered<T, P>,
+    ) -> Result<Self, ConfigError> {
         config.validate()?;
-        let mut this = Self::of_valid(config, wheels);
+        let mut this = Self::of_valid(config, wheels, considered);
         this.complete();
         Ok(this)
     }
 
-    /// As [`new`](Self::new), for a configuration that has passed [`Config::validate`], and to be completed
-    /// by [`complete`](Self::complete). Inlined, so that the filter is built in its place and not on the
-    /// stack.
     #[inline(always)]
-    pub fn of_valid(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
+    fn of_valid(config: Config<T>, wheels: WheelArray<T, W>, considered: Considered<T, P>) -> Self {
         let start = Start::from_prior(config.prior, &config, &Vec3::zeros());
         Self {
             gate: Gate::new(config.gate),
@@ -213,14 +283,17 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             spikes: SpikeGate::default(),
             shift: ShiftTest::default(),
             monitor: InnovationMonitor::default(),
+            whiteness: Whiteness::default(),
             innovation: None,
+            considered,
+            delay: Delay::new(),
             config,
             wheels,
         }
     }
 
-    /// Constructs the alignment in its place: once, after [`of_valid`](Self::of_valid). A filter without it
-    /// tracks from a prior alone.
+    /// Constructs the alignment in its place: once, after [`in_place`](JointEkf::in_place). A filter without it tracks
+    /// from a prior alone.
     pub fn complete(&mut self) {
         self.aligning.construct();
     }
@@ -230,7 +303,8 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.state.elements()
     }
 
-    /// Covariance of the nine states, in the same order and units.
+    /// Covariance of the nine states, in the same order and units: of the noise, for hardware that is known
+    /// exactly.
     pub fn covariance(&self) -> Mat<T, 9, 9> {
         self.form.covariance()
     }
@@ -246,43 +320,70 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// \[Bellar2019\] Eqs. (18) to (22), with the gate between. A rejected sample leaves the
     /// prediction as the state.
     fn track(&mut self, sample: &Sample<T, W>, interval: &Interval<T>) -> Outcome {
-        if self.predict(interval).is_none() {
+        if self.predict(sample, interval).is_none() {
             return self.restart_diverged(sample);
         }
         let innovation = self.innovation_of(&sample.rate_rad_s);
-        self.innovation = Some(innovation);
-        let ratio = innovation.squared_test_ratio();
+        let by_hardware = self.considered.innovation_variance();
+        self.innovation = Some(Self::widened(innovation, &by_hardware));
+        let allowed = Self::widened(innovation, &(by_hardware * T::lit(ALLOWED)));
+        let ratio = allowed.squared_test_ratio();
         if !ratio.is_finite() {
             return self.restart_diverged(sample);
         }
         match self.spikes.judge(ratio, &self.config.spikes) {
-            Decision::Accept => match self.judge_shift(&innovation) {
-                shift::Decision::Consistent => self.update(sample, &innovation),
+            Decision::Accept => match self.judge_shift(&allowed) {
+                shift::Decision::Consistent => self.update(sample, &innovation, &allowed),
                 shift::Decision::Shifted => {
-                    self.monitor.refuse(&innovation);
+                    self.monitor.refuse(&allowed);
                     Outcome::Coasting(Coasting::Spike)
                 }
                 shift::Decision::LockOut => self.restart_locked_out(sample),
             },
             Decision::Reject => {
-                self.monitor.refuse(&innovation);
+                self.monitor.refuse(&allowed);
                 Outcome::Coasting(Coasting::Spike)
             }
             Decision::LockOut => {
-                self.monitor.refuse(&innovation);
+                self.monitor.refuse(&allowed);
                 self.restart_locked_out(sample)
             }
         }
     }
 
+    /// The innovation with this variance in addition, rad²/s².
+    fn widened(innovation: Innovation<T>, variance_rad2_s2: &Vec3<T>) -> Innovation<T> {
+        if P == 0 {
+            return innovation;
+        }
+        let variance_rad2_s2 = innovation.variance_rad2_s2 + variance_rad2_s2;
+        Innovation { variance_rad2_s2, ..innovation }
+    }
+
     /// Prediction over the interval to the present sample; the first one after an alignment starts
     /// at its last judged sample.
-    fn predict(&mut self, interval: &Interval<T>) -> Option<()> {
+    fn predict(&mut self, sample: &Sample<T, W>, interval: &Interval<T>) -> Option<()> {
         let Phase::Joining(pending) = self.phase else {
-            return self.form.predict(&mut self.state, interval, &self.config);
+            return self.form.predict(&mut self.state, interval, &self.config, |prediction| {
+                if P > 0 {
+                    let momenta = self.wheels.momenta_n_m_s(&sample.wheel_speed_rad_s);
+                    self.considered.predict(prediction, &momenta);
+                }
+            });
         };
         self.phase = Phase::Tracking;
-        pending.predict(&mut self.state, &mut self.form, interval, &self.config)
+        pending.predict(&mut self.state, &mut self.form, interval, &self.config)?;
+        let rate_rad_s = self.state.rate_rad_s;
+        self.restart_rate_of_columns(Some(&rate_rad_s), sample);
+        Some(())
+    }
+
+    /// Columns at the start of a rate, rad/s, that is, or agrees with, a reading; none for another rate.
+    fn restart_rate_of_columns(&mut self, rate_rad_s: Option<&Vec3<T>>, sample: &Sample<T, W>) {
+        if P > 0 {
+            let momenta = self.wheels.momenta_n_m_s(&sample.wheel_speed_rad_s);
+            self.considered.restart_rate(rate_rad_s, &momenta);
+        }
     }
 
     /// Shift test of an innovation; none where the spike gate is disabled.
@@ -304,16 +405,37 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     }
 
     /// Correction of state and covariance; a restart where the result is not finite or no
-    /// covariance.
-    fn update(&mut self, sample: &Sample<T, W>, innovation: &Innovation<T>) -> Outcome {
-        self.monitor.accept(innovation);
-        self.form.update(&mut self.state, &sample.rate_rad_s, self.config.noise_variance());
+    /// covariance. `allowed`: the innovation with the variance that monitors allow the hardware.
+    fn update(
+        &mut self,
+        sample: &Sample<T, W>,
+        innovation: &Innovation<T>,
+        allowed: &Innovation<T>,
+    ) -> Outcome {
+        self.monitor.accept(allowed);
+        self.whiteness.add(innovation, Self::explained(innovation, allowed));
+        let noise_variance = self.config.noise_variance();
+        let rate_rad_s = &sample.rate_rad_s;
+        self.form.update(&mut self.state, rate_rad_s, noise_variance, |gain| {
+            self.considered.correct(gain)
+        });
         if self.is_valid() { Outcome::Updated } else { self.restart_diverged(sample) }
+    }
+
+    /// Mean square of an innovation, over its variance by noise, that the hardware may have in addition.
+    fn explained(innovation: &Innovation<T>, allowed: &Innovation<T>) -> T {
+        if P == 0 {
+            return T::zero();
+        }
+        let ratio = allowed.variance_rad2_s2.component_div(&innovation.variance_rad2_s2);
+        ratio.sum() * T::lit(1.0 / 3.0) - T::one()
     }
 
     /// True if all states are finite and the covariance is valid.
     fn is_valid(&self) -> bool {
-        self.form.is_valid() && self.state().iter().all(|x| x.is_finite())
+        self.form.is_valid()
+            && self.state().iter().all(|x| x.is_finite())
+            && self.considered.is_finite()
     }
 
     /// Adds the sample to the alignment, and starts tracking once that determines the inertia.
@@ -325,9 +447,18 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
             return Outcome::Coasting(Coasting::Aligning);
         };
         aligning.take_in((&sample.rate_rad_s, &drive), elapsed_s, noise);
+        let (considered, wheels) = (&self.considered, &self.wheels);
+        let error = |mean_moment_kg_m2: T, samples: u32| {
+            let of_body = (mean_moment_kg_m2, elapsed_s * T::count(samples));
+            considered.rate_error_rad_s(sample, wheels, of_body)
+        };
+        let allowed = |mean_moment_kg_m2: T, samples: u32| {
+            let error = error(mean_moment_kg_m2, samples);
+            (noise * noise + error * error * T::lit(ALLOWED)).sqrt()
+        };
         if let Some(due) = aligning.take_due() {
-            match aligning.solve(noise, prior.as_ref()) {
-                Ok(start) => return self.end_alignment(&start, &due, sample),
+            match aligning.solve(noise, prior.as_ref(), allowed) {
+                Ok(start) => return self.end_alignment(start, &due, sample),
                 Err(NoStart::NoSolution) => {}
                 Err(NoStart::TooLittleMotion) => return Outcome::Coasting(Coasting::Aligning),
                 Err(NoStart::Contradiction) => {
@@ -343,14 +474,9 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     }
 
     /// Starts tracking from the solution at the last judged sample, with the drive there, `due`.
-    fn end_alignment(
-        &mut self,
-        start: &Start<T>,
-        due: &Drive<T>,
-        sample: &Sample<T, W>,
-    ) -> Outcome {
-        self.track_from(start);
-        let mut way = Pending::new(start.state.rate_rad_s, *due);
+    fn end_alignment(&mut self, start: Start<T>, due: &Drive<T>, sample: &Sample<T, W>) -> Outcome {
+        self.track_from(&self.widened_by_hardware(start, sample));
+        let mut way = Pending::new(self.state.rate_rad_s, *due);
         let aligning = self.aligning.get();
         if aligning.and_then(|aligning| aligning.predict(&mut self.state, &mut way)).is_none() {
             return self.restart_diverged(sample);
@@ -359,12 +485,28 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         Outcome::Reset(Reset::Aligned)
     }
 
+    /// A start by alignment up to this sample, with the errors of the hardware in its covariance.
+    fn widened_by_hardware(&self, start: Start<T>, sample: &Sample<T, W>) -> Start<T> {
+        if P == 0 {
+            return start;
+        }
+        let of_body = (start.state.inertia.trace_kg_m2() * T::lit(1.0 / 3.0), T::zero());
+        let error = self.considered.rate_error_rad_s(sample, &self.wheels, of_body);
+        start.widened(&AlignmentError {
+            rate_rad_s: error,
+            of_rate_rad_s: norm(&sample.rate_rad_s),
+            scale: self.considered.scale_error(),
+        })
+    }
+
     /// Starts from the prior and this sample: tracking, or aligning where the prior is vague.
     #[inline(never)]
     fn begin(&mut self, sample: &Sample<T, W>) {
         let drive = sample.drive(&self.wheels);
         self.drive.restart(drive);
         self.track_from(&Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
+        let is_reading = self.config.initial_rate.is_none();
+        self.restart_rate_of_columns(is_reading.then_some(&sample.rate_rad_s), sample);
         if self.prior.is_none_or(|prior| prior.is_vague(self.config.align_above)) {
             self.phase = Phase::Aligning;
             if let Some(aligning) = self.aligning.get_mut() {
@@ -380,6 +522,8 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         self.range_kg_m2 = start.range_kg_m2;
         self.spikes.restart();
         self.shift.restart();
+        self.whiteness.restart();
+        self.considered.restart();
         self.phase = Phase::Tracking;
     }
 
@@ -393,6 +537,7 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
                 self.shift.restart();
                 self.state.rate_rad_s = sample.rate_rad_s;
                 self.form.restart_rate(self.config.noise_variance());
+                self.restart_rate_of_columns(Some(&sample.rate_rad_s), sample);
             }
         }
         Outcome::Reset(self.gate.cause_of_gap().into())
@@ -415,26 +560,9 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
         Outcome::Reset(Reset::Diverged)
     }
 
-    /// The status, where the phase or the innovations decide it rather than the observed
-    /// directions.
-    fn status(&self) -> Option<Status> {
-        if !self.monitor.is_consistent() || self.shift.is_shifted() {
-            return Some(Status::Diverged);
-        }
-        match &self.phase {
-            Phase::Aligning if self.aligning.get().is_some_and(Aligning::contradicts_model) => {
-                Some(Status::Diverged)
-            }
-            Phase::Waiting | Phase::Aligning => Some(Status::Unobservable),
-            Phase::Joining(_) | Phase::Tracking => None,
-        }
-    }
-}
-
-impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> {
-    fn step(&mut self, sample: &Sample<T, W>) -> Outcome {
-        self.innovation = None;
-        match self.gate.check(sample) {
+    /// One step with a sample that the gate has judged.
+    fn step_judged(&mut self, sample: &Sample<T, W>, verdict: Verdict) -> Outcome {
+        match verdict {
             Verdict::Rejected(why) => Outcome::Coasting(Coasting::Rejected(why)),
             Verdict::First => {
                 self.begin(sample);
@@ -454,13 +582,56 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
         }
     }
 
+    /// The status, where the phase or the innovations decide it rather than the observed
+    /// directions.
+    fn status(&self) -> Option<Status> {
+        if !self.monitor.is_consistent() || self.shift.is_shifted() {
+            return Some(Status::Diverged);
+        }
+        match &self.phase {
+            Phase::Aligning if self.aligning.get().is_some_and(Aligning::contradicts_model) => {
+                Some(Status::Diverged)
+            }
+            Phase::Waiting | Phase::Aligning => Some(Status::Unobservable),
+            Phase::Joining(_) | Phase::Tracking => None,
+        }
+    }
+}
+
+impl<T: Real, F: Form<T>, const W: usize, const P: usize> Estimator<T, W> for JointEkf<T, F, W, P> {
+    fn step(&mut self, sample: &Sample<T, W>) -> Outcome {
+        self.innovation = None;
+        let verdict = self.gate.check(sample);
+        let Some(delay_s) = self.considered.delay_s() else {
+            return self.step_judged(sample, verdict);
+        };
+        match verdict {
+            Verdict::Rejected(_) => self.step_judged(sample, verdict),
+            Verdict::First | Verdict::Gap => {
+                self.delay.restart(sample);
+                self.step_judged(sample, verdict)
+            }
+            Verdict::After { elapsed_us } => {
+                let shifted = self.delay.shifted(sample, T::seconds(elapsed_us), delay_s);
+                self.step_judged(&shifted, verdict)
+            }
+        }
+    }
+
     fn estimate(&self) -> Estimate<T> {
         let p = self.form.covariance();
-        let covariance = Mat::from_fn(|i, k| p.at(3 + i, 3 + k));
+        let mut covariance = Mat::<T, 6, 6>::from_fn(|i, k| p.at(3 + i, 3 + k));
+        let random = core::array::from_fn(|i| covariance.at(i, i).max(T::zero()).sqrt());
+        self.considered.add_to(&mut covariance, &self.state.inertia);
         let residual = self.monitor.residual_rms_rad_s();
         let estimate =
             Estimate::of_inertia(self.state.inertia, covariance, &self.range_kg_m2, residual);
-        Estimate { status: self.status().unwrap_or(estimate.status), ..estimate }
+        Estimate {
+            status: self.status().unwrap_or(estimate.status),
+            residuals_white: self.whiteness.is_white(),
+            sigma_random_kg_m2: (!self.considered.is_ideal()).then_some(random),
+            ..estimate
+        }
     }
 
     fn rate_rad_s(&self) -> Vec3<T> {
@@ -469,5 +640,9 @@ impl<T: Real, F: Form<T>, const W: usize> Estimator<T, W> for JointEkf<T, F, W> 
 
     fn innovation(&self) -> Option<Innovation<T>> {
         self.innovation
+    }
+
+    fn each_of_hardware(&self, visit: &mut dyn FnMut(Finding<T>)) {
+        self.considered.each(&self.state.inertia, visit);
     }
 }

@@ -18,6 +18,14 @@ const ALIGNMENT_INFLATION: f64 = 1.5 * 1.5;
 /// filter converges from errors of a half; this is a fifth of that.
 const ALIGNED: f64 = 0.1;
 
+/// Error of an aligned element, as a share of the mean moment, over the relative error of the readings: see
+/// [`considered`](super::considered).
+const AMPLIFICATION: f64 = 10.0;
+
+/// Sigma of a scale that is taken as independent of the columns, over that of the parameters that cause it. The filter
+/// takes the start for further information: of the sigma of the columns, a part of `1 / √(1 + 1 / 3²)` = 0.95 is left.
+const INDEPENDENT: f64 = 3.0;
+
 /// Samples between two attempts: a solution costs twice as much as adding a sample, and one more
 /// sample changes little.
 const ALIGNMENT_PERIOD: u32 = 16;
@@ -78,7 +86,8 @@ impl<T: Real> Start<T> {
     }
 
     /// From the motion since the start, for gyro noise of `noise_rad_s` (one sigma per sample). The
-    /// residuals may be those of the measured noise, `measured_rad_s`, instead.
+    /// residuals may be those of the measured noise instead, or of the noise with errors of the hardware:
+    /// `allowed_rad_s`, for a body of a mean moment, kg m².
     ///
     /// The range of each element is the prior's sigma, or that of a body of the estimated size.
     ///
@@ -91,7 +100,7 @@ impl<T: Real> Start<T> {
         alignment: &Alignment<T>,
         prior: Option<&Prior<T>>,
         noise_rad_s: T,
-        measured_rad_s: impl FnOnce() -> T,
+        allowed_rad_s: impl FnOnce(T) -> T,
     ) -> Result<Self, NoStart> {
         let solution = alignment.solve(noise_rad_s).ok_or(NoStart::NoSolution)?;
         let mut covariance = solution.covariance;
@@ -102,7 +111,8 @@ impl<T: Real> Start<T> {
             return Err(NoStart::TooLittleMotion);
         }
         let is_explained = |noise_rad_s| alignment.is_explained(&solution.inertia, noise_rad_s);
-        let is_contradicted = !is_explained(noise_rad_s) && !is_explained(measured_rad_s());
+        let is_contradicted =
+            !is_explained(noise_rad_s) && !is_explained(allowed_rad_s(mean_moment));
         if is_contradicted || !solution.inertia.is_physical() {
             return Err(NoStart::Contradiction);
         }
@@ -110,4 +120,34 @@ impl<T: Real> Start<T> {
         let state = State { rate_rad_s: solution.rate_rad_s, inertia: solution.inertia };
         Ok(Self { state, covariance, range_kg_m2 })
     }
+
+    /// The start with what errors of the hardware add to its covariance, uncorrelated with the later ones: the error of
+    /// a reading on the rate; of each element `AMPLIFICATION` times its share of the rate, up to the sigma that ends an
+    /// alignment; of the scale of all elements `INDEPENDENT` times the sigma of it.
+    pub fn widened(mut self, error: &AlignmentError<T>) -> Self {
+        for axis in 0..3 {
+            self.covariance.inflate(axis, error.rate_rad_s * error.rate_rad_s);
+        }
+        let share =
+            (error.rate_rad_s / error.of_rate_rad_s * T::lit(AMPLIFICATION)).min(T::lit(ALIGNED));
+        let sigma_kg_m2 = self.state.inertia.trace_kg_m2() * T::lit(1.0 / 3.0) * share;
+        for element in 3..9 {
+            self.covariance.inflate(element, sigma_kg_m2 * sigma_kg_m2);
+        }
+        let scale = error.scale * T::lit(INDEPENDENT);
+        let [a, b, c, d, e, f] = self.state.inertia.elements_kg_m2();
+        let o = T::zero();
+        self.covariance.add_product([o, o, o, a, b, c, d, e, f], scale * scale);
+        self
+    }
+}
+
+/// Errors of an alignment by the hardware, one sigma.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AlignmentError<T> {
+    /// Error of a reading, rad/s, at a rate of this magnitude, rad/s.
+    pub rate_rad_s: T,
+    pub of_rate_rad_s: T,
+    /// Common error of all elements, share.
+    pub scale: T,
 }

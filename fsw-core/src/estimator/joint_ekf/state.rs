@@ -1,6 +1,7 @@
 //! The nine states, and the two operations on them that a form of the filter provides.
 
 use super::Config;
+use super::considered::{Gain, Prediction};
 use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::Interval;
 use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
@@ -33,7 +34,8 @@ pub trait Form<T: Real>: Sized {
     /// Starts with this covariance of the nine states.
     fn new(covariance: &Ud<T, 9>) -> Self;
 
-    /// Prediction: state and covariance over one interval between samples.
+    /// Prediction: state and covariance over one interval between samples. `visit` receives what columns of
+    /// considered parameters need of it.
     ///
     /// `None` where the inertia has no inverse; state and covariance are then unchanged.
     fn predict(
@@ -41,6 +43,7 @@ pub trait Form<T: Real>: Sized {
         state: &mut State<T>,
         interval: &Interval<T>,
         config: &Config<T>,
+        visit: impl FnOnce(&Prediction<'_, T>),
     ) -> Option<()>;
 
     /// Covariance alone, over an interval across which the rate has been integrated. `rates_rad_s`: at its
@@ -57,8 +60,15 @@ pub trait Form<T: Real>: Sized {
     fn rate_variance(&self) -> Vec3<T>;
 
     /// Correction of state and covariance by a measured rate, rad/s, of noise variance
-    /// `noise_variance` on each axis, rad²/s².
-    fn update(&mut self, state: &mut State<T>, measured_rad_s: &Vec3<T>, noise_variance: T);
+    /// `noise_variance` on each axis, rad²/s². Axis by axis, `choose` receives the [`Gain`] of the form, and may
+    /// return another one.
+    fn update(
+        &mut self,
+        state: &mut State<T>,
+        measured_rad_s: &Vec3<T>,
+        noise_variance: T,
+        choose: impl FnMut(&Gain<T>) -> Option<[T; 9]>,
+    );
 
     /// Sets the rate's covariance to `variance` on each axis (rad²/s²), uncorrelated with the
     /// inertia, whose covariance is unchanged.

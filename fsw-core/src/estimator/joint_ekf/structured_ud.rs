@@ -31,6 +31,7 @@
 //!   is optional;
 //! * process noise of the rate to first order, `Q = s Δt` instead of Eq. (14).
 
+use super::considered::{Gain, Prediction};
 use super::{Config, Form, State};
 use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::Interval;
@@ -81,11 +82,15 @@ impl<T: Real> Form<T> for StructuredUd<T> {
         state: &mut State<T>,
         interval: &Interval<T>,
         config: &Config<T>,
+        visit: impl FnOnce(&Prediction<'_, T>),
     ) -> Option<()> {
         let body = Gyrostat::new(&state.inertia)?;
-        let start_rad_s = state.rate_rad_s;
-        state.rate_rad_s = runge_kutta_4(&body, &start_rad_s, interval);
-        self.predict_covariance(&body, (&start_rad_s, &state.rate_rad_s), interval, config);
+        let rate_start = state.rate_rad_s;
+        state.rate_rad_s = runge_kutta_4(&body, &rate_start, interval);
+        let transition = Transition::between(&body, &rate_start, &state.rate_rad_s, interval);
+        self.propagate(&transition, interval.duration_s, config);
+        let rates_rad_s = [rate_start, state.rate_rad_s];
+        visit(&Prediction { body: &body, rates_rad_s, interval, transition: &transition });
         Some(())
     }
 
@@ -108,11 +113,27 @@ impl<T: Real> Form<T> for StructuredUd<T> {
     /// Three scalar updates, one an axis: `νᵢ = yᵢ − ωᵢ`, `x ← x + Kᵢ νᵢ`. \[Bellar2019\] Eqs. (20)
     /// to (22) for a diagonal R, in the order x, y, z; the factors by \[Bierman1977\] section V.3.
     /// The corrections of the inertia are summed and applied together.
-    fn update(&mut self, state: &mut State<T>, measured_rad_s: &Vec3<T>, noise_variance: T) {
+    ///
+    /// Any gain K in place of that of the factors, `K*`, leaves the covariance
+    /// `(1 − K H) P (1 − K H)ᵀ + K R Kᵀ = P* + S (K − K*) (K − K*)ᵀ`, with P* that of K*. Derivation: the left side
+    /// is a square in K with the minimum P* at K* and the curvature S.
+    fn update(
+        &mut self,
+        state: &mut State<T>,
+        measured_rad_s: &Vec3<T>,
+        noise_variance: T,
+        mut choose: impl FnMut(&Gain<T>) -> Option<[T; 9]>,
+    ) {
         let mut change = [T::zero(); 6];
         for axis in 0..3 {
             let innovation = measured_rad_s[axis] - state.rate_rad_s[axis];
-            let gain = self.factors.observe(axis, noise_variance);
+            let variance = self.factors.variance(axis) + noise_variance;
+            let mut gain = self.factors.observe(axis, noise_variance);
+            if let Some(chosen) = choose(&Gain { axis, variance, gain: &gain }) {
+                let change = core::array::from_fn(|i| chosen[i] - gain[i]);
+                self.factors.add_product(change, variance);
+                gain = chosen;
+            }
             for i in 0..3 {
                 state.rate_rad_s[i] += gain[i] * innovation;
             }

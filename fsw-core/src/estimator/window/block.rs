@@ -13,7 +13,8 @@
 //!
 //! Wheel momentum within a block is a parabola through its values at both ends with the right mean.
 
-use crate::math::{Vec3, scalar::Real};
+use crate::dynamics::wheels::Momenta;
+use crate::math::{Mat, Vec3, scalar::Real};
 
 /// Weight of a reading that the gate has refused and bridged from its neighbours, samples. It keeps
 /// the mean continuous in time, and has next to no influence on the fit.
@@ -21,28 +22,28 @@ pub const REFUSED_WEIGHT: f64 = 0.02;
 
 /// Averages over the samples of an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block<T: Real> {
+pub struct Block<T: Real, const W: usize> {
     /// Number of accepted samples; the variance of `rate_rad_s` is σ² over this.
     pub weight: T,
     /// Length Δ, s.
     pub duration_s: T,
     /// z̄, mean gyro reading, rad/s.
     pub rate_rad_s: Vec3<T>,
-    /// h̄_w, mean wheel momentum, N m s.
-    pub wheels_n_m_s: Vec3<T>,
-    /// h_w at the end of the block, N m s.
-    pub wheels_end_n_m_s: Vec3<T>,
+    /// Mean momentum of each wheel about its own axis, N m s.
+    pub wheels_n_m_s: Momenta<T, W>,
+    /// The same at the end of the block, N m s.
+    pub wheels_end_n_m_s: Momenta<T, W>,
     /// I, impulse of the external torque in body axes with the turning of g, N m s.
     pub impulse_n_m_s: Vec3<T>,
     /// ḡ, mean of the impulse beyond a ramp, N m s.
     pub beyond_ramp_n_m_s: Vec3<T>,
 }
 
-crate::persist!([T: Real] Block<T> {
+crate::persist!([T: Real, const W: usize] Block<T, W> {
     weight, duration_s, rate_rad_s, wheels_n_m_s, wheels_end_n_m_s, impulse_n_m_s, beyond_ramp_n_m_s
 });
 
-impl<T: Real> Block<T> {
+impl<T: Real, const W: usize> Block<T, W> {
     /// Block without content.
     pub fn empty() -> Self {
         let (zero, none) = (T::zero(), Vec3::zeros());
@@ -50,16 +51,17 @@ impl<T: Real> Block<T> {
             weight: zero,
             duration_s: zero,
             rate_rad_s: none,
-            wheels_n_m_s: none,
-            wheels_end_n_m_s: none,
+            wheels_n_m_s: Momenta::zeros(),
+            wheels_end_n_m_s: Momenta::zeros(),
             impulse_n_m_s: none,
             beyond_ramp_n_m_s: none,
         }
     }
 
-    /// `d = h̄_w − ḡ`: mean of the momentum that does not belong to the body's smooth motion, N m s.
-    pub fn drive_n_m_s(&self) -> Vec3<T> {
-        self.wheels_n_m_s - self.beyond_ramp_n_m_s
+    /// `d = h̄_w − ḡ`: mean of the momentum that does not belong to the body's smooth motion, N m s, for wheels
+    /// with these unit axes.
+    pub fn drive_n_m_s(&self, axes: &Mat<T, 3, W>) -> Vec3<T> {
+        axes * self.wheels_n_m_s - self.beyond_ramp_n_m_s
     }
 
     /// Square of the angle `|z̄| Δ`, rad².
@@ -101,18 +103,18 @@ impl<T: Real> Block<T> {
 
 /// One sample as the averager takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading<T: Real> {
+pub struct Reading<T: Real, const W: usize> {
     /// Samples: 1, or [`REFUSED_WEIGHT`] of one that was refused.
     pub weight: T,
     /// Gyro, rad/s.
     pub rate_rad_s: Vec3<T>,
-    /// `h_w`, N m s.
-    pub wheel_momentum_n_m_s: Vec3<T>,
+    /// Momentum of each wheel about its own axis, N m s.
+    pub wheel_momentum_n_m_s: Momenta<T, W>,
     /// External torque, N m.
     pub torque_n_m: Vec3<T>,
 }
 
-crate::persist!([T: Real] Reading<T> { weight, rate_rad_s, wheel_momentum_n_m_s, torque_n_m });
+crate::persist!([T: Real, const W: usize] Reading<T, W> { weight, rate_rad_s, wheel_momentum_n_m_s, torque_n_m });
 
 /// End of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,9 +132,9 @@ const UNEVEN: f64 = 0.02;
 
 /// Averages readings into blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Averager<T: Real> {
+pub struct Averager<T: Real, const W: usize> {
     /// The newest reading; its interval ends half-way to the next.
-    newest: Reading<T>,
+    newest: Reading<T, W>,
     /// Half of the interval before the newest reading, s; and the torque half-way in it.
     half_before_s: T,
     torque_before_n_m: Vec3<T>,
@@ -141,10 +143,10 @@ pub struct Averager<T: Real> {
     torque_change_n_m: Vec3<T>,
     torque_bend_n_m: Option<Vec3<T>>,
     /// Wheel momentum one reading before the newest, N m s, and the interval to the newest, s.
-    wheels_before_last: Vec3<T>,
+    wheels_before_last: Momenta<T, W>,
     elapsed_before_s: T,
     /// The reading before the block, and the time from it to the newest, s.
-    before: Reading<T>,
+    before: Reading<T, W>,
     since_before_s: T,
     /// Sums over the block so far.
     samples: u32,
@@ -152,14 +154,14 @@ pub struct Averager<T: Real> {
     duration_s: T,
     sum_time_s: T,
     sum_rate: Vec3<T>,
-    sum_wheel_momentum: Vec3<T>,
+    sum_wheel_momentum: Momenta<T, W>,
     sum_impulse: Vec3<T>,
     impulse_n_m_s: Vec3<T>,
     /// ∫ I dt, N m s².
     impulse_integral: Vec3<T>,
 }
 
-crate::persist!([T: Real] Averager<T> {
+crate::persist!([T: Real, const W: usize] Averager<T, W> {
     newest, half_before_s, torque_before_n_m, torque_change_n_m, torque_bend_n_m, wheels_before_last, elapsed_before_s, before,
     since_before_s, samples, weight, duration_s, sum_time_s, sum_rate, sum_wheel_momentum, sum_impulse,
     impulse_n_m_s, impulse_integral
@@ -176,9 +178,9 @@ fn smooth_part<T: Real>(older: &Vec3<T>, newer: &Vec3<T>) -> Vec3<T> {
     })
 }
 
-impl<T: Real> Averager<T> {
+impl<T: Real, const W: usize> Averager<T, W> {
     /// Starts at a reading; the first block begins at its instant.
-    pub fn new(first: Reading<T>) -> Self {
+    pub fn new(first: Reading<T, W>) -> Self {
         let o = Vec3::zeros();
         Self {
             newest: first,
@@ -195,7 +197,7 @@ impl<T: Real> Averager<T> {
             duration_s: T::zero(),
             sum_time_s: T::zero(),
             sum_rate: o,
-            sum_wheel_momentum: o,
+            sum_wheel_momentum: Momenta::zeros(),
             sum_impulse: o,
             impulse_n_m_s: o,
             impulse_integral: o,
@@ -206,10 +208,10 @@ impl<T: Real> Averager<T> {
     /// interval. Returns the block that ends with it, if one does.
     pub fn add(
         &mut self,
-        reading: Reading<T>,
+        reading: Reading<T, W>,
         elapsed_s: T,
         limits: &Limits<T>,
-    ) -> Option<Block<T>> {
+    ) -> Option<Block<T, W>> {
         let half = T::lit(0.5);
         let half_after_s = elapsed_s * half;
         let last = self.newest;
@@ -251,7 +253,7 @@ impl<T: Real> Averager<T> {
             duration_s: T::zero(),
             sum_time_s: T::zero(),
             sum_rate: o,
-            sum_wheel_momentum: o,
+            sum_wheel_momentum: Momenta::zeros(),
             sum_impulse: o,
             impulse_n_m_s: o,
             impulse_integral: o,
@@ -291,7 +293,7 @@ impl<T: Real> Averager<T> {
     ///
     /// By the parabola through three readings, `(−h₋ + 6 h + 3 h₊) / 8`, where they are about evenly
     /// spaced: its error is `h‴ Δt³ / 16`. By the straight line otherwise.
-    fn wheels_half_way(&self, last: &Reading<T>, elapsed_s: T) -> Vec3<T> {
+    fn wheels_half_way(&self, last: &Reading<T, W>, elapsed_s: T) -> Momenta<T, W> {
         let (before, after) = (self.wheels_before_last, self.newest.wheel_momentum_n_m_s);
         let last_h = last.wheel_momentum_n_m_s;
         let uneven = (self.elapsed_before_s - elapsed_s).abs() > elapsed_s * T::lit(UNEVEN);
@@ -304,7 +306,7 @@ impl<T: Real> Averager<T> {
 
     /// Ends the block at the newest reading, which is in it, and begins the next one there.
     #[inline(never)]
-    pub fn finish(&mut self) -> Option<Block<T>> {
+    pub fn finish(&mut self) -> Option<Block<T, W>> {
         let newest = self.newest;
         self.push(self.torque_before_n_m, newest.torque_n_m, self.half_before_s);
         self.sum_impulse += self.impulse_n_m_s;
@@ -325,13 +327,13 @@ impl<T: Real> Averager<T> {
     }
 
     /// Wheel momentum at the newest reading, N m s.
-    pub fn wheels_n_m_s(&self) -> Vec3<T> {
+    pub fn wheels_n_m_s(&self) -> Momenta<T, W> {
         self.newest.wheel_momentum_n_m_s
     }
 
     /// The block so far, without the newest reading, for wheel momentum at its end; none if that is all.
     #[inline(never)]
-    fn block_to(&self, wheels_end_n_m_s: Vec3<T>) -> Option<Block<T>> {
+    fn block_to(&self, wheels_end_n_m_s: Momenta<T, W>) -> Option<Block<T, W>> {
         if self.samples == 0 {
             return None;
         }
@@ -374,7 +376,7 @@ mod tests {
         Limits { samples, turn_rad: NO_TURN, is_torque_smooth }
     }
 
-    fn reading(rate: f64, wheel: f64, torque: f64) -> Reading<f64> {
+    fn reading(rate: f64, wheel: f64, torque: f64) -> Reading<f64, 3> {
         Reading {
             weight: 1.0,
             rate_rad_s: Vec3::new(rate, 0.0, 0.0),
@@ -389,7 +391,7 @@ mod tests {
         torque: impl Fn(f64) -> f64,
         impulse: impl Fn(f64) -> f64,
         limits: Limits<f64>,
-    ) -> Vec<Block<f64>> {
+    ) -> Vec<Block<f64, 3>> {
         let wheel = |t: f64| 0.3 * (0.7 * t).sin();
         let at = |k: u32| {
             let t = f64::from(k) * 0.1;
@@ -402,12 +404,13 @@ mod tests {
     /// `h̄_ramp − d` of each block, with h followed by impulses alone, less z̄: zero but for
     /// rounding where the impulses are exact. The first block begins with half a sample, off its
     /// middle, and isn't looked at.
-    fn misfit(blocks: &[Block<f64>]) -> f64 {
+    fn misfit(blocks: &[Block<f64, 3>]) -> f64 {
         let (mut h, mut worst) = (0.0, 0.0f64);
         for (k, block) in blocks.iter().enumerate() {
             let mean = h + block.impulse_n_m_s.x / 2.0;
             if k > 0 {
-                worst = worst.max((mean - block.drive_n_m_s().x - block.rate_rad_s.x).abs());
+                worst = worst
+                    .max((mean - block.drive_n_m_s(&Mat::identity()).x - block.rate_rad_s.x).abs());
             }
             h += block.impulse_n_m_s.x;
         }
@@ -451,7 +454,7 @@ mod tests {
             rates in prop::array::uniform32(-1.0..1.0f64),
             torques in prop::array::uniform32(-1.0..1.0f64),
         ) {
-            let make = |samples: u32| -> Vec<Block<f64>> {
+            let make = |samples: u32| -> Vec<Block<f64, 3>> {
                 let at = |k: usize| reading(rates[k], 2.0 * rates[31 - k], torques[k]);
                 let mut averager = Averager::new(at(0));
                 (1..32).filter_map(|k| averager.add(at(k), 0.1, &limits(samples, true))).collect()
@@ -463,7 +466,7 @@ mod tests {
                 prop_assert!((merged.weight - long[k].weight).abs() < 1e-12);
                 prop_assert!((merged.duration_s - long[k].duration_s).abs() < 1e-12);
                 prop_assert!((merged.rate_rad_s - long[k].rate_rad_s).norm() < 1e-12);
-                prop_assert!((merged.drive_n_m_s() - long[k].drive_n_m_s()).norm() < 1e-12);
+                prop_assert!((merged.drive_n_m_s(&Mat::identity()) - long[k].drive_n_m_s(&Mat::identity())).norm() < 1e-12);
                 prop_assert!((merged.impulse_n_m_s - long[k].impulse_n_m_s).norm() < 1e-12);
             }
         }

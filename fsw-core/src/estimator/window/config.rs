@@ -1,8 +1,9 @@
 //! Configuration of the window estimator.
 
-use super::unknowns::{Belief, GROUPS, Group, Groups, groups_of};
+use super::unknowns::{Belief, Group, Groups, groups_of};
 use crate::error::{ConfigError, Invalid};
 use crate::gate;
+use crate::hardware::Hardware;
 use crate::math::range::{not_negative, positive};
 use crate::math::scalar::Real;
 use crate::prior::Prior;
@@ -12,12 +13,12 @@ use crate::prior::Prior;
 /// ```
 /// use fsw_core::estimator::window::Config;
 ///
-/// let config = Config { gyro_bias_rad_s: Some(0.01), ..Config::new(1e-4f32) };
+/// let config = Config { gyro_bias_rad_s: Some(0.01), ..Config::<f32, 0>::new(1e-4) };
 /// assert!(config.validate::<12>().is_ok()); // one further group of unknowns
 /// assert_eq!(config.validate::<9>().unwrap_err().field, "gyro_bias_rad_s");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Config<T: Real> {
+pub struct Config<T: Real, const W: usize> {
     /// Inertia before any data. Default none, and none is needed. A prior that the data contradict is
     /// discarded.
     pub prior: Option<Prior<T>>,
@@ -48,18 +49,22 @@ pub struct Config<T: Real> {
     pub slices_per_step: u32,
     /// Time without motion that ends a manoeuvre, s. Default 30.
     pub quiet_s: T,
+    /// Errors of gyro, wheels and known torque, one sigma each. Default ideal. Those that are not zero are
+    /// among the unknowns, and need a place in U for each group of three ([`unknowns`](super::unknowns)).
+    pub hardware: Hardware<T, W>,
     /// Checks of each sample.
     pub gate: gate::Config<T>,
 }
 
 // A command may set the prior.
-crate::persist!([T: Real] Config<T> {
+crate::persist!([T: Real, const W: usize] Config<T, W> {
     prior;
     unchanged gyro_noise_rad_s, disturbance_torque_n_m, gyro_bias_rad_s, drag_per_s,
-    inertia_walk_kg_m2_sqrt_s, block_samples, block_turn_rad, is_torque_smooth, slices_per_step, quiet_s, gate
+    inertia_walk_kg_m2_sqrt_s, block_samples, block_turn_rad, is_torque_smooth, slices_per_step, quiet_s,
+    hardware, gate
 });
 
-impl<T: Real> Config<T> {
+impl<T: Real, const W: usize> Config<T, W> {
     /// Defaults for a gyro of this noise (one sigma, white, per sample, rad/s).
     pub fn new(gyro_noise_rad_s: T) -> Self {
         Self { gyro_noise_rad_s: Some(gyro_noise_rad_s), ..Self::of_unknown_noise() }
@@ -79,6 +84,7 @@ impl<T: Real> Config<T> {
             is_torque_smooth: false,
             slices_per_step: 1,
             quiet_s: T::lit(30.0),
+            hardware: Hardware::ideal(),
             gate: gate::Config::default(),
         }
     }
@@ -102,6 +108,10 @@ impl<T: Real> Config<T> {
             }
             places = places.checked_sub(1).ok_or(ConfigError { field, reason: Invalid::NoRoom })?;
         }
+        self.hardware.validate()?;
+        if self.hardware_groups().flatten().count() > places {
+            return Err(ConfigError { field: "hardware", reason: Invalid::NoRoom });
+        }
         positive("block_turn_rad", self.block_turn_rad)?;
         positive("quiet_s", self.quiet_s)?;
         not_negative("inertia_walk_kg_m2_sqrt_s", self.inertia_walk_kg_m2_sqrt_s)?;
@@ -114,19 +124,54 @@ impl<T: Real> Config<T> {
         self.gate.validate()
     }
 
-    /// Groups of unknowns by place: those asked for, then those that are tested, as far as U holds
-    /// them.
+    /// One sigma of an error that scales all that drives the body, share: it scales the tensor, and no motion shows
+    /// it. Without wheels that of the known torque. As an unknown its column would be proportional to that of the
+    /// scale, and single precision would find false information in their rounding.
+    pub(super) fn considered_scale(&self) -> T {
+        if W == 0 { self.hardware.torque_scale } else { T::zero() }
+    }
+
+    /// Groups of the hardware that are not known exactly, with their sigmas.
+    fn hardware_groups(&self) -> impl Iterator<Item = Option<(Group, Belief<T>)>> + '_ {
+        let h = &self.hardware;
+        let within = |group, sigma: [T; 3]| {
+            sigma.iter().any(|s| *s > T::zero()).then_some((group, Belief::Within(sigma)))
+        };
+        let of_gyro = [
+            within(Group::GyroScale, [h.gyro_scale; 3]),
+            within(Group::GyroUpper, [h.gyro_axes_rad; 3]),
+            within(Group::GyroLower, [h.gyro_axes_rad; 3]),
+        ];
+        let sigmas = h.wheel_inertia.iter().zip(&h.wheel_axis_rad);
+        let of_wheels = sigmas.enumerate().map(move |(i, (inertia, tilt))| {
+            within(Group::Wheel(i as u8), [*inertia, *tilt, *tilt])
+        });
+        // Without wheels the scale of the torque is that of the inertia: see `considered_scale`.
+        let torque_scale = if W > 0 { h.torque_scale } else { T::zero() };
+        let common = [h.delay_sigma_s, torque_scale, h.common_wheel_inertia];
+        of_gyro.into_iter().chain(of_wheels).chain([within(Group::Common, common)])
+    }
+
+    /// Groups of unknowns by place: those of one window that are asked for and those that are tested, as far as
+    /// U holds them, then those of the hardware.
     pub(super) fn groups<const U: usize>(&self) -> Groups<T> {
-        let within = |group, sigma: Option<T>| sigma.map(|s| (group, Belief::Within(s)));
+        let within = |group, sigma: Option<T>| sigma.map(|s| (group, Belief::Within([s; 3])));
         let torque = within(Group::Torque, self.disturbance_torque_n_m);
         let bias = within(Group::Bias, self.gyro_bias_rad_s);
         let untested_torque = torque.is_none().then_some((Group::Torque, Belief::Zero));
         let drag = self.drag_per_s.map(|_| (Group::Drag, Belief::Zero));
-        let mut groups = Groups { place: [None; GROUPS] };
+        let hardware = self.hardware_groups().flatten().count();
+        let of_window = groups_of(U).saturating_sub(hardware);
         let wanted = [torque, bias, drag, untested_torque];
+        let mut groups = Groups { delay_s: self.hardware.delay_s, ..Groups::none() };
         for (place, group) in
-            groups.place.iter_mut().take(groups_of(U)).zip(wanted.into_iter().flatten())
+            groups.place.iter_mut().take(of_window).zip(wanted.into_iter().flatten())
         {
+            *place = Some(group);
+        }
+        groups.hardware = of_window;
+        let rest = groups.place.iter_mut().take(groups_of(U)).skip(of_window);
+        for (place, group) in rest.zip(self.hardware_groups().flatten()) {
             *place = Some(group);
         }
         groups
@@ -139,7 +184,7 @@ mod tests {
 
     #[test]
     fn names_the_field_that_is_out_of_range() {
-        let refused = |change: fn(&mut Config<f32>)| {
+        let refused = |change: fn(&mut Config<f32, 1>)| {
             let mut config = Config::new(1e-4);
             assert_eq!(config.validate::<12>(), Ok(()));
             change(&mut config);
@@ -152,7 +197,7 @@ mod tests {
         assert_eq!(refused(|c| c.inertia_walk_kg_m2_sqrt_s = -1.0), "inertia_walk_kg_m2_sqrt_s");
         assert_eq!(refused(|c| c.block_samples = 0), "block_samples");
         assert_eq!(refused(|c| c.gate.range_rad_s = 0.0), "gate.range_rad_s");
-        let two = |c: &mut Config<f32>| {
+        let two = |c: &mut Config<f32, 1>| {
             c.gyro_bias_rad_s = Some(1.0);
             c.disturbance_torque_n_m = Some(1.0);
         };
@@ -162,9 +207,9 @@ mod tests {
     /// Bias alone, and torque tested in the place that is left.
     #[test]
     fn any_subset_can_be_asked_for() {
-        let config = Config { gyro_bias_rad_s: Some(0.1), ..Config::new(1e-4) };
+        let config = Config { gyro_bias_rad_s: Some(0.1), ..Config::<f64, 0>::new(1e-4) };
         let groups = config.groups::<15>();
-        assert_eq!(groups.place[0], Some((Group::Bias, Belief::Within(0.1))));
+        assert_eq!(groups.place[0], Some((Group::Bias, Belief::Within([0.1; 3]))));
         assert_eq!(groups.place[1], Some((Group::Torque, Belief::Zero)));
         assert_eq!(config.groups::<12>().place[1], None);
     }

@@ -7,7 +7,7 @@
 //! driven away from it: a rate that creeps away by itself is a disturbance, not a manoeuvre.
 
 use super::block::{Block, REFUSED_WEIGHT};
-use crate::math::{Vec3, scalar::Real};
+use crate::math::{Mat, Vec3, scalar::Real};
 
 /// Blocks in a stretch: so many that slow motion shows above their noise.
 const STRETCH_BLOCKS: u32 = 16;
@@ -55,23 +55,23 @@ impl<T: Real> Mean<T> {
         Self { blocks, weight, duration_s, rate_rad_s: o, drive_n_m_s: o, impulse_n_m_s: o }
     }
 
-    fn of(block: &Block<T>) -> Self {
+    fn of<const W: usize>(block: &Block<T, W>, axes: &Mat<T, 3, W>) -> Self {
         Self {
             blocks: 1,
             weight: block.weight,
             duration_s: block.duration_s,
             rate_rad_s: block.rate_rad_s,
-            drive_n_m_s: block.drive_n_m_s(),
+            drive_n_m_s: block.drive_n_m_s(axes),
             impulse_n_m_s: block.impulse_n_m_s,
         }
     }
 
-    fn add(&mut self, block: &Block<T>) {
+    fn add<const W: usize>(&mut self, block: &Block<T, W>, axes: &Mat<T, 3, W>) {
         self.blocks += 1;
         self.weight += block.weight;
         self.duration_s += block.duration_s;
         self.rate_rad_s += block.rate_rad_s;
-        self.drive_n_m_s += block.drive_n_m_s();
+        self.drive_n_m_s += block.drive_n_m_s(axes);
         self.impulse_n_m_s += block.impulse_n_m_s;
     }
 
@@ -108,8 +108,14 @@ impl<T: Real> Excitation<T> {
     }
 
     /// Takes in a block, for a body of this inertia.
-    pub fn add(&mut self, block: &Block<T>, noise_rad_s: T, inertia_kg_m2: T) {
-        self.sum.add(block);
+    pub fn add<const W: usize>(
+        &mut self,
+        block: &Block<T, W>,
+        axes: &Mat<T, 3, W>,
+        noise_rad_s: T,
+        inertia_kg_m2: T,
+    ) {
+        self.sum.add(block, axes);
         if self.sum.blocks < STRETCH_BLOCKS {
             return;
         }
@@ -141,10 +147,16 @@ impl<T: Real> Excitation<T> {
     }
 
     /// Whether, after quiet, a block shows motion.
-    pub fn begins(&self, block: &Block<T>, noise_rad_s: T, inertia_kg_m2: T) -> bool {
+    pub fn begins<const W: usize>(
+        &self,
+        block: &Block<T, W>,
+        axes: &Mat<T, 3, W>,
+        noise_rad_s: T,
+        inertia_kg_m2: T,
+    ) -> bool {
         self.reference.is_none_or(|reference| {
             let (is_moved, is_driven) =
-                Mean::of(block).differs(&reference, noise_rad_s, inertia_kg_m2);
+                Mean::of(block, axes).differs(&reference, noise_rad_s, inertia_kg_m2);
             is_moved || is_driven
         })
     }
@@ -157,7 +169,7 @@ mod tests {
     const NOISE_RAD_S: f64 = 1e-3;
     const QUIET_S: f64 = 30.0;
 
-    fn block(rate: f64, drive: f64, impulse: f64) -> Block<f64> {
+    fn block(rate: f64, drive: f64, impulse: f64) -> Block<f64, 3> {
         Block {
             weight: 4.0,
             duration_s: 0.4,
@@ -168,9 +180,9 @@ mod tests {
         }
     }
 
-    fn after(blocks: impl Iterator<Item = Block<f64>>) -> Excitation<f64> {
+    fn after(blocks: impl Iterator<Item = Block<f64, 3>>) -> Excitation<f64> {
         let mut excitation = Excitation::new();
-        blocks.for_each(|b| excitation.add(&b, NOISE_RAD_S, 2.0));
+        blocks.for_each(|b| excitation.add(&b, &Mat::identity(), NOISE_RAD_S, 2.0));
         excitation
     }
 
@@ -178,10 +190,10 @@ mod tests {
     fn a_body_that_turns_steadily_is_quiet_and_stirs_when_it_speeds_up() {
         let quiet = after((0..100).map(|_| block(0.05, 0.1, 0.0)));
         assert!(quiet.is_over(QUIET_S));
-        assert!(!quiet.begins(&block(0.05, 0.1, 0.0), NOISE_RAD_S, 2.0));
-        assert!(quiet.begins(&block(0.053, 0.1, 0.0), NOISE_RAD_S, 2.0));
-        assert!(quiet.begins(&block(0.05, 0.11, 0.0), NOISE_RAD_S, 2.0));
-        assert!(quiet.begins(&block(0.05, 0.1, 0.01), NOISE_RAD_S, 2.0));
+        assert!(!quiet.begins(&block(0.05, 0.1, 0.0), &Mat::identity(), NOISE_RAD_S, 2.0));
+        assert!(quiet.begins(&block(0.053, 0.1, 0.0), &Mat::identity(), NOISE_RAD_S, 2.0));
+        assert!(quiet.begins(&block(0.05, 0.11, 0.0), &Mat::identity(), NOISE_RAD_S, 2.0));
+        assert!(quiet.begins(&block(0.05, 0.1, 0.01), &Mat::identity(), NOISE_RAD_S, 2.0));
     }
 
     /// A change of a tenth of a block's noise a block, and wheels or torque alone.

@@ -17,7 +17,9 @@
 
 use super::belief::{Beliefs, information_on};
 use super::pass::Pass;
-use super::unknowns::{FIRST_GROUP, Group, Point, shape_of};
+use super::trajectory::axes_at;
+use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
+use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Entries, Vec3, largest_component, scalar::Real};
 
@@ -25,11 +27,15 @@ use crate::math::{Entries, Vec3, largest_component, scalar::Real};
 const SETTLED: f64 = 1e-3;
 /// Decrement below which steps that no longer shrink end it: rounding, not the model, moves them.
 const NEAR: f64 = 0.3;
+/// Decrease of the cost over the promised one, above which it is not rounding that moves the steps.
+const FALLING: f64 = 0.25;
 /// Rounding errors, in ε, of the inverse of a tensor that changes by less: some of the nine products in each
 /// of its elements.
 const ROUNDINGS: f64 = 4.0;
 /// Passes of a descent at most. From linear starts of random spacecraft it takes 4 to 8.
 const MOST_PASSES: u8 = 25;
+/// Passes with the hardware held at most.
+const MOST_HELD_PASSES: u8 = 12;
 /// First damping, as a share of each column's norm, and the largest one.
 const FIRST_DAMPING: f64 = 0.01;
 const LARGEST_DAMPING: f64 = 1e4;
@@ -56,21 +62,23 @@ crate::persist!([] enum Attempt { 0 => Carried, 1 => Linear, 2 => Torque, 3 => S
 
 /// Descent in progress.
 #[derive(Clone, Copy, Debug)]
-pub struct Descent<T: Real, const U: usize> {
-    pub pass: Pass<T, U>,
+pub struct Descent<T: Real, const W: usize, const U: usize> {
+    pub pass: Pass<T, W, U>,
     /// Blocks from the first to before the last one.
     pub from: usize,
     pub end: usize,
     pub attempt: Attempt,
     /// Point of the linear start, once there is one.
-    pub linear: Option<Point<T>>,
+    pub linear: Option<Point<T, U>>,
     /// Accepted point of this attempt and its cost, rad²/s².
-    best: Option<(Point<T>, T)>,
+    best: Option<(Point<T, U>, T)>,
     /// Solution of an earlier attempt, its cost, and the unit of its scale.
-    pub chosen: Option<(Point<T>, (T, T))>,
+    pub chosen: Option<(Point<T, U>, (T, T))>,
     damping: T,
     last_decrement: T,
     is_near: bool,
+    /// True until the descent has settled with the hardware held.
+    holds_hardware: bool,
     /// True in a pass that repeats the accepted point for a damped step.
     is_repeated: bool,
     /// True in the pass that judges the residuals at the solution.
@@ -78,15 +86,15 @@ pub struct Descent<T: Real, const U: usize> {
     passes: u8,
 }
 
-crate::persist!([T: Real, const U: usize] Descent<T, U> {
-    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, is_repeated, is_final, passes
+crate::persist!([T: Real, const W: usize, const U: usize] Descent<T, W, U> {
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, passes
 });
 
 /// Consequence of a completed pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Next<T: Real> {
+pub enum Next<T: Real, const U: usize> {
     /// Another pass about this point.
-    Pass(Point<T>),
+    Pass(Point<T, U>),
     /// The same pass again, with residuals judged at the solution: at the step that is below the
     /// rounding of the point.
     Final,
@@ -96,7 +104,7 @@ pub enum Next<T: Real> {
     Failed,
 }
 
-impl<T: Real, const U: usize> Descent<T, U> {
+impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
     /// Descent over these blocks, without a first point yet.
     pub fn new(from: usize, end: usize, attempt: Attempt) -> Self {
         Self {
@@ -110,6 +118,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
             damping: T::zero(),
             last_decrement: T::MAX,
             is_near: false,
+            holds_hardware: attempt != Attempt::Carried,
             is_repeated: false,
             is_final: false,
             passes: 0,
@@ -123,6 +132,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
         self.damping = T::zero();
         self.last_decrement = T::MAX;
         self.is_near = false;
+        self.holds_hardware = true;
         self.is_repeated = false;
         self.is_final = false;
         self.passes = 0;
@@ -130,13 +140,24 @@ impl<T: Real, const U: usize> Descent<T, U> {
 
     /// Decides after a pass over all blocks.
     #[inline(never)]
-    pub fn after_pass(&mut self, beliefs: &Beliefs<'_, T>, wheels: &Vec3<T>) -> Next<T> {
+    pub fn after_pass(
+        &mut self,
+        beliefs: &Beliefs<'_, T, U>,
+        wheels: &Momenta<T, W>,
+    ) -> Next<T, U> {
         self.passes = self.passes.saturating_add(1);
+        self.holds_hardware &= beliefs.groups.has_hardware();
+        let beliefs = &Beliefs { holds_hardware: self.holds_hardware, ..*beliefs };
         let cost = self.cost(beliefs);
         let is_worse = !(cost.is_finite() && self.best.is_none_or(|(_, best)| cost <= best));
         if is_worse && !self.is_near && !self.is_repeated {
             return self.reject();
         }
+        // A damped step leaves most of its decrement, and a step along a curved valley finds another one: it
+        // is not rounding then that moves the point.
+        let promised = self.last_decrement * beliefs.noise_rad_s * beliefs.noise_rad_s;
+        let is_falling = self.damping > T::zero()
+            || self.best.is_some_and(|(_, best)| best - cost > promised * T::lit(FALLING));
         if !self.is_repeated {
             self.damping =
                 if self.damping < T::lit(1e-3) { T::zero() } else { self.damping * T::lit(0.1) };
@@ -148,8 +169,11 @@ impl<T: Real, const U: usize> Descent<T, U> {
         self.pass.decrement = decrement;
         self.is_near = decrement < T::lit(NEAR) + self.rounding(beliefs);
         let is_settled = decrement < T::lit(SETTLED)
-            || self.is_near && decrement > T::lit(0.3) * self.last_decrement;
+            || self.is_near && !is_falling && decrement > T::lit(0.3) * self.last_decrement;
         let is_first = self.pass.scale_rad_s > beliefs.noise_rad_s * T::lit(0.5 * UNKNOWN_SCALE);
+        if (is_settled || self.passes >= MOST_HELD_PASSES) && self.holds_hardware {
+            return self.release(self.pass.point);
+        }
         if is_settled && is_first {
             // Once more, with weights.
             return Next::Pass(self.pass.point);
@@ -168,19 +192,33 @@ impl<T: Real, const U: usize> Descent<T, U> {
         self.step(step, beliefs, wheels)
     }
 
+    /// Goes on from a point with the hardware as stated.
+    fn release(&mut self, point: Point<T, U>) -> Next<T, U> {
+        self.holds_hardware = false;
+        self.is_repeated = false;
+        self.best = None;
+        self.damping = T::zero();
+        self.last_decrement = T::MAX;
+        Next::Pass(point)
+    }
+
     /// Robust cost of the pass and its point, rad²/s². Rounding of it is not a decrease.
-    fn cost(&self, beliefs: &Beliefs<'_, T>) -> T {
-        let cost = self.pass.residuals.cost + beliefs.cost::<U>(&self.pass.point);
+    fn cost(&self, beliefs: &Beliefs<'_, T, U>) -> T {
+        let cost = self.pass.residuals.cost + beliefs.cost(&self.pass.point);
         cost * (T::one() - T::EPSILON * T::lit(64.0))
     }
 
     /// Goes back to the accepted point, with more damping.
-    fn reject(&mut self) -> Next<T> {
+    fn reject(&mut self) -> Next<T, U> {
         let Some((point, _)) = self.best else { return Next::Failed };
         let first = T::lit(FIRST_DAMPING);
         self.damping = if self.damping < first { first } else { self.damping * T::lit(10.0) };
         self.is_repeated = true;
-        if self.damping > T::lit(LARGEST_DAMPING) || self.passes >= MOST_PASSES {
+        let is_stuck = self.damping > T::lit(LARGEST_DAMPING);
+        if self.holds_hardware && (is_stuck || self.passes >= MOST_HELD_PASSES) {
+            return self.release(point);
+        }
+        if is_stuck || self.passes >= MOST_PASSES {
             return Next::Failed;
         }
         Next::Pass(point)
@@ -188,7 +226,12 @@ impl<T: Real, const U: usize> Descent<T, U> {
 
     /// The next point: by the undamped step, or by one with the present damping and more until its
     /// tensor is positive definite.
-    fn step(&mut self, newton: [T; U], beliefs: &Beliefs<'_, T>, wheels: &Vec3<T>) -> Next<T> {
+    fn step(
+        &mut self,
+        newton: [T; U],
+        beliefs: &Beliefs<'_, T, U>,
+        wheels: &Momenta<T, W>,
+    ) -> Next<T, U> {
         let mut step = newton;
         for _ in 0..8 {
             if self.damping > T::zero()
@@ -196,7 +239,7 @@ impl<T: Real, const U: usize> Descent<T, U> {
             {
                 step = damped;
             }
-            let point = self.pass.point_after(&step, wheels);
+            let point = self.pass.point_after(&step, wheels, beliefs.groups);
             if is_usable(&point) {
                 return Next::Pass(point);
             }
@@ -207,10 +250,10 @@ impl<T: Real, const U: usize> Descent<T, U> {
     }
 
     /// Decrement that rounding of the unknowns and of the inverse tensor alone makes, σ².
-    fn rounding(&self, beliefs: &Beliefs<'_, T>) -> T {
+    fn rounding(&self, beliefs: &Beliefs<'_, T, U>) -> T {
         let factor = &self.pass.factor;
         let size = |column: usize| match column {
-            0..FIRST_GROUP => largest_component(&self.pass.point.momentum),
+            0..FIRST_GROUP => largest_component(&self.pass.point.momentum()),
             _ => T::lit(0.3),
         };
         let mut sum = T::zero();
@@ -223,21 +266,19 @@ impl<T: Real, const U: usize> Descent<T, U> {
 }
 
 /// True for a point whose tensor is positive definite with a margin, and all of it finite.
-fn is_usable<T: Real>(point: &Point<T>) -> bool {
+fn is_usable<T: Real, const U: usize>(point: &Point<T, U>) -> bool {
     let least = T::lit(LEAST_MOMENT);
     let [xx, yy, zz, xy, xz, yz] = point.over_trace();
     let inside = [xx - least, yy - least, zz - least, xy, xz, yz];
-    crate::tensor::Inertia::new(inside).is_positive_definite()
-        && point.momentum.iter().all(|x| x.is_finite())
-        && point.group.iter().all(|g| g.iter().all(|x| x.is_finite()))
+    crate::tensor::Inertia::new(inside).is_positive_definite() && point.is_finite()
 }
 
 /// Step of a pass with all beliefs, damped by a share of each column's norm, and its Newton decrement in
 /// σ².
 #[inline(never)]
-fn solve<T: Real, const U: usize>(
-    pass: &Pass<T, U>,
-    beliefs: &Beliefs<'_, T>,
+fn solve<T: Real, const W: usize, const U: usize>(
+    pass: &Pass<T, W, U>,
+    beliefs: &Beliefs<'_, T, U>,
     damping: T,
 ) -> Option<([T; U], T)> {
     let mut factor = pass.factor;
@@ -267,38 +308,44 @@ fn damp<T: Real, const U: usize>(factor: &mut SquareRootInformation<T, U>, dampi
     }
 }
 
-impl<T: Real, const U: usize> Pass<T, U> {
+impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
     /// The point after a step.
     ///
     /// The rate at the start, not the momentum, moves linearly: momentum follows from the new tensor and
     /// that rate, `m = n ω₀ + x w`. It is the rate that the data determine, whatever the tensor.
-    pub fn point_after(&self, step: &[T; U], wheels: &Vec3<T>) -> Point<T> {
+    pub fn point_after(
+        &self,
+        step: &[T; U],
+        wheels: &Momenta<T, W>,
+        groups: &Groups<T>,
+    ) -> Point<T, U> {
         let model = &self.trajectory.model;
-        let mut rate = model.rate_rad_s(&self.point.momentum, wheels);
+        let mut rate = model.rate_rad_s(&self.point.momentum(), wheels);
         let before = rate;
-        let offset = model.offset_of(Group::Bias);
         for axis in 0..3 {
-            let mut row = self.trajectory.sensitivity_at_start(&before, wheels, axis);
-            if let Some(bias) = offset.and_then(|offset| row.get_mut(offset + axis)) {
-                *bias = T::zero();
-            }
+            let row = self.trajectory.rate_at_start(&before, wheels, axis);
             for column in 0..U {
                 *rate.at_mut(axis, 0) += row[column] * step[column];
             }
         }
         let mut point = self.point.stepped(step);
-        point.momentum = momentum_of(&point, &rate, wheels);
+        let axes = axes_at(&point, groups, model.configured_axes());
+        point.set_momentum(&momentum_of(&point, &rate, &(axes * wheels)));
         point
     }
 
     /// Step towards the solution, and the factor with all beliefs.
-    pub fn solution(&self, beliefs: &Beliefs<'_, T>) -> Option<[T; U]> {
+    pub fn solution(&self, beliefs: &Beliefs<'_, T, U>) -> Option<[T; U]> {
         solve(self, beliefs, T::zero()).map(|(step, _)| step)
     }
 }
 
 /// `m = n ω + x w`, rad/s.
-pub fn momentum_of<T: Real>(point: &Point<T>, rate: &Vec3<T>, wheels: &Vec3<T>) -> Vec3<T> {
+pub fn momentum_of<T: Real, const U: usize>(
+    point: &Point<T, U>,
+    rate: &Vec3<T>,
+    wheels: &Vec3<T>,
+) -> Vec3<T> {
     let n = crate::tensor::Inertia::new(point.over_trace()).matrix_kg_m2();
-    n * rate + wheels * point.scale
+    n * rate + wheels * point.scale()
 }

@@ -1,16 +1,52 @@
 //! The front: the last fit, carried on block by block.
 
 use super::pass::Pass;
+use super::unknowns::shape_of;
 use crate::math::scalar::Real;
+use crate::monitor::observability::Observed;
 
 /// Fit that takes in further blocks.
 #[derive(Clone, Copy, Debug)]
-pub struct Front<T: Real, const U: usize> {
-    pub pass: Pass<T, U>,
+pub struct Front<T: Real, const W: usize, const U: usize> {
+    pub pass: Pass<T, W, U>,
     /// True where the descent ended at a minimum.
     pub is_settled: bool,
     /// True where the data determine the shape: the point is worth starting from again.
     pub is_shape_observed: bool,
+    /// Directions that the fit itself observed. What further blocks seem to add is only linearised about
+    /// its point: an estimate that was uncertain there needs another fit.
+    pub observed: Observed,
+    /// Information of the fit, octaves.
+    octaves: u32,
 }
 
-crate::persist!([T: Real, const U: usize] Front<T, U> { pass, is_settled, is_shape_observed });
+crate::persist!([T: Real, const W: usize, const U: usize] Front<T, W, U> { pass, is_settled, is_shape_observed, observed, octaves });
+
+/// Growth of the information on the six unknowns of the inertia, octaves in all, at which an uncertain
+/// estimate is linearised anew: each sigma has shrunk by a quarter or so, one of them by much more.
+const GROWN: u32 = 6;
+
+impl<T: Real, const W: usize, const U: usize> Front<T, W, U> {
+    /// Front at the end of a fit.
+    pub fn new(
+        pass: Pass<T, W, U>,
+        is_settled: bool,
+        is_shape_observed: bool,
+        observed: Observed,
+    ) -> Self {
+        let octaves = octaves(&pass);
+        Self { pass, is_settled, is_shape_observed, observed, octaves }
+    }
+
+    /// True where further blocks have changed an estimate that was uncertain.
+    pub fn is_outgrown(&self) -> bool {
+        self.observed.directions < 6 && octaves(&self.pass) >= self.octaves.saturating_add(GROWN)
+    }
+}
+
+/// Binary logarithm of the information on the six unknowns of the inertia, each given the later ones, summed
+/// and truncated.
+fn octaves<T: Real, const W: usize, const U: usize>(pass: &Pass<T, W, U>) -> u32 {
+    let exponent = |i: usize| (pass.factor.factor[i][i].to_f32().to_bits() >> 23) & 0xff;
+    (shape_of(U)..U).map(exponent).sum()
+}

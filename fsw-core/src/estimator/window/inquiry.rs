@@ -1,69 +1,101 @@
 //! Inquiry into a contradiction: the blocks before and after it, fitted apart.
 //!
-//! | before | after | tensors | verdict |
-//! |---|---|---|---|
-//! | explained | explained | contradict each other | the inertia has changed: the past is discarded |
-//! | explained | explained | agree | the motion was interrupted: both are kept, as two windows |
-//! | not explained | explained | | the blocks before are discarded |
-//! | | not explained | | asked again with more blocks; in the end the model is wrong |
+//! | after | before | consequence |
+//! |---|---|---|
+//! | explained | explained | window of its own; the blocks before join the earlier windows |
+//! | explained | not explained | window of its own; the blocks before are discarded |
+//! | not explained | | asked again from a later block or with more blocks; in the end the model is wrong |
+//!
+//! # Doubt
+//!
+//! A transient fault and a change of the inertia look alike at first. The new window therefore starts without
+//! earlier windows and without prior: they are *doubted*, kept but not used. Once the new window alone is so
+//! certain that a change of [`DECISIVE`] would contradict what is doubted, chi-square decides:
+//!
+//! | tensors | verdict |
+//! |---|---|
+//! | contradict each other | the inertia has changed: what is doubted and the prior are discarded |
+//! | agree | the motion was interrupted: what is doubted joins the window |
 
-use super::belief::{CONTRADICTED, Past};
+use super::belief::Past;
 use super::front::Front;
-use super::pass::Pass;
+use super::pass::{Pass, Residuals};
+use super::unknowns::{scale_of, shape_of};
 use super::work::Work;
 use super::{Closing, Schedule, Window};
 use crate::math::scalar::Real;
+use crate::math::square_root_information::SquareRootInformation;
 use crate::outcome::Reset;
 
-/// Fewest blocks that are fitted apart.
-const FEWEST: usize = 12;
-/// Attempts with the blocks after a contradiction before the model is taken to be wrong.
-const MOST_ATTEMPTS: u8 = 12;
+/// Fewest blocks that are fitted apart: before a contradiction, and after it. The latter begin a window, whose
+/// residuals are to be as white as those of 24 clean blocks.
+const FEWEST_BEFORE: usize = 12;
+const FEWEST: usize = 24;
+/// Inquiries into the same contradiction before the model is taken to be wrong, and later blocks of which one
+/// of them begins again.
+const MOST_INQUIRIES: u8 = 12;
+const MOST_BEGINS: u8 = 6;
 /// Blocks at reduced weight in a row that are not outliers.
 const LONG_RUN: u32 = 5;
-/// Clean blocks after an interruption until the residuals are called white again.
-const CLEAN_BLOCKS: u32 = 24;
+/// Change that is to be excluded, 2 % of the mean moment, over the sigmas by which a tensor must differ to
+/// contradict: `√33`.
+const DECISIVE: f64 = 0.02 / 5.75;
 
 /// Inquiry in progress.
 #[derive(Clone, Copy, Debug)]
-pub struct Inquiry<T: Real> {
+pub struct Inquiry<T: Real, const U: usize> {
     /// First block after the contradiction.
     pub rise: usize,
     /// Information of the blocks before it, where these are explained.
-    before: Option<Past<T>>,
+    before: Option<Past<T, U>>,
     /// True once the blocks before it have been fitted.
     has_before: bool,
     /// True while a fit for the inquiry is in progress.
     pub has_asked: bool,
-    attempts: u8,
+    inquiries: u8,
+    begins: u8,
 }
 
-crate::persist!([T: Real] Inquiry<T> { rise, before, has_before, has_asked, attempts });
+crate::persist!([T: Real, const U: usize] Inquiry<T, U> { rise, before, has_before, has_asked, inquiries, begins });
+
+/// Contradiction that residuals show: the first block of it, and the first block after it.
+///
+/// Blocks at reduced weight that ended some blocks ago are a fault that is over: what comes after it is fitted.
+/// Otherwise all blocks since the contradiction are.
+fn contradiction<T: Real>(residuals: &Residuals<T>, next: usize) -> Option<(usize, usize)> {
+    let run = residuals.longest;
+    if run.count >= LONG_RUN {
+        let is_over = run.after + FEWEST_BEFORE <= next;
+        return Some((run.from, if is_over { run.after } else { run.from }));
+    }
+    residuals.is_contradicted.then_some((residuals.rise, residuals.rise))
+}
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
     /// Begins or continues an inquiry after a fit that is settled, but does not explain all blocks.
-    ///
-    /// Blocks at reduced weight that ended some blocks ago are a fault that is over: what comes after it is
-    /// fitted. Otherwise all blocks since the contradiction are.
-    pub(super) fn inquire(&mut self, fit: &Front<T, U>) {
-        let residuals = &fit.pass.residuals;
-        let run = residuals.longest;
-        let is_long = run.count >= LONG_RUN;
-        if !fit.is_settled || !residuals.is_contradicted && !is_long {
+    pub(super) fn inquire(&mut self, fit: &Front<T, W, U>) {
+        if !fit.is_settled {
             return;
         }
-        let begin = if is_long { run.from } else { residuals.rise };
-        let is_over = is_long && run.after + FEWEST <= fit.pass.next;
-        let rise = if is_over { run.after } else { begin };
+        let shown = contradiction(&fit.pass.residuals, fit.pass.next);
+        // Large residuals throughout show no instant; that of the last fit is still valid.
+        let known = self.inquiry.as_ref().map(|inquiry| (inquiry.rise, inquiry.rise));
+        let Some((begin, rise)) = shown.or(known) else { return };
         let inquiry = self.inquiry.get_or_insert(Inquiry {
             rise,
             before: None,
             has_before: false,
             has_asked: false,
-            attempts: 0,
+            inquiries: 0,
+            begins: 0,
         });
         inquiry.rise = rise;
-        if !inquiry.has_before && begin >= FEWEST {
+        inquiry.begins = 0;
+        inquiry.inquiries = inquiry.inquiries.saturating_add(1);
+        if inquiry.inquiries > MOST_INQUIRIES {
+            return;
+        }
+        if !inquiry.has_before && begin >= FEWEST_BEFORE {
             inquiry.has_asked = true;
             return self.begin_start(0, begin, None);
         }
@@ -75,18 +107,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn ask_after(&mut self) {
         let end = self.end();
         let Some(inquiry) = &mut self.inquiry else { return };
-        let enough = inquiry.rise + FEWEST;
-        inquiry.has_asked = false;
-        if inquiry.attempts >= MOST_ATTEMPTS {
-            return;
-        }
-        if end < enough {
-            let missing = (enough - end) as u32;
+        let rise = inquiry.rise;
+        inquiry.has_asked = end >= rise + FEWEST;
+        if !inquiry.has_asked {
+            let missing = (rise + FEWEST).saturating_sub(end) as u32;
             self.schedule.due_at = self.schedule.blocks.saturating_add(missing);
-            return;
         }
-        inquiry.attempts += 1;
-        inquiry.has_asked = true;
     }
 
     /// Begins the fit that [`ask_after`](Self::ask_after) asks for. After it and not within: each has a copy
@@ -99,7 +125,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Takes the result of a fit for the inquiry, over the blocks from `from` on.
-    pub(super) fn answer(&mut self, from: usize, fit: &Front<T, U>) {
+    pub(super) fn answer(&mut self, from: usize, fit: &Front<T, W, U>) {
         let is_good = self.is_good(fit);
         let before = self.information_of(fit);
         let Some(inquiry) = &mut self.inquiry else { return };
@@ -112,29 +138,40 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if is_good && fit.is_shape_observed {
             return self.separate(from, fit);
         }
+        let residuals = &fit.pass.residuals;
+        let later = contradiction(residuals, fit.pass.next).map(|(_, rise)| rise);
+        let is_fault = residuals.longest.count >= LONG_RUN;
+        if let Some(rise) = later.filter(|rise| is_fault && *rise > from)
+            && inquiry.begins < MOST_BEGINS
+        {
+            inquiry.rise = rise;
+            inquiry.begins += 1;
+            return self.ask_after();
+        }
         let since = fit.pass.next.saturating_sub(from) as u32;
         self.schedule.due_at = self.schedule.blocks.saturating_add((since / 4).max(4));
     }
 
     /// Information of a fit as that of an earlier window, where it is finite.
-    fn information_of(&self, fit: &Front<T, U>) -> Option<Past<T>> {
+    fn information_of(&self, fit: &Front<T, W, U>) -> Option<Past<T, U>> {
         let pass = &fit.pass;
         let past = Past::joined(self.information(pass), &pass.point, pass.unit_per_kg_m2, None);
-        past.information.factor.iter().flatten().all(|x| x.is_finite()).then_some(past)
+        past.is_finite().then_some(past)
     }
 
-    /// Ends an inquiry whose later blocks are explained: they become a window of their own.
+    /// Ends an inquiry whose later blocks are explained: they become a window of their own, and all that came
+    /// before is doubted.
     #[inline(never)]
-    fn separate(&mut self, from: usize, fit: &Front<T, U>) {
+    fn separate(&mut self, from: usize, fit: &Front<T, W, U>) {
         let before = self.inquiry.take().and_then(|inquiry| inquiry.before);
-        match before {
-            Some(before) if self.contradicts(&before, &fit.pass) => self.forget_past(),
-            Some(before) => {
-                self.join_earlier(&before);
-                self.event = Some(Reset::Lockout);
-            }
-            None => self.event = Some(Reset::Lockout),
+        if self.doubted.is_none() {
+            self.doubted = match before {
+                Some(before) => Some(before.joined_with(self.past.as_ref())),
+                None => self.past,
+            };
         }
+        self.past = None;
+        self.event = Some(Reset::Interrupted);
         let start = self.stretch_from(from);
         match &mut self.closing {
             Some(Closing { stretch, .. }) => *stretch = start,
@@ -143,7 +180,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let blocks = self.end().saturating_sub(from) as u32;
         self.schedule = Schedule { blocks, fitted: blocks, ..Schedule::new() };
         self.schedule.wait_for_growth(4);
-        self.suspect_until = blocks.saturating_add(CLEAN_BLOCKS);
         self.front = Some(*fit);
         self.blocks.drop_before(from);
     }
@@ -151,27 +187,47 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Discards earlier windows and the prior: the inertia has changed.
     pub(super) fn forget_past(&mut self) {
         self.past = None;
+        self.doubted = None;
         self.has_prior = false;
         self.event = Some(Reset::Changed);
     }
 
-    /// Adds the blocks before an interruption to the earlier windows.
-    fn join_earlier(&mut self, before: &Past<T>) {
-        let mut point = super::unknowns::Point::sphere(crate::math::Vec3::zeros());
-        point.shape = before.shape;
-        let unit = before.per_kg_m2;
-        let past = Past::joined(before.information, &point, unit, self.past.as_ref());
-        self.past = Some(past);
-        self.past_age_s = T::zero();
-    }
-
-    /// True where the tensors before and after contradict each other.
-    fn contradicts(&self, before: &Past<T>, pass: &Pass<T, U>) -> bool {
-        let (window, sigma) = self.window_alone(pass);
+    /// Decides on what is doubted, once the window alone is certain enough.
+    #[inline(never)]
+    pub(super) fn reconsider(&mut self, pass: &Pass<T, W, U>) {
+        let Some(doubted) = self.doubted else { return };
+        let (mut window, sigma) = self.window_alone(pass);
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
-        beliefs.prior = None;
-        beliefs.past = Some(before);
         beliefs.noise_rad_s = sigma;
-        beliefs.contradiction(&window, &pass.point) > T::lit(CONTRADICTED)
+        beliefs.add_known(&mut window, &pass.point);
+        let mut certain = window;
+        beliefs.add_hardware(&mut certain, &pass.point);
+        if !is_decisive(&certain, pass.point.scale(), sigma) {
+            return;
+        }
+        (beliefs.prior, beliefs.past) = (None, Some(&doubted));
+        if beliefs.contradiction(&window, &pass.point) > beliefs.contradicted() {
+            let past = self.past;
+            self.forget_past();
+            self.past = past;
+        } else {
+            self.past = Some(doubted.joined_with(self.past.as_ref()));
+            self.doubted = None;
+        }
     }
+}
+
+/// True where each coordinate of the shape and the scale have sigmas below [`DECISIVE`] of the mean moment, for
+/// a sigma of a sample of `sigma_rad_s`.
+fn is_decisive<T: Real, const U: usize>(
+    window: &SquareRootInformation<T, U>,
+    scale: T,
+    sigma_rad_s: T,
+) -> bool {
+    let Some(variances) = window.variances() else { return false };
+    let mean = T::lit(DECISIVE / 3.0);
+    (shape_of(U)..U).zip(variances.iter().skip(shape_of(U))).all(|(k, variance)| {
+        let most = if k < scale_of(U) { mean } else { T::lit(DECISIVE) * scale };
+        *variance * (sigma_rad_s * sigma_rad_s) <= most * most
+    })
 }

@@ -26,10 +26,10 @@
 //! # Changes
 //!
 //! A cumulative sum of recursive residuals shows a change in mid-manoeuvre. The blocks before and after it
-//! are then fitted apart (module `inquiry`). Where both are explained and their tensors contradict each other,
-//! the inertia has changed, and what came before is discarded. Where the tensors agree, the motion was
-//! interrupted, and both are kept. Where the blocks are not explained, the model is wrong: the estimate
-//! says so, and nothing is discarded.
+//! are then fitted apart (module `inquiry`). Where those after it are explained, they become a window of their
+//! own, and all earlier information is doubted: it is not used until the new window alone is certain enough
+//! to decide between a change and an interruption. Where they are not explained, the model is wrong: the
+//! status is diverged, and nothing is discarded.
 
 pub mod config;
 pub mod unknowns;
@@ -62,29 +62,30 @@ use storage::{Storage, Stretch};
 use unknowns::{Groups, is_a_set};
 use work::Work;
 
-use crate::dynamics::interval::Drive;
-use crate::dynamics::wheels::WheelArray;
+use crate::dynamics::wheels::{Momenta, WheelArray};
 use crate::error::ConfigError;
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
+use crate::hardware::Finding;
 use crate::math::{Vec3, largest_component, scalar::Real};
 use crate::monitor::innovation::Innovation;
 use crate::monitor::outliers::{Judged, OutlierGate};
 use crate::outcome::{Coasting, Outcome, Reset};
+use crate::prior::Prior;
 use crate::sample::Sample;
 
 /// W wheels; up to N blocks, at least 64; U unknowns: 9 for momentum, shape and scale, and three for each
 /// further group, up to 18.
 #[derive(Clone, Debug)]
 pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
-    config: Config<T>,
+    config: Config<T, W>,
     wheels: WheelArray<T, W>,
     groups: Groups<T>,
     gate: Gate<T>,
     /// Outlier gate on raw readings, which delays them by two; it measures the noise.
-    outliers: OutlierGate<T, Drive<T>>,
-    averager: Option<Averager<T>>,
+    outliers: OutlierGate<T, Drive<T, W>>,
+    averager: Option<Averager<T, W>>,
     excitation: Excitation<T>,
     /// True between manoeuvres: nothing is fitted.
     is_quiet: bool,
@@ -93,22 +94,24 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     intervals: u32,
     /// Largest rate so far, rad/s. The noise is at least the rounding error of this rate.
     largest_rad_s: T,
-    blocks: Storage<T, N>,
+    blocks: Storage<T, W, N>,
     /// Stretch of the blocks that are being taken in.
-    open: Stretch<T>,
+    open: Stretch<T, W>,
     /// Stretch before it whose fit is not complete.
-    closing: Option<Closing<T>>,
+    closing: Option<Closing<T, W>>,
+    /// Stretch between both, which has ended too.
+    waiting: Option<Closing<T, W>>,
     /// Unit of the inverse trace, 1/(kg m²).
     unit_per_kg_m2: T,
-    front: Option<Front<T, U>>,
-    work: Work<T, U>,
+    front: Option<Front<T, W, U>>,
+    work: Work<T, W, U>,
     schedule: Schedule,
-    inquiry: Option<Inquiry<T>>,
-    /// Blocks from which on the residuals are called white again, after an interruption of the model.
-    suspect_until: u32,
+    inquiry: Option<Inquiry<T, U>>,
     /// Information of earlier windows, and the time since it was current, s.
-    past: Option<Past<T>>,
+    past: Option<Past<T, U>>,
     past_age_s: T,
+    /// Information from before a contradiction that may be a change: kept, but not used.
+    doubted: Option<Past<T, U>>,
     /// False once data have contradicted the prior.
     has_prior: bool,
     ended: Ended<T>,
@@ -120,18 +123,21 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
-    open, closing, unit_per_kg_m2, front, work, schedule, inquiry, suspect_until, past, past_age_s, has_prior, ended, event, has_refused,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
+/// Momentum of each wheel, N m s, and external torque, N m, at the instant of a sample.
+type Drive<T, const W: usize> = (Momenta<T, W>, Vec3<T>);
+
 /// Stretch of blocks that takes in no more, and the index after its last one.
 #[derive(Clone, Copy, Debug)]
-struct Closing<T: Real> {
-    stretch: Stretch<T>,
+struct Closing<T: Real, const W: usize> {
+    stretch: Stretch<T, W>,
     end: usize,
 }
 
-crate::persist!([T: Real] Closing<T> { stretch, end });
+crate::persist!([T: Real, const W: usize] Closing<T, W> { stretch, end });
 
 /// Numbers of blocks that decide when to fit again. Blocks are counted as they come, not as they are
 /// stored.
@@ -183,7 +189,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// # Errors
     /// Names the first field of the configuration that is out of its range, or for whose unknowns U has no
     /// place.
-    pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
+    pub fn new(config: Config<T, W>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
         config.validate::<U>()?;
         Ok(Self::of_valid(config, wheels))
     }
@@ -199,7 +205,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     ///
     /// # Errors
     /// As [`new`](Self::new); the state is unchanged then.
-    pub fn reset(&mut self, config: Config<T>) -> Result<(), ConfigError> {
+    pub fn reset(&mut self, config: Config<T, W>) -> Result<(), ConfigError> {
         config.validate::<U>()?;
         // Field by field: a whole one would be made on the stack first.
         self.groups = config.groups::<U>();
@@ -212,16 +218,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.intervals = 0;
         self.largest_rad_s = T::zero();
         self.blocks.clear(T::count(config.block_samples));
-        self.open = Stretch::new(Vec3::zeros());
+        self.open = Stretch::new(Momenta::zeros());
         self.closing = None;
+        self.waiting = None;
         self.unit_per_kg_m2 = T::one();
         self.front = None;
         self.work = Work::Idle;
         self.schedule = Schedule::new();
         self.inquiry = None;
-        self.suspect_until = 0;
         self.past = None;
         self.past_age_s = T::zero();
+        self.doubted = None;
         self.has_prior = true;
         self.ended = Ended::nothing();
         self.event = None;
@@ -232,10 +239,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     #[inline(always)]
-    fn of_valid(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
+    fn of_valid(config: Config<T, W>, wheels: WheelArray<T, W>) -> Self {
         const {
             assert!(N >= 64, "storage for fewer blocks than a fit needs");
-            assert!(is_a_set(U), "9, 12, 15 or 18 unknowns");
+            assert!(is_a_set(U), "9 unknowns, and three for each further group");
         };
         let mut blocks = Storage::new();
         blocks.clear(T::count(config.block_samples));
@@ -250,16 +257,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             intervals: 0,
             largest_rad_s: T::zero(),
             blocks,
-            open: Stretch::new(Vec3::zeros()),
+            open: Stretch::new(Momenta::zeros()),
             closing: None,
+            waiting: None,
             unit_per_kg_m2: T::one(),
             front: None,
             work: Work::Idle,
             schedule: Schedule::new(),
             inquiry: None,
-            suspect_until: 0,
             past: None,
             past_age_s: T::zero(),
+            doubted: None,
             has_prior: true,
             ended: Ended::nothing(),
             event: None,
@@ -357,20 +365,27 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
+    /// Prior, unless data have contradicted it or may have.
+    fn known_prior(&self) -> Option<&Prior<T>> {
+        self.config.prior.as_ref().filter(|_| self.has_prior && self.doubted.is_none())
+    }
+
     /// All knowledge beside the blocks.
-    fn beliefs(&self, unit_per_kg_m2: T) -> Beliefs<'_, T> {
+    fn beliefs(&self, unit_per_kg_m2: T) -> Beliefs<'_, T, U> {
         Beliefs {
             groups: &self.groups,
-            prior: self.config.prior.as_ref().filter(|_| self.has_prior),
+            prior: self.known_prior(),
             past: self.past.as_ref(),
             unit_per_kg_m2,
             noise_rad_s: self.noise_rad_s(),
+            holds_hardware: false,
         }
     }
 
     /// Passes a sample to the outlier gate, and takes in what is ready.
     fn push(&mut self, sample: &Sample<T, W>, elapsed_s: T) {
-        let drive = sample.drive(&self.wheels);
+        let wheels = self.wheels.momenta_n_m_s(&sample.wheel_speed_rad_s);
+        let drive = (wheels, sample.torque_n_m);
         let floor = self.config.gyro_noise_rad_s.unwrap_or(T::zero());
         let mut judged = self.outliers.push(elapsed_s, sample.rate_rad_s, drive, floor);
         // The gate holds nine samples at most.
@@ -400,8 +415,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Takes in a sample that the gate has judged.
     #[inline(never)]
-    fn take_in(&mut self, sample: &Judged<T, Drive<T>>) {
-        let Drive { wheel_momentum_n_m_s, torque_n_m } = sample.payload;
+    fn take_in(&mut self, sample: &Judged<T, Drive<T, W>>) {
+        let (wheel_momentum_n_m_s, torque_n_m) = sample.payload;
         let reading = Reading {
             weight: if sample.is_accepted { T::one() } else { T::lit(REFUSED_WEIGHT) },
             rate_rad_s: sample.rate_rad_s,
@@ -433,12 +448,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Takes in a block. At rest it is stored too: the motion begins before it is noticed.
     #[inline(never)]
-    fn take_in_block(&mut self, block: &Block<T>) {
+    fn take_in_block(&mut self, block: &Block<T, W>) {
         let noise = self.reference_rad_s();
         let typical_kg_m2 = T::lit(1.0 / 3.0) / self.unit_per_kg_m2;
-        let begins = self.is_quiet && self.excitation.begins(block, noise, typical_kg_m2);
+        let begins = self.is_quiet
+            && self.excitation.begins(block, self.wheels.axes(), noise, typical_kg_m2);
         self.add_block(block);
-        self.excitation.add(block, noise, typical_kg_m2);
+        self.excitation.add(block, self.wheels.axes(), noise, typical_kg_m2);
         if begins || self.is_quiet && self.excitation.is_driven() {
             self.is_quiet = false;
             self.excitation = Excitation::new();
@@ -454,7 +470,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     #[inline(never)]
-    fn add_block(&mut self, block: &Block<T>) {
+    fn add_block(&mut self, block: &Block<T, W>) {
         self.open.note(block);
         self.blocks.push(block);
         self.schedule.blocks = self.schedule.blocks.saturating_add(1);
@@ -478,16 +494,24 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);
         }
-        let wheels = self.averager.as_ref().map_or(Vec3::zeros(), Averager::wheels_n_m_s);
+        let wheels = self.averager.as_ref().map_or(Momenta::zeros(), Averager::wheels_n_m_s);
         let ended = core::mem::replace(&mut self.open, Stretch::new(wheels));
-        if self.closing.is_some() {
-            // The window before that has not been completed: these blocks go without having been fitted.
-            let end = self.closing.map_or(0, |closing| closing.end);
-            self.blocks.truncate(end);
+        let end = self.blocks.len();
+        let begin = self.waiting.or(self.closing).map_or(0, |before| before.end);
+        if end == begin {
+            return;
+        }
+        if self.waiting.is_some() && !self.blocks.is_compacting() {
+            // Places for two: the first of three is concluded with the fit that it has.
+            self.conclude();
+        }
+        if self.waiting.is_some() {
+            self.blocks.truncate(begin);
             return;
         }
         let end = self.blocks.len();
-        if end == 0 {
+        if self.closing.is_some() {
+            self.waiting = Some(Closing { stretch: ended, end });
             return;
         }
         self.closing = Some(Closing { stretch: ended, end });
@@ -498,7 +522,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn is_within(&self) -> bool {
         let len = self.blocks.len();
         self.front.as_ref().is_none_or(|front| front.pass.next <= len)
-            && self.closing.as_ref().is_none_or(|closing| closing.end <= len)
+            && [&self.closing, &self.waiting].iter().all(|at| at.is_none_or(|at| at.end <= len))
             && self.unit_per_kg_m2 > T::zero()
     }
 }
@@ -524,6 +548,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
 
     fn innovation(&self) -> Option<Innovation<T>> {
         None
+    }
+
+    fn each_of_hardware(&self, visit: &mut dyn FnMut(Finding<T>)) {
+        self.findings(visit);
     }
 
     fn finish(&mut self) {

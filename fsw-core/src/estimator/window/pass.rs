@@ -19,9 +19,10 @@
 
 use super::storage::Rest;
 use super::trajectory::{Span, Trajectory};
-use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
+use super::unknowns::{FIRST_GROUP, Groups, Point, scale_of, shape_of};
+use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
-use crate::math::{Entries, Vec3, norm, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
 
 /// K: u² of three normal residuals exceeds its square by chance once in 900 blocks (chi-square).
 const ROBUST: f64 = 4.0;
@@ -41,6 +42,9 @@ const EXPECTED: f64 = 4.0;
 const MOST: f64 = 16.0;
 /// h.
 const CONTRADICTED: f64 = 75.0;
+/// Sum above which the newest residuals are not called white: by chance at `exp(−0.24 · 28)`, one instant in
+/// 800. Three blocks beyond [`MOST`] exceed it.
+const ALARMED: f64 = 28.0;
 /// Range of the seed over that of an unknown.
 const SEED: f64 = 100.0;
 
@@ -194,6 +198,11 @@ impl<T: Real> Residuals<T> {
         self.is_contradicted = self.sum > T::lit(CONTRADICTED);
     }
 
+    /// True where the newest blocks are not explained.
+    pub fn is_alarmed(&self) -> bool {
+        self.sum > T::lit(ALARMED)
+    }
+
     fn add(&mut self, axis: usize, left: RecursiveResidual<T>) {
         self.squares += left.square();
         self.products += left.product(&self.last[axis]);
@@ -204,13 +213,13 @@ impl<T: Real> Residuals<T> {
 
 /// Pass over a stretch of blocks about one point.
 #[derive(Clone, Copy, Debug)]
-pub struct Pass<T: Real, const U: usize> {
+pub struct Pass<T: Real, const W: usize, const U: usize> {
     /// Point of linearisation.
-    pub point: Point<T>,
+    pub point: Point<T, U>,
     /// Step from the point to the solution as far as it is known, where it is below the rounding of the
     /// point: residuals are judged there.
     pub offset: [T; U],
-    pub trajectory: Trajectory<T, U>,
+    pub trajectory: Trajectory<T, W, U>,
     /// Information of the blocks on a step from the point.
     pub factor: SquareRootInformation<T, U>,
     pub residuals: Residuals<T>,
@@ -227,12 +236,22 @@ pub struct Pass<T: Real, const U: usize> {
     pub decrement: T,
 }
 
-crate::persist!([T: Real, const U: usize] Pass<T, U> {
+crate::persist!([T: Real, const W: usize, const U: usize] Pass<T, W, U> {
     point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
     watch_rad_s, decrement
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
-impl<T: Real, const U: usize> Pass<T, U> {
+/// True where blocks have added to the seed of the scale, for the noise of a sample that seeded it.
+pub fn knows_scale<T: Real, const U: usize>(
+    window: &SquareRootInformation<T, U>,
+    noise_rad_s: T,
+) -> bool {
+    let share = noise_rad_s / T::lit(SEED);
+    let last = scale_of(U);
+    window.factor[last][last] > share * share * T::lit(2.0)
+}
+
+impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
     /// Pass that has not begun.
     pub fn blank() -> Self {
         Self {
@@ -255,26 +274,28 @@ impl<T: Real, const U: usize> Pass<T, U> {
     #[inline(never)]
     pub fn begin(
         &mut self,
-        point: &Point<T>,
+        point: &Point<T, U>,
         groups: &Groups<T>,
+        axes: &Mat<T, 3, W>,
         from: usize,
-        rest: &Rest<T>,
-        wheels: &Vec3<T>,
+        rest: &Rest<T, W>,
+        wheels: &Momenta<T, W>,
     ) -> bool {
         self.point = *point;
         self.offset = [T::zero(); U];
-        self.seed();
+        self.seed(groups);
         self.residuals = Residuals { rise: from, ..Residuals::none() };
         self.next = from;
-        if !self.trajectory.start(point, groups) {
+        if !self.trajectory.start(point, groups, axes) {
             return false;
         }
         if rest.weight > T::zero() {
-            let rate = self.trajectory.model.rate_rad_s(&point.momentum, wheels);
-            let apart = rest.rate_rad_s - rate - self.trajectory.model.bias_rad_s();
+            let model = &self.trajectory.model;
+            let rate = model.rate_rad_s(&point.momentum(), wheels);
+            let apart = rest.rate_rad_s - model.reading_rad_s(&point.momentum(), wheels);
             for axis in 0..3 {
-                let row = self.trajectory.sensitivity_at_start(&rate, wheels, axis);
-                self.factor.fold(&row, apart.at(axis, 0), rest.weight);
+                let row = self.trajectory.reading_at_start(&rate, wheels, axis);
+                self.factor.fold(&row, apart[axis], rest.weight);
             }
         }
         true
@@ -285,15 +306,18 @@ impl<T: Real, const U: usize> Pass<T, U> {
     /// Without it the first rows, which are those of a body at rest, would find pivots that consist of
     /// rounding, and right-hand sides of that size inverse. A range of [`SEED`] times what is possible
     /// lies far above rounding and far below any data.
-    fn seed(&mut self) {
+    fn seed(&mut self, groups: &Groups<T>) {
         let noise = self.unit_rad_s;
-        let rate = norm(&self.point.momentum) + noise * T::lit(SEED);
+        let rate = norm(&self.point.momentum()) + noise * T::lit(SEED);
         self.factor = SquareRootInformation::default();
         for (column, row) in self.factor.factor.iter_mut().enumerate() {
             let range = if column < FIRST_GROUP {
                 rate
             } else if column < shape_of(U) {
-                rate.max(T::one())
+                match groups.sigma(column) {
+                    Some(sigma) => sigma,
+                    None => rate.max(T::one()),
+                }
             } else {
                 T::one()
             };
@@ -304,7 +328,7 @@ impl<T: Real, const U: usize> Pass<T, U> {
 
     /// Takes in the next block.
     #[inline(never)]
-    pub fn take(&mut self, span: &Span<T>) {
+    pub fn take(&mut self, span: &Span<T, W>) {
         let crossing = self.trajectory.cross(span);
         let apart = span.block.rate_rad_s - self.trajectory.mean_rate_rad_s(&crossing);
         let rows: [[T; U]; 3] =

@@ -5,26 +5,20 @@
 //! solution without the prior, with nothing but the ranges of any rigid body.
 
 use super::Window;
-use super::belief::Beliefs;
+use super::belief::{Beliefs, Past, information_on};
 use super::front::Front;
-use super::pass::{Pass, Residuals};
-use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of};
+use super::pass::{Pass, Residuals, knows_scale};
+use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, shape_of};
 use crate::estimate::{Estimate, Status};
+use crate::hardware::{Finding, Parameter, turned_by};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Entries, Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
-use crate::monitor::observability::observed;
+use crate::monitor::observability::{Observed, observed};
+use crate::monitor::whiteness::{ENOUGH_ROWS, largest_correlation, largest_rms};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
-/// Excess of the residuals over the noise that is still called white, and the number of sigmas of its
-/// sampling error `1 / √(2 · 3 · blocks)`.
-const WHITE_EXCESS: f64 = 0.05;
-const WHITE_EXCESS_SIGMA: f64 = 5.4;
-/// The same of the correlation from block to block, with the sampling error `1 / √(3 · blocks)`. A
-/// correlation of 0.1 makes the sigma 10 % too small.
-const CORRELATED: f64 = 0.1;
-const CORRELATED_SIGMA: f64 = 4.0;
 /// Largest correlation that enters the inflation.
 const MOST_CORRELATED: f64 = 0.97;
 /// Contradiction of an assumed absence of torque: chi-square of three degrees of freedom exceeds it once
@@ -33,12 +27,10 @@ const TORQUE_SHOWN: f64 = 12.2;
 /// Degrees of freedom that the stated noise weighs, and the measured one, against the residuals.
 const STATED_DEGREES: f64 = 30.0;
 const MEASURED_DEGREES: f64 = 10.0;
-/// Fewest residuals that are tested.
-const ENOUGH_ROWS: u32 = 30;
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
-/// The same above which the data know nothing of the scale: near the range of any body, 2.3.
-const NO_SCALE: f64 = 1.5;
+/// Information that pins a parameter to its value, over all that is known of it: 0.1 % of its variance is left.
+const KNOWN: f64 = 1e3;
 /// Sigma of a torque or bias over its range, below which it is reported.
 const SEEN: f64 = 0.5;
 
@@ -72,6 +64,15 @@ fn is_finite_with_floor<T: Real>(estimate: &mut Estimate<T>) -> bool {
     elements.iter().all(|x| x.is_finite()) && covariance.iter().all(|x| x.is_finite())
 }
 
+/// Leaves what both have observed.
+fn restrict(observed: &mut Observed, of_fit: &Observed) {
+    observed.directions = observed.directions.min(of_fit.directions);
+    observed.scale &= of_fit.scale;
+    for (element, of_fit) in observed.element.iter_mut().zip(&of_fit.element) {
+        *element &= of_fit;
+    }
+}
+
 /// Brings the tensor to the nearest physical one.
 #[inline(never)]
 fn bring_to_nearest_physical<T: Real>(estimate: &mut Estimate<T>) {
@@ -82,8 +83,8 @@ fn bring_to_nearest_physical<T: Real>(estimate: &mut Estimate<T>) {
 }
 
 /// Shape and scale with their information.
-struct Solution<T: Real> {
-    point: Point<T>,
+struct Solution<T: Real, const U: usize> {
+    point: Point<T, U>,
     unit_per_kg_m2: T,
     covariance: Mat<T, 6, 6>,
 }
@@ -95,7 +96,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let mut estimate = Estimate::of_nothing();
         let is_found = match &self.front {
             Some(front) => self.report_front(front, &mut estimate),
-            None => self.past.is_some() && self.report_past(&mut estimate),
+            None => self.report_past(&mut estimate),
         };
         if is_found {
             bring_to_nearest_physical(&mut estimate);
@@ -107,13 +108,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Estimate of the front; false where it has no finite solution.
     #[inline(never)]
-    fn report_front(&self, front: &Front<T, U>, estimate: &mut Estimate<T>) -> bool {
+    fn report_front(&self, front: &Front<T, W, U>, estimate: &mut Estimate<T>) -> bool {
         let pass = &front.pass;
         let (window, sigma) = self.window_alone(pass);
         let unit = pass.unit_per_kg_m2;
-        if !self.report_inertia(&window, &pass.point, unit, sigma, estimate) {
+        let past = self.past.as_ref();
+        if !self.report_inertia(&window, &pass.point, unit, sigma, past, estimate) {
             return false;
         }
+        restrict(&mut estimate.observed, &front.observed);
+        estimate.status = Status::of(&estimate.observed);
         estimate.residual_rms_rad_s = rms(&pass.residuals, U);
         estimate.residuals_white = self.is_white(front);
         self.report_groups(pass, sigma, estimate);
@@ -123,20 +127,31 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         true
     }
 
+    /// Directions that a fit observes, with earlier windows.
+    #[inline(never)]
+    pub(super) fn observed_by(&self, pass: &Pass<T, W, U>) -> Observed {
+        let mut estimate = Estimate::of_nothing();
+        let (window, sigma) = self.window_alone(pass);
+        let past = self.past.as_ref();
+        self.report_inertia(&window, &pass.point, pass.unit_per_kg_m2, sigma, past, &mut estimate);
+        estimate.observed
+    }
+
     /// Estimate of earlier windows; false where it is not finite.
     #[inline(never)]
     fn report_past(&self, estimate: &mut Estimate<T>) -> bool {
-        let Some(past) = &self.past else { return false };
-        let mut point = Point::sphere(Vec3::zeros());
-        point.shape = past.shape;
+        let Some(past) = self.past.as_ref().or(self.doubted.as_ref()) else { return false };
         // The past enters as a belief: there are no blocks.
-        let nothing = SquareRootInformation::default();
+        let first = self.groups.first_kept::<U>();
+        let nothing = super::belief::kept(&SquareRootInformation::default(), first);
         let unit = past.per_kg_m2;
-        if !self.report_inertia(&nothing, &point, unit, T::one(), estimate) {
+        if !self.report_inertia(&nothing, &past.point, unit, T::one(), Some(past), estimate) {
             return false;
         }
         estimate.residual_rms_rad_s = self.ended.residual_rms_rad_s;
-        estimate.residuals_white = self.ended.residuals_white;
+        let is_doubted = self.past.is_none();
+        estimate.residuals_white =
+            if is_doubted { Some(false) } else { self.ended.residuals_white };
         if !self.ended.is_explained {
             estimate.status = Status::Diverged;
         }
@@ -157,13 +172,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Inertia, covariance, observed directions and status of information on shape and scale.
     fn report_inertia(
         &self,
-        window: &SquareRootInformation<T, 6>,
-        point: &Point<T>,
+        window: &SquareRootInformation<T, U>,
+        point: &Point<T, U>,
         unit_per_kg_m2: T,
         sigma: T,
+        past: Option<&Past<T, U>>,
         estimate: &mut Estimate<T>,
     ) -> bool {
-        let mut walked = self.past;
+        let mut walked = past.copied();
         if let Some(past) = &mut walked {
             past.walk(self.walk_kg_m2());
         }
@@ -174,13 +190,23 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if !solve(window, point, &all, &mut solution) || !solve(window, point, &data, &mut alone) {
             return false;
         }
-        let trace = T::one() / (solution.point.scale * unit_per_kg_m2);
+        let trace = T::one() / (solution.point.scale() * unit_per_kg_m2);
         let n = solution.point.over_trace();
         estimate.inertia = Inertia::new(n.map(|n| n * trace));
-        solution.add_curvature(&alone);
+        // Without wheels and torque the column of the scale is zero, and its pivot the seed.
+        let has_scale = past.is_some() || knows_scale(window, self.noise_rad_s());
+        solution.add_curvature(&alone, has_scale);
         solution.of_elements(&mut estimate.covariance_kg2_m4);
         if !is_finite_with_floor(estimate) {
             return false;
+        }
+        let is_considered = self.config.hardware.mount_rad != [T::zero(); 3]
+            || self.config.considered_scale() > T::zero();
+        if self.groups.has_hardware() || is_considered {
+            self.report_random(window, point, &all, &mut solution, estimate);
+        }
+        if is_considered {
+            self.add_considered(estimate);
         }
         // At the estimate, with the information of the data.
         alone.point = solution.point;
@@ -192,9 +218,127 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         true
     }
 
+    /// Adds to the covariance what no motion shows: the turn of all sensors, and a common scale of all that drives the
+    /// body, `s² j jᵀ`.
+    #[inline(never)]
+    fn add_considered(&self, estimate: &mut Estimate<T>) {
+        let scale = self.config.considered_scale();
+        let by = Mat::<T, 6, 1>::from(estimate.inertia.elements_kg_m2()) * scale;
+        estimate.covariance_kg2_m4 += by * by.transpose();
+        for (axis, sigma) in self.config.hardware.mount_rad.into_iter().enumerate() {
+            let by = Mat::<T, 6, 1>::from(turned_by(&estimate.inertia, axis)) * sigma;
+            estimate.covariance_kg2_m4 += by * by.transpose();
+        }
+    }
+
+    /// Sigma of each element for hardware that is known exactly. Leaves the covariance of it in `solution`.
+    #[inline(never)]
+    fn report_random(
+        &self,
+        window: &SquareRootInformation<T, U>,
+        point: &Point<T, U>,
+        all: &Beliefs<'_, T, U>,
+        solution: &mut Solution<T, U>,
+        estimate: &mut Estimate<T>,
+    ) {
+        let mut factor = *window;
+        all.add_kept(&mut factor, point);
+        for column in self.groups.first_kept::<U>()..shape_of(U) {
+            let mut row = [T::zero(); U];
+            row[column] = T::one();
+            factor.fold(&row, T::zero(), information_on(&factor, column) * T::lit(KNOWN));
+        }
+        if !factor.covariance_of_last(&mut solution.covariance) {
+            return;
+        }
+        solution.covariance *= all.noise_rad_s * all.noise_rad_s;
+        let mut covariance = Mat::<T, 6, 6>::zeros();
+        solution.of_elements(&mut covariance);
+        let total = &estimate.covariance_kg2_m4;
+        estimate.sigma_random_kg_m2 = Some(core::array::from_fn(|i| {
+            covariance[(i, i)].max(T::zero()).min(total[(i, i)]).sqrt()
+        }));
+    }
+
+    /// Calls `visit` with the result on each parameter of the hardware, for the window's fit or, between windows,
+    /// for those that ended.
+    pub(super) fn findings(&self, visit: &mut dyn FnMut(Finding<T>)) {
+        let Some((factor, point, sigma, unit)) = self.joint_factor() else { return };
+        let (Some(step), Some(covariance)) = (factor.solve(), factor.covariance()) else { return };
+        let mut solution = Solution::blank();
+        solution.point = point.stepped(&step);
+        solution.unit_per_kg_m2 = unit;
+        let jacobian = solution.jacobian();
+        let trace = T::one() / (solution.point.scale() * unit);
+        let inertia = Inertia::new(solution.point.over_trace().map(|n| n * trace));
+        for (axis, stated) in self.config.hardware.mount_rad.into_iter().enumerate() {
+            if stated > T::zero() {
+                visit(Finding {
+                    parameter: Parameter::Mount(axis as u8),
+                    value: T::zero(),
+                    sigma: stated,
+                    stated,
+                    effect_kg_m2: turned_by(&inertia, axis).map(|by| by * stated),
+                });
+            }
+        }
+        let scale = self.config.considered_scale();
+        if scale > T::zero() {
+            visit(Finding {
+                parameter: Parameter::TorqueScale,
+                value: T::zero(),
+                sigma: scale,
+                stated: scale,
+                effect_kg_m2: inertia.elements_kg_m2().map(|j| j * scale),
+            });
+        }
+        for place in self.groups.hardware..groups_of(U) {
+            let Some(Some((group, Belief::Within(stated)))) = self.groups.place.get(place) else {
+                continue;
+            };
+            for i in 0..3 {
+                let column = FIRST_GROUP + 3 * place + i;
+                let (Some(parameter), true) = (group.parameter(i), self.groups.is_active(place, i))
+                else {
+                    continue;
+                };
+                let root = covariance[(column, column)].sqrt();
+                let of_step = Mat::<T, 6, 1>::from_fn(|k, _| {
+                    covariance[(shape_of(U) + k, column)] * (sigma / root)
+                });
+                visit(Finding {
+                    parameter,
+                    value: solution.point.value(column),
+                    sigma: root * sigma,
+                    stated: stated[i],
+                    effect_kg_m2: (jacobian * of_step).into(),
+                });
+            }
+        }
+    }
+
+    /// Information with all beliefs, the point that it is about, one sigma of a row of unit weight, and the unit of
+    /// the inverse trace.
+    fn joint_factor(&self) -> Option<(SquareRootInformation<T, U>, Point<T, U>, T, T)> {
+        let (mut factor, point, sigma, unit) = match (&self.front, &self.past) {
+            (Some(Front { pass, .. }), _) => {
+                let (window, sigma) = self.window_alone(pass);
+                (window, pass.point, sigma, pass.unit_per_kg_m2)
+            }
+            (None, Some(past)) => {
+                let first = self.groups.first_kept::<U>();
+                let nothing = super::belief::kept(&SquareRootInformation::default(), first);
+                (nothing, past.point, T::one(), past.per_kg_m2)
+            }
+            (None, None) => return None,
+        };
+        Beliefs { noise_rad_s: sigma, ..self.beliefs(unit) }.add_kept(&mut factor, &point);
+        Some((factor, point, sigma, unit))
+    }
+
     /// Torque and bias where the data determine them.
     #[inline(never)]
-    fn report_groups(&self, pass: &Pass<T, U>, sigma: T, estimate: &mut Estimate<T>) {
+    fn report_groups(&self, pass: &Pass<T, W, U>, sigma: T, estimate: &mut Estimate<T>) {
         if self.groups.place.iter().all(|at| !matches!(at, Some((_, Belief::Within(_))))) {
             return;
         }
@@ -204,16 +348,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         beliefs.add(&mut factor, &pass.point);
         let (Some(step), Some(variances)) = (factor.solve(), factor.variances()) else { return };
         let solved = pass.point.stepped(&step);
-        let trace = T::one() / (solved.scale * unit);
+        let trace = T::one() / (solved.scale() * unit);
         for place in 0..groups_of(U) {
             let Some((group, Belief::Within(range))) = self.groups.place[place] else { continue };
             let to_physical = if group == Group::Torque { trace } else { T::one() };
-            let most = range * T::lit(SEEN) / (to_physical * sigma);
+            let most = range[0] * T::lit(SEEN) / (to_physical * sigma);
             let first = FIRST_GROUP + 3 * place;
             if !variances.iter().skip(first).take(3).all(|v| *v < most * most) {
                 continue;
             }
-            let value = solved.group[place] * to_physical;
+            let value = solved.of_place(place) * to_physical;
             match group {
                 // An inertia that is not observed is free to imitate a torque.
                 Group::Torque if estimate.observed.directions == 6 => {
@@ -236,7 +380,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
     /// block to block, so that fewer of them are independent;
     /// and by the distance to the minimum that rounding leaves.
-    pub(super) fn sigma_of_sample(&self, pass: &Pass<T, U>) -> T {
+    pub(super) fn sigma_of_sample(&self, pass: &Pass<T, W, U>) -> T {
         let residuals = &pass.residuals;
         let unsettled = T::one() + pass.decrement / T::count(U as u32);
         let noise = self.noise_rad_s();
@@ -247,7 +391,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let degrees = T::count(residuals.degrees(U as u32));
         let variance = (noise * noise * weight + residuals.squares) / (weight + degrees);
         let rho = residuals.correlation().min(T::lit(MOST_CORRELATED));
-        let inflation = if rho > correlation_limit(residuals) {
+        let inflation = if rho > largest_correlation(residuals.rows) {
             (T::one() + rho) / (T::one() - rho)
         } else {
             T::one()
@@ -259,25 +403,26 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Result of the tests for white residuals: of their size against the noise, of their correlation,
     /// and of a torque that is not among the unknowns.
-    fn is_white(&self, front: &Front<T, U>) -> Option<bool> {
+    fn is_white(&self, front: &Front<T, W, U>) -> Option<bool> {
         let residuals = &front.pass.residuals;
         if residuals.rows < ENOUGH_ROWS {
             return None;
         }
-        let share = T::lit(WHITE_EXCESS_SIGMA) / (T::count(residuals.blocks) * T::lit(6.0)).sqrt();
-        let most = self.reference_rad_s() * (T::lit(1.0 + WHITE_EXCESS) + share);
+        let most = self.reference_rad_s() * largest_rms(residuals.blocks);
         let is_small = rms(residuals, U) <= most;
-        let is_correlated = residuals.correlation().abs() > correlation_limit(residuals);
+        let is_correlated = residuals.correlation().abs() > largest_correlation(residuals.rows);
         let mut factor = front.pass.factor;
-        let beliefs = self.beliefs(front.pass.unit_per_kg_m2);
+        let mut beliefs = self.beliefs(front.pass.unit_per_kg_m2);
+        // A stated noise that is too small would exaggerate the contradiction.
+        beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(&front.pass));
         let contradiction = beliefs.add(&mut factor, &front.pass.point);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
-        let is_suspect = self.schedule.blocks < self.suspect_until;
-        Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_suspect)
+        let is_alarmed = residuals.is_alarmed();
+        Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_alarmed)
     }
 
     /// Statistics of a window that ends with this front.
-    pub(super) fn ended_with(&self, front: &Front<T, U>) -> Ended<T> {
+    pub(super) fn ended_with(&self, front: &Front<T, W, U>) -> Ended<T> {
         Ended {
             residual_rms_rad_s: rms(&front.pass.residuals, U),
             residuals_white: self.is_white(front),
@@ -291,21 +436,16 @@ pub(super) fn rms<T: Real>(residuals: &Residuals<T>, unknowns: usize) -> T {
     (residuals.squares / T::count(residuals.degrees(unknowns as u32).max(1))).sqrt()
 }
 
-/// Correlation from block to block that chance and a harmless one explain.
-fn correlation_limit<T: Real>(residuals: &Residuals<T>) -> T {
-    T::lit(CORRELATED) + T::lit(CORRELATED_SIGMA) / T::count(residuals.rows.max(1)).sqrt()
-}
-
 /// Solution of a window's information with beliefs, at the beliefs' noise; false where there is none.
 #[inline(never)]
-fn solve<T: Real>(
-    window: &SquareRootInformation<T, 6>,
-    point: &Point<T>,
-    beliefs: &Beliefs<'_, T>,
-    solution: &mut Solution<T>,
+fn solve<T: Real, const U: usize>(
+    window: &SquareRootInformation<T, U>,
+    point: &Point<T, U>,
+    beliefs: &Beliefs<'_, T, U>,
+    solution: &mut Solution<T, U>,
 ) -> bool {
     let mut factor = *window;
-    beliefs.add_inertia(&mut factor, point);
+    beliefs.add_kept(&mut factor, point);
     let Some(step) = factor.solve() else { return false };
     if !factor.covariance_of_last(&mut solution.covariance) {
         return false;
@@ -317,7 +457,7 @@ fn solve<T: Real>(
     true
 }
 
-impl<T: Real> Solution<T> {
+impl<T: Real, const U: usize> Solution<T, U> {
     /// Place for a solution.
     fn blank() -> Self {
         let point = Point::sphere(Vec3::zeros());
@@ -330,11 +470,14 @@ impl<T: Real> Solution<T> {
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
     /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to 0.9. Both as far as the scale comes
     /// from the data rather than from a prior of the elements.
-    fn add_curvature(&mut self, alone: &Self) {
-        let relative = |of: &Self| of.covariance.at(5, 5).max(T::zero()).sqrt() / of.point.scale;
+    ///
+    /// The sigma of an element from that of its ratio n goes with the trace t: `var(n t) = t² var(n) +
+    /// n² var(t) + var(n) var(t)`. The last term is not negligible where the data know the scale, but badly.
+    fn add_curvature(&mut self, alone: &Self, has_scale: bool) {
+        let relative = |of: &Self| of.covariance[(5, 5)].max(T::zero()).sqrt() / of.point.scale();
         let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
-        let curved = if of_data > T::lit(NO_SCALE) {
+        let curved = if !has_scale {
             // Nothing but the range of any body.
             one
         } else if of_data > T::lit(SCALE_OBSERVED) {
@@ -350,12 +493,27 @@ impl<T: Real> Solution<T> {
                 *self.covariance.at_mut(5, i) *= factor;
             }
         }
+        if has_scale && of_data > T::lit(SCALE_OBSERVED) {
+            let s = relative(self);
+            let spread = one + s * s;
+            for row in 0..5 {
+                for column in 0..5 {
+                    self.covariance[(row, column)] *= spread;
+                }
+            }
+        }
     }
 
-    /// Covariance of the six elements, kg² m⁴, by `∂j/∂q = B / κ` and `∂j/∂x = −j / x`.
+    /// Covariance of the six elements, kg² m⁴.
     #[inline(never)]
     fn of_elements(&self, covariance: &mut Mat<T, 6, 6>) {
-        let trace = T::one() / (self.point.scale * self.unit_per_kg_m2);
+        let jacobian = self.jacobian();
+        *covariance = jacobian * self.covariance * jacobian.transpose();
+    }
+
+    /// Derivatives of the six elements, kg m², by shape and scale: `∂j/∂q = B / κ` and `∂j/∂x = −j / x`.
+    fn jacobian(&self) -> Mat<T, 6, 6> {
+        let trace = T::one() / (self.point.scale() * self.unit_per_kg_m2);
         let n = self.point.over_trace();
         let mut jacobian = Mat::<T, 6, 6>::zeros();
         for element in 0..6 {
@@ -365,8 +523,8 @@ impl<T: Real> Solution<T> {
             for k in 0..5 {
                 *jacobian.at_mut(element, k) = by[k];
             }
-            *jacobian.at_mut(element, 5) = -n[element] * trace / self.point.scale;
+            jacobian[(element, 5)] = -n[element] * trace / self.point.scale();
         }
-        *covariance = jacobian * self.covariance * jacobian.transpose();
+        jacobian
     }
 }

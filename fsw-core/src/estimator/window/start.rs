@@ -17,7 +17,7 @@
 use super::belief::SHAPE_SIGMA;
 use super::block::Block;
 use super::storage::{Rest, Stretch};
-use super::unknowns::{Point, by_shape};
+use super::unknowns::{by_shape, over_trace};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Entries, Mat, Vec3, eigen::singular_values, norm, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor, regressor_noise_share};
@@ -81,9 +81,10 @@ pub struct FirstPoint<T: Real> {
 impl<T: Real> LinearStart<T> {
     /// Start over these blocks; `has_torque` for a disturbance torque among the unknowns.
     #[inline(never)]
-    pub fn new<'a>(
-        blocks: impl Iterator<Item = &'a Block<T>>,
-        start: &Stretch<T>,
+    pub fn new<'a, const W: usize>(
+        blocks: impl Iterator<Item = &'a Block<T, W>>,
+        axes: &Mat<T, 3, W>,
+        start: &Stretch<T, W>,
         from: usize,
         usual_samples: T,
         has_torque: bool,
@@ -92,7 +93,7 @@ impl<T: Real> LinearStart<T> {
         let (mut impulse, mut duration_s) = (T::zero(), T::zero());
         for block in blocks {
             rate = rate.max(norm(&block.rate_rad_s));
-            drive = drive.max(norm(&block.wheels_n_m_s));
+            drive = drive.max(norm(&(axes * block.wheels_n_m_s)));
             impulse += norm(&block.impulse_n_m_s);
             duration_s += block.duration_s;
         }
@@ -115,16 +116,17 @@ impl<T: Real> LinearStart<T> {
     }
 
     /// Rows of the rest before the first block: to be added first.
-    pub fn add_rest(&mut self, rest: &Rest<T>) {
+    pub fn add_rest<const W: usize>(&mut self, rest: &Rest<T, W>, axes: &Mat<T, 3, W>) {
         if rest.weight > T::zero() {
             let one = Mat::identity();
-            self.add_rows(&one, &rest.rate_rad_s, &rest.wheels_n_m_s, &Mat::zeros(), rest.weight);
+            let wheels = axes * rest.wheels_n_m_s;
+            self.add_rows(&one, &rest.rate_rad_s, &wheels, &Mat::zeros(), rest.weight);
         }
     }
 
     /// Takes in the next block.
     #[inline(never)]
-    pub fn take(&mut self, block: &Block<T>) {
+    pub fn take<const W: usize>(&mut self, block: &Block<T, W>, axes: &Mat<T, 3, W>) {
         let half = T::lit(0.5);
         let turn = block.rate_rad_s * (block.duration_s * half);
         let half_way = rotation(&turn);
@@ -132,7 +134,7 @@ impl<T: Real> LinearStart<T> {
         let quarter = self.rotation * rotation(&(turn * half));
         let impulse = self.impulse + quarter * block.impulse_n_m_s * half;
         let by_torque = self.by_torque + middle * (block.duration_s * half);
-        let drive = block.drive_n_m_s() - middle.transpose() * impulse;
+        let drive = block.drive_n_m_s(axes) - middle.transpose() * impulse;
         self.add_rows(&middle, &block.rate_rad_s, &drive, &by_torque, block.weight);
         self.impulse += middle * block.impulse_n_m_s;
         self.by_torque += middle * block.duration_s;
@@ -178,7 +180,7 @@ impl<T: Real> LinearStart<T> {
     pub fn conclude(&self, noise_rad_s: T) -> FirstPoint<T> {
         let noise = noise_rad_s / self.sizes.rate_rad_s;
         let shape = self.shape(noise);
-        let n = Point { shape, ..Point::sphere(Vec3::zeros()) }.over_trace();
+        let n = over_trace(&shape);
         let (x, sigma) = self.scale(&n, noise);
         let is_observed = x > sigma * T::lit(SCALE_OBSERVED);
         let x = if is_observed { x } else { T::zero() };
@@ -262,8 +264,7 @@ impl<T: Real> LinearStart<T> {
 /// Shrinks a shape towards the sphere until its tensor is physical with a margin.
 fn nearer_the_sphere<T: Real>(mut shape: [T; 5]) -> [T; 5] {
     for _ in 0..SHRINKS {
-        let point = Point { shape, ..Point::sphere(Vec3::zeros()) };
-        if is_inside(&point.over_trace()) {
+        if is_inside(&over_trace(&shape)) {
             return shape;
         }
         shape = shape.map(|q| q * T::lit(0.9));
@@ -312,7 +313,7 @@ mod tests {
     #[test]
     fn a_shape_outside_is_drawn_to_the_sphere() {
         let shape = nearer_the_sphere([0.5f64, 0.0, 0.0, 0.0, 0.0]);
-        let n = Point { shape, ..Point::sphere(Vec3::zeros()) }.over_trace();
+        let n = over_trace(&shape);
         assert!(is_inside(&n) && shape[0] > 0.1);
     }
 }

@@ -13,7 +13,8 @@
 
 use super::block::Block;
 use super::trajectory::Span;
-use crate::math::{Vec3, largest_component, scalar::Real};
+use crate::dynamics::wheels::Momenta;
+use crate::math::{Mat, Vec3, largest_component, scalar::Real};
 use crate::persist::{Archive, Persist, mix, name};
 use heapless::Vec;
 
@@ -41,25 +42,25 @@ const MOST_BLOCKS: usize = 1 << 16;
 
 /// Measurement of the rate at the start of a window: the mean over the rest before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rest<T: Real> {
+pub struct Rest<T: Real, const W: usize> {
     /// Number of samples; zero for none.
     pub weight: T,
     /// Mean rate, rad/s.
     pub rate_rad_s: Vec3<T>,
-    /// Mean wheel momentum, N m s.
-    pub wheels_n_m_s: Vec3<T>,
+    /// Mean momentum of each wheel, N m s.
+    pub wheels_n_m_s: Momenta<T, W>,
 }
 
-crate::persist!([T: Real] Rest<T> { weight, rate_rad_s, wheels_n_m_s });
+crate::persist!([T: Real, const W: usize] Rest<T, W> { weight, rate_rad_s, wheels_n_m_s });
 
-impl<T: Real> Rest<T> {
+impl<T: Real, const W: usize> Rest<T, W> {
     /// No rest.
     pub fn none() -> Self {
-        Self { weight: T::zero(), rate_rad_s: Vec3::zeros(), wheels_n_m_s: Vec3::zeros() }
+        Self { weight: T::zero(), rate_rad_s: Vec3::zeros(), wheels_n_m_s: Momenta::zeros() }
     }
 
     /// Rest with the block's samples added; the block alone where it does not agree.
-    fn with(&self, block: &Block<T>, noise_rad_s: T) -> Self {
+    fn with(&self, block: &Block<T, W>, noise_rad_s: T) -> Self {
         let alone = Self {
             weight: block.weight,
             rate_rad_s: block.rate_rad_s,
@@ -83,12 +84,12 @@ impl<T: Real> Rest<T> {
 
 /// Start of a stretch of blocks, and the size of what drives the body within it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch<T: Real> {
+pub struct Stretch<T: Real, const W: usize> {
     /// Rest before the first block.
-    pub rest: Rest<T>,
-    /// Wheel momentum at the start of the first block, N m s.
-    pub wheels_n_m_s: Vec3<T>,
-    /// Largest change of wheel momentum since then, N m s.
+    pub rest: Rest<T, W>,
+    /// Momentum of each wheel at the start of the first block, N m s.
+    pub wheels_n_m_s: Momenta<T, W>,
+    /// Largest change of a wheel's momentum since then, N m s.
     pub wheels_span_n_m_s: T,
     /// True if external torque was known to act.
     pub has_torque: bool,
@@ -97,25 +98,25 @@ pub struct Stretch<T: Real> {
     pub duration_s: T,
 }
 
-crate::persist!([T: Real] Stretch<T> { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad, duration_s });
+crate::persist!([T: Real, const W: usize] Stretch<T, W> { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad, duration_s });
 
-impl<T: Real> Stretch<T> {
+impl<T: Real, const W: usize> Stretch<T, W> {
     /// Stretch that begins with this wheel momentum, N m s.
-    pub fn new(wheels_n_m_s: Vec3<T>) -> Self {
+    pub fn new(wheels_n_m_s: Momenta<T, W>) -> Self {
         let (rest, wheels_span_n_m_s) = (Rest::none(), T::zero());
         let (has_torque, turn_rad, duration_s) = (false, T::zero(), T::zero());
         Self { rest, wheels_n_m_s, wheels_span_n_m_s, has_torque, turn_rad, duration_s }
     }
 
     /// Adds a block before the first one to the rest.
-    pub fn absorb(&mut self, block: &Block<T>, noise_rad_s: T) {
+    pub fn absorb(&mut self, block: &Block<T, W>, noise_rad_s: T) {
         self.rest = self.rest.with(block, noise_rad_s);
         self.wheels_n_m_s = self.rest.wheels_n_m_s;
     }
 
     /// Notes the drive of a block.
-    pub fn note(&mut self, block: &Block<T>) {
-        let change = largest_component(&(block.wheels_n_m_s - self.wheels_n_m_s));
+    pub fn note(&mut self, block: &Block<T, W>) {
+        let change = largest(&(block.wheels_n_m_s - self.wheels_n_m_s));
         self.wheels_span_n_m_s = self.wheels_span_n_m_s.max(change);
         self.has_torque |= block.impulse_n_m_s != Vec3::zeros();
         self.turn_rad += block.turn_square().sqrt();
@@ -128,8 +129,8 @@ impl<T: Real> Stretch<T> {
 pub struct Marks {
     /// Next block of the front.
     pub front: usize,
-    /// End of the stretch that is being closed; zero for none.
-    pub split: usize,
+    /// Ends of the stretches that are being closed; zero for none.
+    pub split: [usize; 2],
 }
 
 /// Sweep in progress.
@@ -156,8 +157,8 @@ crate::persist!([] Compaction { sweep, from, to }
 
 /// Up to N blocks.
 #[derive(Clone, Debug)]
-pub struct Storage<T: Real, const N: usize> {
-    blocks: Vec<Block<T>, N>,
+pub struct Storage<T: Real, const W: usize, const N: usize> {
+    blocks: Vec<Block<T, W>, N>,
     compaction: Option<Compaction>,
     /// Number of samples of a usual block.
     usual: T,
@@ -165,9 +166,9 @@ pub struct Storage<T: Real, const N: usize> {
     is_incompressible: bool,
 }
 
-impl<T: Real, const N: usize> Persist for Storage<T, N> {
+impl<T: Real, const W: usize, const N: usize> Persist for Storage<T, W, N> {
     fn layout() -> u32 {
-        let blocks = mix(const { name("Storage") }, <[Block<T>; N]>::layout());
+        let blocks = mix(const { name("Storage") }, <[Block<T, W>; N]>::layout());
         mix(mix(blocks, Option::<Compaction>::layout()), <(T, bool)>::layout())
     }
 
@@ -187,7 +188,7 @@ impl<T: Real, const N: usize> Persist for Storage<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Storage<T, N> {
+impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
     /// Empty storage.
     #[inline(always)]
     pub fn new() -> Self {
@@ -213,16 +214,42 @@ impl<T: Real, const N: usize> Storage<T, N> {
     }
 
     /// Block `index`.
-    pub fn block(&self, index: usize) -> Option<&Block<T>> {
+    pub fn block(&self, index: usize) -> Option<&Block<T, W>> {
         self.blocks.get(index)
     }
 
-    /// Block `index` of a stretch with its wheels and torque times `unit`; samples come every `period_s`.
-    pub fn span(&self, index: usize, start: &Stretch<T>, unit: T, period_s: T) -> Option<Span<T>> {
+    /// Block `index` of a stretch with its wheels and torque times `unit`; samples come every `period_s`. With
+    /// its neighbours where the model has a time offset.
+    pub fn span(
+        &self,
+        index: usize,
+        start: &Stretch<T, W>,
+        unit: T,
+        period_s: T,
+        has_offset: bool,
+    ) -> Option<Span<T, W>> {
+        let mut span = self.span_alone(index, start, unit, period_s)?;
+        if has_offset {
+            let course = |index: usize| {
+                self.span_alone(index, start, unit, period_s).map(|span| span.courses())
+            };
+            span.before = index.checked_sub(1).and_then(course);
+            span.after = course(index + 1);
+        }
+        Some(span)
+    }
+
+    fn span_alone(
+        &self,
+        index: usize,
+        start: &Stretch<T, W>,
+        unit: T,
+        period_s: T,
+    ) -> Option<Span<T, W>> {
         let block = self.blocks.get(index)?;
         let before = index.checked_sub(1).and_then(|i| self.blocks.get(i));
-        let wheels_at_start = before.map_or(start.wheels_n_m_s, |b| b.wheels_end_n_m_s);
-        let scaled = Block {
+        let wheels_at_start = before.map_or(start.wheels_n_m_s, |b| b.wheels_end_n_m_s) * unit;
+        let block = Block {
             wheels_n_m_s: block.wheels_n_m_s * unit,
             wheels_end_n_m_s: block.wheels_end_n_m_s * unit,
             impulse_n_m_s: block.impulse_n_m_s * unit,
@@ -230,11 +257,11 @@ impl<T: Real, const N: usize> Storage<T, N> {
             ..*block
         };
         let samples = (block.duration_s / period_s).max(T::one());
-        Some(Span { block: scaled, wheels_at_start: wheels_at_start * unit, samples })
+        Some(Span { block, wheels_at_start, samples, before: None, after: None })
     }
 
     /// Appends a block. Without a free place it joins the last one, so that no time is missing.
-    pub fn push(&mut self, block: &Block<T>) {
+    pub fn push(&mut self, block: &Block<T, W>) {
         if self.blocks.push(*block).is_err()
             && let Some(last) = self.blocks.last_mut()
         {
@@ -283,9 +310,10 @@ impl<T: Real, const N: usize> Storage<T, N> {
     pub fn sweep(
         &mut self,
         marks: &mut Marks,
-        start: &mut Stretch<T>,
+        start: &mut Stretch<T, W>,
         noise_rad_s: T,
         limits: &PairLimits<T>,
+        axes: &Mat<T, 3, W>,
     ) {
         let Some(Compaction { sweep, from, to }) = self.compaction else { return };
         if from >= self.len() {
@@ -298,7 +326,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
             Sweep::Drop => self.copy(from, end, to),
             Sweep::Rest if end + NEWEST_GROUPS * GROUP > self.len() => self.copy(from, end, to),
             Sweep::Rest => self.sweep_rest(from, end, to, marks, start, noise_rad_s),
-            Sweep::Pairs => self.sweep_pairs(from, end, to, start, limits),
+            Sweep::Pairs => self.sweep_pairs(from, end, to, start, limits, axes),
         };
         self.compaction = Some(Compaction { sweep, from: end, to });
     }
@@ -329,7 +357,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
         to
     }
 
-    fn put(&mut self, index: usize, block: Option<Block<T>>) {
+    fn put(&mut self, index: usize, block: Option<Block<T, W>>) {
         if let (Some(place), Some(block)) = (self.blocks.get_mut(index), block) {
             *place = block;
         }
@@ -341,13 +369,13 @@ impl<T: Real, const N: usize> Storage<T, N> {
         end: usize,
         to: usize,
         marks: &Marks,
-        start: &mut Stretch<T>,
+        start: &mut Stretch<T, W>,
         noise_rad_s: T,
     ) -> usize {
         let Some(all) = self.rest_of(from, end, noise_rad_s) else {
             return self.copy(from, end, to);
         };
-        let is_leading = to == 0 && marks.split == 0 && !start.has_torque;
+        let is_leading = to == 0 && marks.split == [0; 2] && !start.has_torque;
         if is_leading && self.is_still(from, end, &start.wheels_n_m_s, start) {
             start.absorb(&all, noise_rad_s);
             return to;
@@ -364,7 +392,13 @@ impl<T: Real, const N: usize> Storage<T, N> {
     }
 
     /// True where the mean wheel momentum of a group is `reference`, N m s, to its standard error.
-    fn is_still(&self, from: usize, end: usize, reference: &Vec3<T>, start: &Stretch<T>) -> bool {
+    fn is_still(
+        &self,
+        from: usize,
+        end: usize,
+        reference: &Momenta<T, W>,
+        start: &Stretch<T, W>,
+    ) -> bool {
         let blocks = self.blocks.get(from..end).unwrap_or(&[]);
         let mean = mean_wheels(blocks);
         let mut scatter = T::zero();
@@ -375,13 +409,13 @@ impl<T: Real, const N: usize> Storage<T, N> {
         let count = T::count(blocks.len().max(2) as u32);
         let error = (scatter / (count * (count - T::one()))).sqrt();
         let most = start.wheels_span_n_m_s * T::lit(STILL_SHARE) + error * T::lit(STILL_ERRORS);
-        largest_component(&(mean - reference)) <= most
+        largest(&(mean - reference)) <= most
     }
 
     /// The blocks as one, if their rates agree with its mean. Two tests, each exceeded by chance once in 10⁴
     /// groups: chi-square of all blocks, at its expectation and four sigmas, and that of the difference of both
     /// halves, three degrees of freedom, which shows a trend sooner.
-    fn rest_of(&self, from: usize, end: usize, noise_rad_s: T) -> Option<Block<T>> {
+    fn rest_of(&self, from: usize, end: usize, noise_rad_s: T) -> Option<Block<T, W>> {
         let blocks = self.blocks.get(from..end)?;
         let (first, others) = blocks.split_first()?;
         if others.is_empty() {
@@ -407,8 +441,9 @@ impl<T: Real, const N: usize> Storage<T, N> {
         from: usize,
         end: usize,
         mut to: usize,
-        start: &Stretch<T>,
+        start: &Stretch<T, W>,
         limits: &PairLimits<T>,
+        axes: &Mat<T, 3, W>,
     ) -> usize {
         let most = self.usual * T::lit(1.01);
         let mut index = from;
@@ -421,7 +456,7 @@ impl<T: Real, const N: usize> Storage<T, N> {
                 && let Some(next) = self.blocks.get(index)
             {
                 let both = block.merge(next);
-                if both.weight > most || !limits.permit(&block, &both, &wheels) {
+                if both.weight > most || !limits.permit(&block, &both, &wheels, axes) {
                     break;
                 }
                 block = both;
@@ -449,7 +484,13 @@ impl<T: Real> PairLimits<T> {
     /// The parabola of the pair misses the known value e of wheels and impulse where the blocks meet. Its mean
     /// is right, so that the error enters with the turn: of the rate it is below `κ |e| φ / 10`, which is to
     /// stay below a tenth of the block's noise, `σ / √n`.
-    fn permit(&self, first: &Block<T>, both: &Block<T>, wheels_at_start: &Vec3<T>) -> bool {
+    fn permit<const W: usize>(
+        &self,
+        first: &Block<T, W>,
+        both: &Block<T, W>,
+        wheels_at_start: &Momenta<T, W>,
+        axes: &Mat<T, 3, W>,
+    ) -> bool {
         let turn = both.turn_square().sqrt();
         let x = first.duration_s / both.duration_s;
         let (one, six) = (T::one(), T::lit(6.0));
@@ -458,28 +499,33 @@ impl<T: Real> PairLimits<T> {
         let line = start + (end - start) * x;
         let wheels = line + (both.wheels_n_m_s - (start + end) * T::lit(0.5)) * bulge;
         let impulse = both.impulse_n_m_s * x + both.beyond_ramp_n_m_s * bulge;
-        let missed = (first.wheels_end_n_m_s - wheels) - (first.impulse_n_m_s - impulse);
+        let missed = axes * (first.wheels_end_n_m_s - wheels) - (first.impulse_n_m_s - impulse);
         let most = self.noise_n_m_s / both.weight.max(one).sqrt();
         turn <= self.turn_rad && largest_component(&missed) * turn <= most
     }
 }
 
 /// Mean rate of blocks of about the same weight, rad/s.
-fn mean_rate<T: Real>(blocks: &[Block<T>]) -> Vec3<T> {
+fn mean_rate<T: Real, const W: usize>(blocks: &[Block<T, W>]) -> Vec3<T> {
     let sum = blocks.iter().fold(Vec3::zeros(), |sum, block| sum + block.rate_rad_s);
     sum * (T::one() / T::count(blocks.len().max(1) as u32))
 }
 
-/// Mean wheel momentum of blocks, N m s.
-fn mean_wheels<T: Real>(blocks: &[Block<T>]) -> Vec3<T> {
-    let sum = blocks.iter().fold(Vec3::zeros(), |sum, block| sum + block.wheels_n_m_s);
+/// Largest absolute value of the wheels.
+fn largest<T: Real, const W: usize>(of_wheels: &Momenta<T, W>) -> T {
+    of_wheels.iter().fold(T::zero(), |most, x| most.max(x.abs()))
+}
+
+/// Mean momentum of each wheel over blocks, N m s.
+fn mean_wheels<T: Real, const W: usize>(blocks: &[Block<T, W>]) -> Momenta<T, W> {
+    let sum = blocks.iter().fold(Momenta::zeros(), |sum, block| sum + block.wheels_n_m_s);
     sum * (T::one() / T::count(blocks.len().max(1) as u32))
 }
 
 impl Marks {
     /// The marks at block `from` belong to block `to` now.
     fn move_to(&mut self, from: usize, to: usize) {
-        for mark in [&mut self.front, &mut self.split] {
+        for mark in self.split.iter_mut().chain([&mut self.front]) {
             if *mark == from {
                 *mark = to;
             }
@@ -489,6 +535,7 @@ impl Marks {
     /// The first mark beyond a block.
     fn next_after(&self, index: usize) -> usize {
         let beyond = |mark: usize| if mark > index { mark } else { usize::MAX };
-        beyond(self.front).min(beyond(self.split))
+        let [closing, waiting] = self.split;
+        beyond(self.front).min(beyond(closing)).min(beyond(waiting))
     }
 }

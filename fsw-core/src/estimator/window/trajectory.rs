@@ -23,7 +23,9 @@ use super::block::Block;
 use super::unknowns::{
     FIRST_GROUP, GROUPS, Group, Groups, MOMENTUM, Point, by_shape, groups_of, scale_of, shape_of,
 };
-use crate::math::{Entries, Mat, Vec3, rotated, scalar::Real, skew};
+use crate::dynamics::wheels::Momenta;
+use crate::hardware::{axes_with_errors, tilt_directions};
+use crate::math::{Entries, Mat, Vec3, column, rotated, scalar::Real, skew};
 use crate::tensor::Inertia;
 
 /// Largest turn of a step, rad: the Taylor series then errs by `turn⁸ / 40320` of the momentum, 4e-8,
@@ -41,53 +43,238 @@ const MOST_STEPS: u32 = 3;
 
 /// A block with the wheel momentum at its start. Wheels and torque are times the unit κᵤ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span<T: Real> {
+pub struct Span<T: Real, const W: usize> {
     /// Block, scaled.
-    pub block: Block<T>,
-    /// wᵤ at its start, rad/s.
-    pub wheels_at_start: Vec3<T>,
+    pub block: Block<T, W>,
+    /// Momentum of each wheel at its start, times the unit, rad/s.
+    pub wheels_at_start: Momenta<T, W>,
     /// Number of samples between its ends.
     pub samples: T,
+    /// Drive in the blocks before and after it, for a time offset; none where there is no block.
+    pub before: Option<Courses<T, W>>,
+    pub after: Option<Courses<T, W>>,
+}
+
+/// Course of wheels and impulse over a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Courses<T: Real, const W: usize> {
+    wheels: Course<T, W>,
+    /// Impulse of the external torque since the start of the block.
+    impulse: Course<T, 3>,
+}
+
+/// N quantities over a block, each a parabola with its right mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course<T: Real, const N: usize> {
+    /// A share s of the way through: `by_share[0] + s (by_share[1] + s by_share[2])`.
+    by_share: [Mat<T, N, 1>; 3],
+    duration_s: T,
+}
+
+impl<T: Real, const N: usize> Course<T, N> {
+    /// Parabola through both ends whose mean, beyond the straight line, is `share` of a sixth of its bulge.
+    fn through(
+        start: &Mat<T, N, 1>,
+        end: &Mat<T, N, 1>,
+        mean: &Mat<T, N, 1>,
+        share: T,
+    ) -> [Mat<T, N, 1>; 3] {
+        let beyond_line = mean - (start + end) * T::lit(0.5);
+        let bulge = beyond_line * (share * T::lit(6.0));
+        [*start, end - start + bulge, -bulge]
+    }
+
+    /// Value a share of the way through.
+    fn at(&self, share: T) -> Mat<T, N, 1> {
+        let [start, slope, bend] = self.by_share;
+        start + (slope + bend * share) * share
+    }
+
+    /// Mean from one share to another.
+    fn mean(&self, from: T, to: T) -> Mat<T, N, 1> {
+        let [start, slope, bend] = self.by_share;
+        let squares = from * from + from * to + to * to;
+        start + slope * ((from + to) * T::lit(0.5)) + bend * (squares * T::lit(1.0 / 3.0))
+    }
+
+    /// The mean over the time `s` before its end, and the value there.
+    fn before_end(&self, s: T) -> (Mat<T, N, 1>, Mat<T, N, 1>) {
+        let from = T::one() - s / self.duration_s;
+        (self.mean(from, T::one()), self.at(from))
+    }
+
+    /// The mean over the time `s` after its start, and the value there.
+    fn after_start(&self, s: T) -> (Mat<T, N, 1>, Mat<T, N, 1>) {
+        let to = s / self.duration_s;
+        (self.mean(T::zero(), to), self.at(to))
+    }
+
+    /// Start, end and mean of what the block shows a time `earlier_s` before; negative for later.
+    ///
+    /// Both ends are read from the parabolas of the blocks that they lie in, and the mean loses the part of one end
+    /// and gains that of the other one. Beyond the first and the last block the parabola of the block goes on.
+    fn shifted(
+        &self,
+        earlier_s: T,
+        before: Option<&Self>,
+        after: Option<&Self>,
+    ) -> [Mat<T, N, 1>; 3] {
+        let mean = self.mean(T::zero(), T::one());
+        let by = earlier_s.abs();
+        let share = by / self.duration_s;
+        if earlier_s > T::zero() {
+            let (lost, end) = self.before_end(by);
+            let (gained, start) = match before {
+                Some(before) => before.before_end(by),
+                None => (self.mean(-share, T::zero()), self.at(-share)),
+            };
+            [start, end, mean + (gained - lost) * share]
+        } else {
+            let (lost, start) = self.after_start(by);
+            let beyond = T::one() + share;
+            let (gained, end) = match after {
+                Some(after) => after.after_start(by),
+                None => (self.mean(T::one(), beyond), self.at(beyond)),
+            };
+            [start, end, mean + (gained - lost) * share]
+        }
+    }
+
+    /// The course with a constant added.
+    fn offset(mut self, by: &Mat<T, N, 1>) -> Self {
+        self.by_share[0] += by;
+        self
+    }
+
+    /// Value at the end of the block.
+    fn end(&self) -> Mat<T, N, 1> {
+        let [start, slope, bend] = self.by_share;
+        start + slope + bend
+    }
 }
 
 /// Model of the motion at one point of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Model<T: Real> {
-    /// n⁻¹.
+pub struct Model<T: Real, const W: usize> {
+    /// n⁻¹, and (1 + M) n⁻¹.
     inverse: Mat<T, 3, 3>,
+    reading: Mat<T, 3, 3>,
+    /// Wheel axes by columns: as configured, and at the point.
+    configured_axes: Mat<T, 3, W>,
+    axes: Mat<T, 3, W>,
+    /// δ, s, and 1 + t.
+    delay_s: T,
+    torque_share: T,
     torque: Vec3<T>,
     bias: Vec3<T>,
     drag: Vec3<T>,
     scale: T,
-    /// Further group of unknowns in each place.
+    /// Further group of unknowns in each place, and a bit for each component that is an unknown.
     group: [Option<Group>; GROUPS],
+    active: [u8; GROUPS],
 }
 
-crate::persist!([T: Real] Model<T> { inverse, torque, bias, drag, scale, group });
+crate::persist!([T: Real, const W: usize] Model<T, W> {
+    inverse, reading, configured_axes, axes, delay_s, torque_share, torque, bias, drag, scale, group, active
+});
 
-impl<T: Real> Model<T> {
-    /// Model at a point; `None` where its tensor has no inverse.
-    pub fn new(point: &Point<T>, groups: &Groups<T>) -> Option<Self> {
-        Some(Self {
-            inverse: Inertia::new(point.over_trace()).inverse()?,
-            torque: point.value(groups, Group::Torque),
-            bias: point.value(groups, Group::Bias),
-            drag: point.value(groups, Group::Drag),
-            scale: point.scale,
+impl<T: Real, const W: usize> Model<T, W> {
+    /// Model at a point for wheels with these axes; `None` where its tensor has no inverse.
+    pub fn new<const U: usize>(
+        point: &Point<T, U>,
+        groups: &Groups<T>,
+        axes: &Mat<T, 3, W>,
+    ) -> Option<Self> {
+        let inverse = Inertia::new(point.over_trace()).inverse()?;
+        let mut model = Self {
+            inverse,
+            reading: inverse,
+            configured_axes: *axes,
+            axes: *axes,
+            delay_s: groups.delay_s,
+            torque_share: T::one(),
+            torque: point.group(groups, Group::Torque),
+            bias: point.group(groups, Group::Bias),
+            drag: point.group(groups, Group::Drag),
+            scale: point.scale(),
             group: groups.place.map(|at| at.map(|(group, _)| group)),
-        })
+            active: core::array::from_fn(|place| groups.active_bits(place)),
+        };
+        if groups.has_hardware() {
+            model.add_hardware(point, groups);
+        }
+        Some(model)
+    }
+
+    /// Errors of gyro, wheels and torque at a point.
+    #[inline(never)]
+    fn add_hardware<const U: usize>(&mut self, point: &Point<T, U>, groups: &Groups<T>) {
+        let [scale, upper, lower] = [Group::GyroScale, Group::GyroUpper, Group::GyroLower]
+            .map(|group| point.group(groups, group));
+        let one = T::one();
+        let gyro = Mat::<T, 3, 3>::new(
+            one + scale.x,
+            upper.x,
+            upper.y,
+            lower.x,
+            one + scale.y,
+            upper.z,
+            lower.y,
+            lower.z,
+            one + scale.z,
+        );
+        self.reading = gyro * self.inverse;
+        let common = point.group(groups, Group::Common);
+        self.delay_s += common[0];
+        self.torque_share = one + common[1];
+        self.axes = axes_at(point, groups, &self.configured_axes);
     }
 
     /// Model without content.
     pub fn blank() -> Self {
         let none = Vec3::zeros();
-        let (scale, group) = (T::one(), [None; GROUPS]);
-        Self { inverse: Mat::zeros(), torque: none, bias: none, drag: none, scale, group }
+        Self {
+            inverse: Mat::zeros(),
+            reading: Mat::zeros(),
+            configured_axes: Mat::zeros(),
+            axes: Mat::zeros(),
+            delay_s: T::zero(),
+            torque_share: T::one(),
+            torque: none,
+            bias: none,
+            drag: none,
+            scale: T::one(),
+            group: [None; GROUPS],
+            active: [0; GROUPS],
+        }
     }
 
-    /// Rate of a body with this momentum and wheel momentum, `n⁻¹ (m − x wᵤ)`, rad/s.
-    pub fn rate_rad_s(&self, momentum: &Vec3<T>, wheels: &Vec3<T>) -> Vec3<T> {
-        self.inverse * (momentum - wheels * self.scale)
+    /// Rate of a body with this momentum and momentum of its wheels, `n⁻¹ (m − x wᵤ)`, rad/s.
+    pub fn rate_rad_s(&self, momentum: &Vec3<T>, wheels: &Momenta<T, W>) -> Vec3<T> {
+        self.rate_of(momentum, &(self.axes * wheels))
+    }
+
+    fn rate_of(&self, momentum: &Vec3<T>, drive: &Vec3<T>) -> Vec3<T> {
+        self.inverse * (momentum - drive * self.scale)
+    }
+
+    /// Reading at a body with this momentum and momentum of its wheels, bias included, rad/s.
+    pub fn reading_rad_s(&self, momentum: &Vec3<T>, wheels: &Momenta<T, W>) -> Vec3<T> {
+        self.reading_of(momentum, &(self.axes * wheels))
+    }
+
+    fn reading_of(&self, momentum: &Vec3<T>, drive: &Vec3<T>) -> Vec3<T> {
+        self.reading * (momentum - drive * self.scale) + self.bias
+    }
+
+    /// Wheel axes as configured.
+    pub fn configured_axes(&self) -> &Mat<T, 3, W> {
+        &self.configured_axes
+    }
+
+    /// True where a component of the group in a place is an unknown.
+    fn is_active(&self, place: usize, component: usize) -> bool {
+        self.active.get(place).is_some_and(|bits| bits >> component & 1 == 1)
     }
 
     /// Place of a group among the unknowns.
@@ -95,16 +282,24 @@ impl<T: Real> Model<T> {
         let place = self.group.iter().position(|at| *at == Some(group))?;
         Some(FIRST_GROUP + 3 * place)
     }
+}
 
-    /// Gyro bias at the point, rad/s.
-    pub fn bias_rad_s(&self) -> Vec3<T> {
-        self.bias
+/// Axes of the wheels at a point, by columns.
+pub fn axes_at<T: Real, const W: usize, const U: usize>(
+    point: &Point<T, U>,
+    groups: &Groups<T>,
+    configured: &Mat<T, 3, W>,
+) -> Mat<T, 3, W> {
+    if !groups.has_hardware() {
+        return *configured;
     }
+    let common = point.group(groups, Group::Common)[2];
+    axes_with_errors(configured, common, |i| point.group(groups, Group::Wheel(i as u8)))
 }
 
 /// A block that is being crossed.
 #[derive(Clone, Copy, Debug)]
-pub struct Crossing<T: Real, const U: usize> {
+pub struct Crossing<T: Real, const W: usize, const U: usize> {
     steps: u32,
     done: u32,
     /// True where a step turns little.
@@ -118,8 +313,12 @@ pub struct Crossing<T: Real, const U: usize> {
     /// Known torque per unit of x, and all torque but drag.
     known_torque: Vec3<T>,
     torque: Vec3<T>,
-    /// wᵤ a share s of the way through: `wheels[0] + s (wheels[1] + s wheels[2])`.
+    /// Momentum of each wheel a share s of the way through: `of_wheel[0] + s (of_wheel[1] + s of_wheel[2])`, and wᵤ
+    /// likewise.
+    of_wheel: [Momenta<T, W>; 3],
     wheels: [Vec3<T>; 3],
+    /// Length of the block, s.
+    duration_s: T,
     /// `6 ḡᵤ`: gᵤ is `6 ḡᵤ s (1 − s)`.
     beyond_ramp: Vec3<T>,
     /// Of the last step: means of m + g and of ω, and their changes; mean and change of the drive; gᵤ.
@@ -130,44 +329,54 @@ pub struct Crossing<T: Real, const U: usize> {
     mean_drive: Vec3<T>,
     drive_change: Vec3<T>,
     mean_beyond: Vec3<T>,
+    beyond_change: Vec3<T>,
+    /// Sum over the steps of the mean of both ends of g.
+    beyond_ends: Vec3<T>,
     /// `Δ ṁ` over a step, at the start of the block less that at the end of the last step.
     bend: Vec3<T>,
-    /// Sums over the steps: mean of m; means of both ends of ω, of the drive, and sum of both of D.
+    /// Sums over the steps: mean of m; means of both ends of ω, of the drive, of each wheel, and sum of both of D.
     momentum: Vec3<T>,
     rate: Vec3<T>,
     drive_ends: Vec3<T>,
+    wheel_ends: Momenta<T, W>,
     sensitivity: [Vec3<T>; U],
 }
 
 /// State of a trajectory at the end of the last block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trajectory<T: Real, const U: usize> {
+pub struct Trajectory<T: Real, const W: usize, const U: usize> {
     /// Model of the motion.
-    pub model: Model<T>,
+    pub model: Model<T, W>,
     /// m, rad/s.
     momentum: Vec3<T>,
     /// Rounding error of the sum m, added back with the next step: motion about an unstable axis would
     /// magnify it.
     lost: Vec3<T>,
+    /// Known torque of the last block, per unit of x; none before the first one.
+    last_torque: Option<Vec3<T>>,
     /// D, by columns.
     sensitivity: [Vec3<T>; U],
 }
 
-crate::persist!([T: Real, const U: usize] Trajectory<T, U> { model, momentum, lost, sensitivity });
+crate::persist!([T: Real, const W: usize, const U: usize] Trajectory<T, W, U> {
+    model, momentum, lost, last_torque, sensitivity
+});
 
-impl<T: Real, const U: usize> Trajectory<T, U> {
+impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
     /// Trajectory without a start.
     pub fn blank() -> Self {
         let none = Vec3::zeros();
-        Self { model: Model::blank(), momentum: none, lost: none, sensitivity: [none; U] }
+        let model = Model::blank();
+        Self { model, momentum: none, lost: none, last_torque: None, sensitivity: [none; U] }
     }
 
     /// Starts at a point; false where its tensor has no inverse.
-    pub fn start(&mut self, point: &Point<T>, groups: &Groups<T>) -> bool {
-        let Some(model) = Model::new(point, groups) else { return false };
+    pub fn start(&mut self, point: &Point<T, U>, groups: &Groups<T>, axes: &Mat<T, 3, W>) -> bool {
+        let Some(model) = Model::new(point, groups, axes) else { return false };
         self.model = model;
-        self.momentum = point.momentum;
+        self.momentum = point.momentum();
         self.lost = Vec3::zeros();
+        self.last_torque = None;
         self.sensitivity = [Vec3::zeros(); U];
         for i in 0..3 {
             *self.sensitivity[MOMENTUM + i].at_mut(i, 0) = T::one();
@@ -177,8 +386,9 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
 
     /// Crosses a block.
     #[inline(never)]
-    pub fn cross(&mut self, span: &Span<T>) -> Crossing<T, U> {
+    pub fn cross(&mut self, span: &Span<T, W>) -> Crossing<T, W, U> {
         let mut crossing = self.enter(span);
+        self.shift_torque(&crossing);
         while crossing.done < crossing.steps {
             self.move_on(&mut crossing);
             self.differentiate(&mut crossing);
@@ -186,12 +396,24 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
         crossing
     }
 
-    fn enter(&self, span: &Span<T>) -> Crossing<T, U> {
+    /// A time offset shifts a change of the known torque: at the boundary of two blocks `∂m/∂δ` takes `−x Δτᵤ`.
+    fn shift_torque(&mut self, crossing: &Crossing<T, W, U>) {
+        let known = crossing.known_torque;
+        let before = self.last_torque.replace(known).unwrap_or(known);
+        let Some(offset) = self.model.offset_of(Group::Common) else { return };
+        if let Some(of_delay) = self.sensitivity.get_mut(offset) {
+            *of_delay -= (known - before) * self.model.scale;
+        }
+    }
+
+    fn enter(&self, span: &Span<T, W>) -> Crossing<T, W, U> {
         let (block, model) = (&span.block, &self.model);
         let dt = block.duration_s;
         // Motion is as fast as the body turns, or as wheels of much momentum make it nutate.
         let nutation = model.inverse * self.momentum;
-        let rate = model.rate_rad_s(&self.momentum, &span.wheels_at_start);
+        let drive = span.drive_within(model.delay_s);
+        let wheels = drive.wheels.map(|momenta| model.axes * momenta);
+        let rate = model.rate_of(&self.momentum, &wheels[0]);
         let turn_square = rate.dot(&rate).max(nutation.dot(&nutation)) * (dt * dt);
         let mut steps = 1;
         while steps < MOST_STEPS
@@ -200,10 +422,9 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
             steps += 1;
         }
         let share = T::one() / T::count(steps);
-        // The impulse already has all of what the turning of g makes of it.
-        let mean_beyond = block.beyond_ramp_n_m_s * span.of_samples();
-        let turned = block.rate_rad_s.cross(&mean_beyond);
-        let known_torque = block.impulse_n_m_s * (T::one() / dt) + turned;
+        let mean_beyond = drive.beyond * model.torque_share;
+        let known_torque = drive.impulse * (model.torque_share / dt);
+        let of_samples = T::one() / span.of_samples();
         let none = Vec3::zeros();
         Crossing {
             steps,
@@ -212,10 +433,12 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
             step_s: dt * share,
             share,
             samples: span.samples,
-            drive: block.drive_n_m_s(),
+            drive: model.axes * drive.wheel_mean - mean_beyond * of_samples,
+            duration_s: dt,
             known_torque,
             torque: known_torque * model.scale + model.torque,
-            wheels: span.wheels_within(),
+            of_wheel: drive.wheels,
+            wheels,
             beyond_ramp: mean_beyond * T::lit(6.0),
             mean: none,
             change: none,
@@ -224,10 +447,13 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
             mean_drive: none,
             drive_change: none,
             mean_beyond: none,
+            beyond_change: none,
+            beyond_ends: none,
             bend: none,
             momentum: none,
             rate: none,
             drive_ends: none,
+            wheel_ends: Momenta::zeros(),
             sensitivity: [none; U],
         }
     }
@@ -240,7 +466,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     /// where nothing but m goes beyond the parabola. The sums of the low and of the high orders are kept apart.
     /// [`differentiate`](Self::differentiate) follows.
     #[inline(never)]
-    fn move_on(&mut self, crossing: &mut Crossing<T, U>) {
+    fn move_on(&mut self, crossing: &mut Crossing<T, W, U>) {
         let part = |k: usize| T::one() / T::count(k as u32);
         let (half, third) = (part(2), part(3));
         let inverse = &self.model.inverse;
@@ -316,7 +542,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     /// `V = G(ω) B E_q + (wᵤ − gᵤ) E_x`, and adds D₀ + D₁ to a sum. A step of 0.3 rad errs by 1e-5. Of
     /// torque and drag, small as they are, the means suffice.
     #[inline(never)]
-    fn differentiate(&mut self, crossing: &mut Crossing<T, U>) {
+    fn differentiate(&mut self, crossing: &mut Crossing<T, W, U>) {
         let Propagation { carry, series, by_drive, by_drive_change } = self.propagation(crossing);
         let (w, duration_s) = (crossing.mean_rate, crossing.step_s);
         let sum = &mut crossing.sensitivity;
@@ -331,13 +557,26 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
             let by_rate = match group {
                 Group::Torque => Vec3::repeat(duration_s),
                 Group::Drag => w * -duration_s,
-                Group::Bias => continue,
+                _ => continue,
             };
             for i in 0..3 {
                 let c = FIRST_GROUP + 3 * place + i;
                 put(&mut self.sensitivity[c], c, series.column(i) * by_rate[i]);
             }
         }
+        if U > WITHOUT_HARDWARE {
+            self.differentiate_by_hardware(
+                crossing,
+                &carry,
+                &series,
+                &by_drive,
+                by_drive_change.as_ref(),
+            );
+        }
+        let sum = &mut crossing.sensitivity;
+        let mut put = |column: &mut Vec3<T>, c: usize, pushed: Vec3<T>| {
+            carry_column(&carry, &pushed, column, &mut sum[c]);
+        };
         let mut pushed = by_shape::<T, _>(&columns_of_the_regressor(&by_drive, &w));
         let mut by_scale = by_drive * crossing.mean_drive;
         if let Some(by_change) = by_drive_change {
@@ -359,7 +598,7 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     }
 
     /// Matrices of a step of D.
-    fn propagation(&self, crossing: &Crossing<T, U>) -> Propagation<T> {
+    fn propagation(&self, crossing: &Crossing<T, W, U>) -> Propagation<T> {
         let one = Mat::<T, 3, 3>::identity();
         let by_momentum = self.model.inverse * crossing.step_s;
         let mut k = across(&crossing.mean, &by_momentum);
@@ -392,39 +631,136 @@ impl<T: Real, const U: usize> Trajectory<T, U> {
     /// Mean reading predicted over the samples of a block that is crossed, bias included, rad/s.
     ///
     /// The mean of N samples in a row lacks 1/24 N² of the change of slope that the mean over time has.
-    pub fn mean_rate_rad_s(&self, crossing: &Crossing<T, U>) -> Vec3<T> {
+    pub fn mean_rate_rad_s(&self, crossing: &Crossing<T, W, U>) -> Vec3<T> {
         let n = crossing.samples;
         let bend = crossing.bend * (T::count(crossing.steps) * T::lit(1.0 / 24.0) / (n * n));
         let mean = crossing.momentum * crossing.share + bend;
-        self.model.rate_rad_s(&mean, &crossing.drive) + self.model.bias
+        self.model.reading_of(&mean, &crossing.drive)
     }
 
     /// S̄ of one axis over a block that is crossed: derivatives of its mean reading.
     ///
     /// `S̄ = n⁻¹ (D̄ − V̄)`, with the means of both ends of each step.
-    pub fn mean_sensitivity(&self, crossing: &Crossing<T, U>, axis: usize) -> [T; U] {
+    pub fn mean_sensitivity(&self, crossing: &Crossing<T, W, U>, axis: usize) -> [T; U] {
         let axis = axis.min(2);
-        let b = Vec3::from_fn(|k, _| self.model.inverse.at(axis, k) * crossing.share);
+        let b = Vec3::from_fn(|k, _| self.model.reading[(axis, k)] * crossing.share);
         let a = b * T::lit(0.5);
         let mut row = [T::zero(); U];
         for c in 0..U {
             row[c] = a.dot(&crossing.sensitivity[c]);
         }
         self.model.add_readings(&mut row, axis, &b, &crossing.rate, &crossing.drive_ends);
+        if U > WITHOUT_HARDWARE {
+            let slope = (crossing.of_wheel[1] + crossing.of_wheel[2]) * (T::one() / crossing.share);
+            let slope = self.model.axes * slope * (T::one() / crossing.duration_s);
+            let beyond = &crossing.beyond_ends;
+            self.model.add_drives(&mut row, &b, &crossing.wheel_ends, &slope, beyond);
+            self.model.add_gyro(&mut row, axis, &(crossing.rate * crossing.share));
+        }
         row
     }
 
-    /// Derivatives of one axis of the rate at the start, for wheel momentum wᵤ there: `n⁻¹ (D₀ − V₀)`.
-    pub fn sensitivity_at_start(&self, rate: &Vec3<T>, wheels: &Vec3<T>, axis: usize) -> [T; U] {
-        let axis = axis.min(2);
-        let b = Vec3::from_fn(|k, _| self.model.inverse.at(axis, k));
+    /// Derivatives of one axis of the reading at the start, for momentum of the wheels there: `n⁻¹ (D₀ − V₀)`.
+    pub fn reading_at_start(&self, rate: &Vec3<T>, wheels: &Momenta<T, W>, axis: usize) -> [T; U] {
+        let mut row = self.row_at_start(&self.model.reading, rate, wheels, axis.min(2));
+        self.model.add_bias(&mut row, axis.min(2));
+        self.model.add_gyro(&mut row, axis.min(2), rate);
+        row
+    }
+
+    /// The same of the rate itself.
+    pub fn rate_at_start(&self, rate: &Vec3<T>, wheels: &Momenta<T, W>, axis: usize) -> [T; U] {
+        self.row_at_start(&self.model.inverse, rate, wheels, axis.min(2))
+    }
+
+    fn row_at_start(
+        &self,
+        inverse: &Mat<T, 3, 3>,
+        rate: &Vec3<T>,
+        wheels: &Momenta<T, W>,
+        axis: usize,
+    ) -> [T; U] {
+        let b = Vec3::from_fn(|k, _| inverse.at(axis.min(2), k));
         let mut row = [T::zero(); U];
         for i in 0..3 {
             row[MOMENTUM + i] = b.at(i, 0);
         }
-        self.model.add_readings(&mut row, axis, &b, rate, wheels);
+        self.model.add_body(&mut row, &b, rate, &(self.model.axes * wheels));
+        if U > WITHOUT_HARDWARE {
+            let none = Vec3::zeros();
+            self.model.add_drives(&mut row, &b, wheels, &none, &none);
+        }
         row
     }
+
+    /// Columns of gyro, wheels, time offset and torque across a step, as in
+    /// [`differentiate`](Self::differentiate): those of the gyro do not move the body.
+    ///
+    /// Momentum δh that the wheels have beyond the assumed one adds `V = x δh`: `x hᵢ aᵢ` per share of a spin inertia,
+    /// `x hᵢ eⱼ` per angle of a tilt, `−x ḣ` per second of the time offset. A share of the known torque pushes like
+    /// that torque.
+    #[inline(never)]
+    fn differentiate_by_hardware(
+        &mut self,
+        crossing: &mut Crossing<T, W, U>,
+        carry: &Mat<T, 3, 3>,
+        series: &Mat<T, 3, 3>,
+        by_drive: &Mat<T, 3, 3>,
+        by_drive_change: Option<&Mat<T, 3, 3>>,
+    ) {
+        let x = self.model.scale;
+        let (mean, change) = crossing.wheels_in_step();
+        let pushed_by = |mean: Vec3<T>, change: Vec3<T>| {
+            let by_change = by_drive_change.map_or(Vec3::zeros(), |by| by * change);
+            (by_drive * mean + by_change) * x
+        };
+        for place in 0..groups_of(U) {
+            let pushed = match self.model.group[place] {
+                Some(Group::Wheel(wheel)) => {
+                    let (mean, change) = (of_wheel(&mean, wheel), of_wheel(&change, wheel));
+                    self.model.directions(wheel).map(|e| pushed_by(e * mean, e * change))
+                }
+                Some(Group::Common) => {
+                    let axes = &self.model.axes;
+                    let slope = axes * change * (-T::one() / crossing.step_s);
+                    let bend = axes
+                        * crossing.of_wheel[2]
+                        * (-(crossing.share + crossing.share) / crossing.duration_s);
+                    let torque =
+                        crossing.known_torque + crossing.mean_beyond.cross(&crossing.mean_rate);
+                    // The same sums as of the scale: without wheels both columns are proportional to rounding.
+                    let mut by_torque =
+                        series * (torque * crossing.step_s) - by_drive * crossing.mean_beyond;
+                    if let Some(by_change) = by_drive_change {
+                        by_torque -= by_change * crossing.beyond_change;
+                    }
+                    let per_share = x / self.model.torque_share;
+                    let common = pushed_by(axes * mean, axes * change);
+                    [pushed_by(slope, bend), by_torque * per_share, common]
+                }
+                _ => continue,
+            };
+            for (i, pushed) in pushed.iter().enumerate() {
+                let c = FIRST_GROUP + 3 * place + i;
+                if self.model.is_active(place, i) {
+                    carry_column(
+                        carry,
+                        pushed,
+                        &mut self.sensitivity[c],
+                        &mut crossing.sensitivity[c],
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Unknowns up to which there is no hardware among them: momentum, inertia, torque, bias and drag.
+const WITHOUT_HARDWARE: usize = 9;
+
+/// Momentum of one wheel.
+fn of_wheel<T: Real, const W: usize>(momenta: &Momenta<T, W>, wheel: u8) -> T {
+    momenta.as_slice().get(usize::from(wheel)).copied().unwrap_or(T::zero())
 }
 
 /// Matrices that carry D across a step.
@@ -436,7 +772,7 @@ struct Propagation<T: Real> {
     by_drive_change: Option<Mat<T, 3, 3>>,
 }
 
-impl<T: Real> Model<T> {
+impl<T: Real, const W: usize> Model<T, W> {
     /// Adds to a row the direct derivatives of the reading: of the rate by shape and scale, of the bias.
     fn add_readings<const U: usize>(
         &self,
@@ -446,11 +782,26 @@ impl<T: Real> Model<T> {
         w: &Vec3<T>,
         drive: &Vec3<T>,
     ) {
+        self.add_bias(row, axis);
+        self.add_body(row, b, w, drive);
+    }
+
+    fn add_bias<const U: usize>(&self, row: &mut [T; U], axis: usize) {
         for place in 0..groups_of(U) {
             if self.group[place] == Some(Group::Bias) {
                 row[FIRST_GROUP + 3 * place + axis] = T::one();
             }
         }
+    }
+
+    /// Adds the derivatives by shape and scale.
+    fn add_body<const U: usize>(
+        &self,
+        row: &mut [T; U],
+        b: &Vec3<T>,
+        w: &Vec3<T>,
+        drive: &Vec3<T>,
+    ) {
         let by_shape = by_shape::<T, _>(&[
             b.x * w.x,
             b.y * w.y,
@@ -464,25 +815,140 @@ impl<T: Real> Model<T> {
         }
         row[scale_of(U)] -= b.dot(drive);
     }
+
+    /// The three directions of a wheel's errors: its axis and the two tilts.
+    fn directions(&self, wheel: u8) -> [Vec3<T>; 3] {
+        let axis = column(&self.configured_axes, usize::from(wheel));
+        let [first, second] = tilt_directions(&axis);
+        [axis, first, second]
+    }
+
+    /// Adds the direct derivatives by wheels and time offset, `−b V`, for momentum of the wheels, its slope,
+    /// rad/s², and the impulse beyond a ramp.
+    #[inline(never)]
+    fn add_drives<const U: usize>(
+        &self,
+        row: &mut [T; U],
+        b: &Vec3<T>,
+        wheels: &Momenta<T, W>,
+        slope: &Vec3<T>,
+        beyond: &Vec3<T>,
+    ) {
+        for place in 0..groups_of(U) {
+            let by = match self.group[place] {
+                Some(Group::Wheel(wheel)) => {
+                    let h = of_wheel(wheels, wheel) * self.scale;
+                    self.directions(wheel).map(|e| -b.dot(&e) * h)
+                }
+                Some(Group::Common) => {
+                    let common = -b.dot(&(self.axes * wheels)) * self.scale;
+                    let by_torque = b.dot(beyond) * self.scale / self.torque_share;
+                    [b.dot(slope) * self.scale, by_torque, common]
+                }
+                _ => continue,
+            };
+            for (i, by) in by.into_iter().enumerate() {
+                if self.is_active(place, i) {
+                    row[FIRST_GROUP + 3 * place + i] += by;
+                }
+            }
+        }
+    }
+
+    /// Adds the derivatives by the gyro's errors, for a mean rate ω: `∂zᵢ/∂Mᵢⱼ = ωⱼ`.
+    #[inline(never)]
+    fn add_gyro<const U: usize>(&self, row: &mut [T; U], axis: usize, rate: &Vec3<T>) {
+        for place in 0..groups_of(U) {
+            // Components of a group that act on this axis, and the axes that they take the rate from.
+            let pairs: [Option<(usize, usize)>; 2] = match (self.group[place], axis) {
+                (Some(Group::GyroScale), _) => [Some((axis, axis)), None],
+                (Some(Group::GyroUpper), 0) => [Some((0, 1)), Some((1, 2))],
+                (Some(Group::GyroUpper), 1) => [Some((2, 2)), None],
+                (Some(Group::GyroLower), 1) => [Some((0, 0)), None],
+                (Some(Group::GyroLower), 2) => [Some((1, 0)), Some((2, 1))],
+                _ => continue,
+            };
+            for (component, of) in pairs.into_iter().flatten() {
+                if self.is_active(place, component) {
+                    row[FIRST_GROUP + 3 * place + component] += rate[of];
+                }
+            }
+        }
+    }
 }
 
-impl<T: Real> Span<T> {
+impl<T: Real, const W: usize> Span<T, W> {
     /// Mean over time of a parabola `s (1 − s)` over that of its samples, `1 / (1 + 1 / 2 N²)`.
     fn of_samples(&self) -> T {
         T::one() / (T::one() + T::lit(0.5) / (self.samples * self.samples))
     }
 
-    /// Coefficients of the parabola of wheel momentum through both ends, of the right mean over the
-    /// samples.
-    fn wheels_within(&self) -> [Vec3<T>; 3] {
-        let (start, end) = (self.wheels_at_start, self.block.wheels_end_n_m_s);
-        let beyond_line = self.block.wheels_n_m_s - (start + end) * T::lit(0.5);
-        let bulge = beyond_line * (self.of_samples() * T::lit(6.0));
-        [start, end - start + bulge, -bulge]
+    /// Mean impulse beyond a ramp over time, and the impulse, without the turning of the former.
+    fn impulse(&self) -> (Vec3<T>, Vec3<T>) {
+        let block = &self.block;
+        let beyond = block.beyond_ramp_n_m_s * self.of_samples();
+        // The impulse of a block has all of what the turning of g makes of it.
+        let turned = block.rate_rad_s.cross(&beyond) * block.duration_s;
+        (beyond, block.impulse_n_m_s + turned)
+    }
+
+    /// Course of wheels and impulse over the block.
+    pub fn courses(&self) -> Courses<T, W> {
+        let (start, block) = (&self.wheels_at_start, &self.block);
+        let duration_s = block.duration_s;
+        let (end, mean) = (&block.wheels_end_n_m_s, &block.wheels_n_m_s);
+        let by_share = Course::through(start, end, mean, self.of_samples());
+        let (beyond, impulse) = self.impulse();
+        let mean = impulse * T::lit(0.5) + beyond;
+        let of_impulse = Course::through(&Vec3::zeros(), &impulse, &mean, T::one());
+        Courses {
+            wheels: Course { by_share, duration_s },
+            impulse: Course { by_share: of_impulse, duration_s },
+        }
+    }
+
+    /// Drive that acts within the block, `delay_s` before its instants.
+    fn drive_within(&self, delay_s: T) -> Drive<T, W> {
+        let mut drive = Drive { wheels: self.courses().wheels.by_share, ..self.drive() };
+        if delay_s == T::zero() {
+            return drive;
+        }
+        let own = self.courses();
+        let [before, after] = [&self.before, &self.after].map(Option::as_ref);
+        let wheels =
+            own.wheels.shifted(delay_s, before.map(|b| &b.wheels), after.map(|a| &a.wheels));
+        // The mean over the samples lacks a share of the bulge that the mean over time has.
+        let [start, end, mean] = wheels;
+        let line = (start + end) * T::lit(0.5);
+        drive.wheel_mean = line + (mean - line) * (T::one() / self.of_samples());
+        drive.wheels = Course::through(&start, &end, &mean, T::one());
+        let before = before.map(|b| b.impulse.offset(&-b.impulse.end()));
+        let after = after.map(|a| a.impulse.offset(&own.impulse.end()));
+        let [start, end, mean] = own.impulse.shifted(delay_s, before.as_ref(), after.as_ref());
+        drive.impulse = end - start;
+        drive.beyond = mean - (start + end) * T::lit(0.5);
+        drive
+    }
+
+    fn drive(&self) -> Drive<T, W> {
+        let (beyond, impulse) = self.impulse();
+        let none = Momenta::zeros();
+        Drive { wheels: [none; 3], wheel_mean: self.block.wheels_n_m_s, impulse, beyond }
     }
 }
 
-impl<T: Real, const U: usize> Crossing<T, U> {
+/// Drive that acts within a block.
+#[derive(Clone, Copy, Debug)]
+struct Drive<T: Real, const W: usize> {
+    /// Parabola of each wheel's momentum, and its mean over the samples.
+    wheels: [Momenta<T, W>; 3],
+    wheel_mean: Momenta<T, W>,
+    /// Impulse of the external torque, and the mean over time of what it has beyond a ramp.
+    impulse: Vec3<T>,
+    beyond: Vec3<T>,
+}
+
+impl<T: Real, const W: usize, const U: usize> Crossing<T, W, U> {
     /// Coefficients of x w and x g in the step's share of time, `[w₀ w₁ w₂ g₀ g₁ g₂]`; notes mean, change
     /// and ends of the drive.
     fn within_step(&mut self, scale: T) -> [Vec3<T>; 6] {
@@ -500,7 +966,28 @@ impl<T: Real, const U: usize> Crossing<T, U> {
         self.mean_drive = w0 + w1 * half + w2 * third - self.mean_beyond;
         self.drive_change = w1 + w2 - g1 - g2;
         self.drive_ends += w0 - g0 + self.drive_change * half;
+        if U > WITHOUT_HARDWARE {
+            self.beyond_change = g1 + g2;
+            self.beyond_ends += g0 + self.beyond_change * half;
+            let (mean, _) = self.wheels_in_step();
+            let bulge = self.of_wheel[2] * (share * share);
+            // The mean of a parabola and that of its ends differ by a sixth of its bend.
+            self.wheel_ends += mean + bulge * T::lit(1.0 / 6.0);
+        }
         [w0 * scale, w1 * scale, w2 * scale, g0 * scale, g1 * scale, g2 * scale]
+    }
+}
+
+impl<T: Real, const W: usize, const U: usize> Crossing<T, W, U> {
+    /// Mean of each wheel's momentum over the present step, and its change.
+    fn wheels_in_step(&self) -> (Momenta<T, W>, Momenta<T, W>) {
+        let share = self.share;
+        let x = T::count(self.done) * share;
+        let [at_start, by_share, by_square] = self.of_wheel;
+        let slope = (by_share + by_square * (x + x)) * share;
+        let bend = by_square * (share * share);
+        let start = at_start + (by_share + by_square * x) * x;
+        (start + slope * T::lit(0.5) + bend * T::lit(1.0 / 3.0), slope + bend)
     }
 }
 
@@ -552,7 +1039,7 @@ fn across<T: Real>(v: &Vec3<T>, m: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
 
 /// The columns of `M G(ω)`.
 fn columns_of_the_regressor<T: Real>(m: &Mat<T, 3, 3>, w: &Vec3<T>) -> [Vec3<T>; 6] {
-    let [a, b, c]: [Vec3<T>; 3] = core::array::from_fn(|i| crate::math::column(m, i));
+    let [a, b, c]: [Vec3<T>; 3] = core::array::from_fn(|i| column(m, i));
     [a * w.x, b * w.y, c * w.z, a * w.y + b * w.x, a * w.z + c * w.x, b * w.z + c * w.y]
 }
 
@@ -562,30 +1049,46 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    const UNKNOWNS: usize = 18;
-    const ALL: Groups<f64> = Groups {
-        place: [
-            Some((Group::Torque, Belief::Zero)),
-            Some((Group::Bias, Belief::Zero)),
-            Some((Group::Drag, Belief::Zero)),
-        ],
-    };
+    /// All groups, with three wheels about the body axes.
+    const UNKNOWNS: usize = 39;
+    const PLACES: [Group; 10] = [
+        Group::Torque,
+        Group::Bias,
+        Group::Drag,
+        Group::GyroScale,
+        Group::GyroUpper,
+        Group::GyroLower,
+        Group::Wheel(0),
+        Group::Wheel(1),
+        Group::Wheel(2),
+        Group::Common,
+    ];
 
-    fn point() -> Point<f64> {
-        Point {
-            momentum: Vec3::new(0.1, -0.07, 0.08),
-            group: [
-                Vec3::new(0.0007, -0.0003, 0.001),
-                Vec3::new(0.01, 0.02, -0.01),
-                Vec3::new(0.007, -0.003, 0.01),
-            ],
-            shape: [0.04, -0.03, 0.03, -0.05, 0.02],
-            scale: 0.9,
+    fn all() -> Groups<f64> {
+        let mut groups = Groups { hardware: 3, ..Groups::none() };
+        for (place, group) in groups.place.iter_mut().zip(PLACES) {
+            *place = Some((group, Belief::Zero));
         }
+        groups
+    }
+
+    fn point() -> Point<f64, UNKNOWNS> {
+        let mut point = Point::sphere(Vec3::new(0.1, -0.07, 0.08));
+        point.set_place(0, &Vec3::new(0.0007, -0.0003, 0.001));
+        point.set_place(1, &Vec3::new(0.01, 0.02, -0.01));
+        point.set_place(2, &Vec3::new(0.007, -0.003, 0.01));
+        for place in 3..9 {
+            let size = 0.003 * place as f64;
+            point.set_place(place, &Vec3::new(size, -0.7 * size, 0.4 * size));
+        }
+        point.set_place(9, &Vec3::new(0.05, 0.02, -0.01));
+        point.set_shape(&[0.04, -0.03, 0.03, -0.05, 0.02]);
+        point.set_scale(0.9);
+        point
     }
 
     /// Wheels that swing, and a constant torque, over blocks of this length.
-    fn spans(duration_s: f64, count: usize) -> Vec<Span<f64>> {
+    fn spans(duration_s: f64, count: usize) -> Vec<Span<f64, 3>> {
         let wheels = |t: f64| Vec3::new(0.03 * (0.5 * t).sin(), 0.02, 0.03 * (0.4 * t).cos());
         let mean = |t: f64| {
             let i =
@@ -603,7 +1106,7 @@ mod tests {
                     ..Block::empty()
                 };
                 // So many that their mean is that over time.
-                Span { block, wheels_at_start: wheels(t), samples: 1e6 }
+                Span { block, wheels_at_start: wheels(t), samples: 1e6, before: None, after: None }
             })
             .collect()
     }
@@ -615,12 +1118,12 @@ mod tests {
     }
 
     fn fly(
-        point: &Point<f64>,
-        spans: &[Span<f64>],
-    ) -> (Trajectory<f64, UNKNOWNS>, Vec<Prediction>) {
+        point: &Point<f64, UNKNOWNS>,
+        spans: &[Span<f64, 3>],
+    ) -> (Trajectory<f64, 3, UNKNOWNS>, Vec<Prediction>) {
         let mut trajectory = Trajectory::blank();
-        assert!(trajectory.start(point, &ALL));
-        let mut cross = |span: &Span<f64>| {
+        assert!(trajectory.start(point, &all(), &Mat::identity()));
+        let mut cross = |span: &Span<f64, 3>| {
             let crossing = trajectory.cross(span);
             let rows: [[f64; UNKNOWNS]; 3] =
                 core::array::from_fn(|axis| trajectory.mean_sensitivity(&crossing, axis));
@@ -659,11 +1162,11 @@ mod tests {
         }
     }
 
-    fn moved(point: &Point<f64>, column: usize, by: f64) -> Point<f64> {
+    fn moved(point: &Point<f64, UNKNOWNS>, column: usize, by: f64) -> Point<f64, UNKNOWNS> {
         let mut step = [0.0; UNKNOWNS];
         step[column] = by;
         let mut next = point.stepped(&step);
-        next.momentum += Vec3::new(step[0], step[1], step[2]);
+        next.set_momentum(&(next.momentum() + Vec3::new(step[0], step[1], step[2])));
         next
     }
 
@@ -677,7 +1180,7 @@ mod tests {
             let (down, rates_down) = fly(&moved(&point(), c, -STEP), &spans);
             let of_momentum = (up.momentum - down.momentum) / (2.0 * STEP);
             let size = of_momentum.norm().max(1.0);
-            let is_forcing = (3..6).contains(&c) || (9..12).contains(&c) || c == 17;
+            let is_forcing = (3..6).contains(&c) || (9..12).contains(&c) || c > 20;
             let most = if is_forcing { END_OF_FORCING } else { END };
             let error = (end.sensitivity[c] - of_momentum).norm();
             assert!(error < most * size, "{c}: {error} of {size}");
@@ -696,9 +1199,10 @@ mod tests {
         for span in &mut spans {
             span.block.impulse_n_m_s = Vec3::zeros();
         }
-        let free = Point { group: [Vec3::zeros(); 3], ..point() };
+        let mut free = point();
+        (0..3).for_each(|place| free.set_place(place, &Vec3::zeros()));
         let (end, _) = fly(&free, &spans);
-        assert!((end.momentum.norm() - free.momentum.norm()).abs() < 1e-7);
+        assert!((end.momentum.norm() - free.momentum().norm()).abs() < 1e-7);
     }
 
     /// Neither wheels nor torque: the column of the scale is zero in every bit.
@@ -707,7 +1211,7 @@ mod tests {
         let mut spans = spans(0.5, 50);
         for span in &mut spans {
             span.block = Block { duration_s: 0.5, ..Block::empty() };
-            span.wheels_at_start = Vec3::zeros();
+            span.wheels_at_start = Momenta::zeros();
         }
         let (end, predictions) = fly(&point(), &spans);
         assert_eq!(end.sensitivity[UNKNOWNS - 1], Vec3::zeros());

@@ -7,8 +7,16 @@
 //! | | disturbance torque over the trace | `d` | rad/s² |
 //! | | gyro bias | `b` | rad/s |
 //! | | drag, over the trace: torque `−c ω` on each axis | `c` | 1/s |
+//! | | gyro scale factor error, about each axis | `M_xx M_yy M_zz` | share |
+//! | | gyro axes, upper: reading x of a rate about y, x of z, y of z | `M_xy M_xz M_yz` | rad |
+//! | | gyro axes, lower: reading y of a rate about x, z of x, z of y | `M_yx M_zx M_zy` | rad |
+//! | | wheel i: error of its spin inertia, tilts of its axis | `s θ₁ θ₂` | share, rad |
+//! | | time offset, error of the known torque, common error of the wheels | `δ t s` | s, share |
 //! | U − 6 to U − 2 | shape | `q` | – |
 //! | U − 1 | inverse of the trace over its unit, `κ / κᵤ` | `x` | – |
+//!
+//! The groups down to drag belong to one window, the others to the hardware, and last from window to window
+//! like the inertia ([`hardware`](crate::hardware)).
 //!
 //! Shape and scale come last: the last six rows of a triangular factor are then the information on
 //! the inertia alone, with all other unknowns eliminated.
@@ -20,14 +28,17 @@
 //! torque: without them the sensitivity to the scale is zero in every bit, and no rounding of six
 //! large columns can suggest that the scale was observed.
 
+use crate::hardware::Parameter;
 use crate::math::{Vec3, scalar::Real};
 
 /// Place of the momentum.
 pub const MOMENTUM: usize = 0;
 /// Place of the first further group.
 pub const FIRST_GROUP: usize = 3;
-/// Further groups at most.
-pub const GROUPS: usize = 3;
+/// Further groups at most: torque, bias, drag, four of gyro and clock, eight wheels.
+pub const GROUPS: usize = 15;
+/// Unknowns at most.
+pub const MOST_UNKNOWNS: usize = 9 + 3 * GROUPS;
 
 /// A group of three unknowns beside momentum and inertia.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,9 +49,45 @@ pub enum Group {
     Bias,
     /// Torque proportional to the rate about each axis.
     Drag,
+    /// Scale factor errors of the gyro.
+    GyroScale,
+    /// Errors of the gyro's axes above the diagonal.
+    GyroUpper,
+    /// Those below it.
+    GyroLower,
+    /// Errors of spin inertia and axis of a wheel.
+    Wheel(u8),
+    /// Time offset of the gyro, error of the known torque, common error of the spin inertias.
+    Common,
 }
 
-crate::persist!([] enum Group { 0 => Torque, 1 => Bias, 2 => Drag });
+crate::persist!([] enum Group {
+    0 => Torque, 1 => Bias, 2 => Drag, 3 => GyroScale, 4 => GyroUpper, 5 => GyroLower, 6 => Wheel(wheel: u8), 7 => Common
+});
+
+impl Group {
+    /// Parameter of the hardware that a component of the group is.
+    pub fn parameter(self, component: usize) -> Option<Parameter> {
+        let first = component.min(2) as u8;
+        match self {
+            Self::GyroScale => Some(Parameter::GyroScale(first)),
+            Self::GyroUpper => {
+                [(0, 1), (0, 2), (1, 2)].get(component).map(|(i, k)| Parameter::GyroAxes(*i, *k))
+            }
+            Self::GyroLower => {
+                [(1, 0), (2, 0), (2, 1)].get(component).map(|(i, k)| Parameter::GyroAxes(*i, *k))
+            }
+            Self::Wheel(wheel) if component == 0 => Some(Parameter::WheelInertia(wheel)),
+            Self::Wheel(wheel) => Some(Parameter::WheelAxis(wheel, first - 1)),
+            Self::Common => {
+                [Parameter::Delay, Parameter::TorqueScale, Parameter::CommonWheelInertia]
+                    .get(component)
+                    .copied()
+            }
+            Self::Torque | Self::Bias | Self::Drag => None,
+        }
+    }
+}
 
 /// Number of further groups that U unknowns hold.
 pub const fn groups_of(unknowns: usize) -> usize {
@@ -50,7 +97,7 @@ pub const fn groups_of(unknowns: usize) -> usize {
 
 /// True for the supported numbers of unknowns.
 pub const fn is_a_set(unknowns: usize) -> bool {
-    matches!(unknowns, 9 | 12 | 15 | 18)
+    unknowns >= 9 && unknowns <= MOST_UNKNOWNS && unknowns.is_multiple_of(3)
 }
 
 /// Place of the shape.
@@ -66,27 +113,80 @@ pub const fn scale_of(unknowns: usize) -> usize {
 /// Belief in a group before the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Belief<T: Real> {
-    /// Zero mean and this sigma, in the group's physical unit: N m, rad/s, 1/s.
-    Within(T),
+    /// Zero mean and these sigmas, in the group's physical unit. A component with the sigma zero is not an
+    /// unknown.
+    Within([T; 3]),
     /// Zero, and tested: the data's contradiction is a statistic of three degrees of freedom.
     Zero,
 }
 
-crate::persist!([T: Real] enum Belief<T> { 0 => Within(sigma: T), 1 => Zero });
+crate::persist!([T: Real] enum Belief<T> { 0 => Within(sigma: [T; 3]), 1 => Zero });
 
 /// Groups in use, by place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Groups<T: Real> {
     /// Group in each place and the belief in it.
     pub place: [Option<(Group, Belief<T>)>; GROUPS],
+    /// First place of the hardware: the groups before it belong to one window.
+    pub hardware: usize,
+    /// Known time offset of the gyro, s.
+    pub delay_s: T,
 }
 
-crate::persist!([T: Real] Groups<T> { place });
+crate::persist!([T: Real] Groups<T> { place, hardware, delay_s } if |this| this.hardware <= GROUPS);
 
 impl<T: Real> Groups<T> {
+    /// No groups.
+    pub fn none() -> Self {
+        Self { place: [None; GROUPS], hardware: GROUPS, delay_s: T::zero() }
+    }
+
     /// True if the group in this place, if any, is `group`.
     pub fn is_at(&self, place: usize, group: Group) -> bool {
         self.place.get(place).is_some_and(|at| at.is_some_and(|(g, _)| g == group))
+    }
+
+    /// True where a component of the group in this place is an unknown.
+    pub fn is_active(&self, place: usize, component: usize) -> bool {
+        match self.place.get(place) {
+            Some(Some((_, Belief::Within(sigma)))) => {
+                sigma.get(component).is_some_and(|sigma| *sigma > T::zero())
+            }
+            Some(Some((_, Belief::Zero))) => true,
+            _ => false,
+        }
+    }
+
+    /// Sigma of an unknown of the hardware before the data; none for the others.
+    pub fn sigma(&self, column: usize) -> Option<T> {
+        let place = column.checked_sub(FIRST_GROUP)? / 3;
+        match self.place.get(place) {
+            Some(Some((_, Belief::Within(sigma)))) if place >= self.hardware => {
+                sigma.get(column % 3).copied().filter(|sigma| *sigma > T::zero())
+            }
+            _ => None,
+        }
+    }
+
+    /// Bits of the components that are unknowns.
+    pub fn active_bits(&self, place: usize) -> u8 {
+        (0..3).fold(0, |bits, i| bits | u8::from(self.is_active(place, i)) << i)
+    }
+
+    /// True where hardware is among the unknowns.
+    pub fn has_hardware(&self) -> bool {
+        self.place.iter().skip(self.hardware).any(Option::is_some)
+    }
+
+    /// True where the model has a time offset, known or unknown.
+    pub fn has_offset(&self) -> bool {
+        let is_unknown = |place| self.is_at(place, Group::Common) && self.is_active(place, 0);
+        self.delay_s != T::zero() || (self.hardware..GROUPS).any(is_unknown)
+    }
+
+    /// First of U unknowns that lasts from window to window.
+    pub fn first_kept<const U: usize>(&self) -> usize {
+        FIRST_GROUP + 3 * self.hardware.min(groups_of(U))
     }
 }
 
@@ -95,62 +195,130 @@ const ROOT_HALF: f64 = core::f64::consts::FRAC_1_SQRT_2;
 /// `√⅙`.
 const ROOT_SIXTH: f64 = 0.408_248_290_463_863;
 
-/// Values of the unknowns.
+/// Values of the unknowns, by place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point<T: Real> {
-    /// `m₀`, rad/s.
-    pub momentum: Vec3<T>,
-    /// Further groups by place.
-    pub group: [Vec3<T>; GROUPS],
-    /// `q`.
-    pub shape: [T; 5],
-    /// `x = κ / κᵤ`, positive.
-    pub scale: T,
+pub struct Point<T: Real, const U: usize> {
+    values: [T; U],
 }
 
-crate::persist!([T: Real] Point<T> { momentum, group, shape, scale });
+crate::persist!([T: Real, const U: usize] Point<T, U> { values });
 
-impl<T: Real> Point<T> {
+impl<T: Real, const U: usize> Point<T, U> {
     /// Momentum of a sphere of unit scale.
     pub fn sphere(momentum: Vec3<T>) -> Self {
-        let group = [Vec3::zeros(); GROUPS];
-        Self { momentum, group, shape: [T::zero(); 5], scale: T::one() }
+        let mut point = Self { values: [T::zero(); U] };
+        point.set_momentum(&momentum);
+        point.set_scale(T::one());
+        point
+    }
+
+    /// Value of one unknown.
+    pub fn value(&self, index: usize) -> T {
+        self.values.get(index).copied().unwrap_or(T::zero())
+    }
+
+    /// Sets one unknown.
+    pub fn set_value(&mut self, index: usize, value: T) {
+        if let Some(of_index) = self.values.get_mut(index) {
+            *of_index = value;
+        }
+    }
+
+    /// Three unknowns from `first` on.
+    fn three(&self, first: usize) -> Vec3<T> {
+        Vec3::from_fn(|i, _| self.value(first + i))
+    }
+
+    fn set_three(&mut self, first: usize, values: &Vec3<T>) {
+        for i in 0..3 {
+            self.set_value(first + i, values[i]);
+        }
+    }
+
+    /// `m₀`, rad/s.
+    pub fn momentum(&self) -> Vec3<T> {
+        self.three(MOMENTUM)
+    }
+
+    /// Sets `m₀`, rad/s.
+    pub fn set_momentum(&mut self, momentum: &Vec3<T>) {
+        self.set_three(MOMENTUM, momentum);
+    }
+
+    /// Group in a place; zero beyond the last one.
+    pub fn of_place(&self, place: usize) -> Vec3<T> {
+        if place < groups_of(U) { self.three(FIRST_GROUP + 3 * place) } else { Vec3::zeros() }
+    }
+
+    /// Sets the group in a place.
+    pub fn set_place(&mut self, place: usize, values: &Vec3<T>) {
+        if place < groups_of(U) {
+            self.set_three(FIRST_GROUP + 3 * place, values);
+        }
+    }
+
+    /// `q`.
+    pub fn shape(&self) -> [T; 5] {
+        core::array::from_fn(|k| self.value(shape_of(U) + k))
+    }
+
+    /// Sets `q`.
+    pub fn set_shape(&mut self, shape: &[T; 5]) {
+        for (k, q) in shape.iter().enumerate() {
+            self.set_value(shape_of(U) + k, *q);
+        }
+    }
+
+    /// `x = κ / κᵤ`, positive.
+    pub fn scale(&self) -> T {
+        self.value(scale_of(U))
+    }
+
+    /// Sets `x`.
+    pub fn set_scale(&mut self, scale: T) {
+        self.set_value(scale_of(U), scale);
     }
 
     /// Elements `n` of the tensor over its trace.
     pub fn over_trace(&self) -> [T; 6] {
-        let third = T::lit(1.0 / 3.0);
-        let mut n = of_shape(&self.shape);
-        for moment in n.iter_mut().take(3) {
-            *moment += third;
-        }
-        n
+        over_trace(&self.shape())
     }
 
     /// Value of a further group; zero where it is not in use.
-    pub fn value(&self, groups: &Groups<T>, group: Group) -> Vec3<T> {
+    pub fn group(&self, groups: &Groups<T>, group: Group) -> Vec3<T> {
         match (0..GROUPS).find(|place| groups.is_at(*place, group)) {
-            Some(place) => self.group.get(place).copied().unwrap_or(Vec3::zeros()),
+            Some(place) => self.of_place(place),
             None => Vec3::zeros(),
         }
     }
 
     /// The point after a step of all unknowns but the momentum. The scale changes by a factor of
     /// five at most, so that it stays positive.
-    pub fn stepped<const U: usize>(&self, step: &[T; U]) -> Self {
+    pub fn stepped(&self, step: &[T; U]) -> Self {
         let mut next = *self;
-        for (place, group) in next.group.iter_mut().enumerate().take(groups_of(U)) {
-            let at = FIRST_GROUP + 3 * place;
-            *group += Vec3::new(step[at], step[at + 1], step[at + 2]);
-        }
-        for (k, q) in next.shape.iter_mut().enumerate() {
-            *q += step[shape_of(U) + k];
+        for (value, step) in next.values.iter_mut().zip(step).skip(FIRST_GROUP) {
+            *value += *step;
         }
         let five = T::lit(5.0);
-        let scale = self.scale + step[scale_of(U)];
-        next.scale = scale.max(self.scale / five).min(self.scale * five);
+        let scale = self.scale();
+        next.set_scale(next.scale().max(scale / five).min(scale * five));
         next
     }
+
+    /// True where all values are finite.
+    pub fn is_finite(&self) -> bool {
+        self.values.iter().all(|x| x.is_finite())
+    }
+}
+
+/// Elements `n` of the tensor over its trace that has this shape.
+pub fn over_trace<T: Real>(shape: &[T; 5]) -> [T; 6] {
+    let third = T::lit(1.0 / 3.0);
+    let mut n = of_shape(shape);
+    for moment in n.iter_mut().take(3) {
+        *moment += third;
+    }
+    n
 }
 
 /// Six elements of `Σ qₖ Bₖ`.

@@ -9,14 +9,16 @@
 //! | begin of a fit | norms of all blocks, or a solution of the factor |
 //! | conclusion of a window | a solution of six unknowns |
 
-use super::belief::{CONTRADICTED, last_six};
+use super::belief::kept;
 use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::Front;
 use super::pass::Pass;
 use super::start::{FirstPoint, LinearStart};
 use super::storage::{Marks, PairLimits, Stretch};
-use super::unknowns::{Belief, Group, Point};
+use super::trajectory::axes_at;
+use super::unknowns::{Belief, GROUPS, Group, Point};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
+use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Vec3, scalar::Real};
 
@@ -55,7 +57,7 @@ pub enum Slice {
 /// Present task of the fit.
 #[derive(Clone, Copy, Debug)]
 #[allow(clippy::large_enum_variant, reason = "without allocation, the largest task is reserved")]
-pub enum Work<T: Real, const U: usize> {
+pub enum Work<T: Real, const W: usize, const U: usize> {
     Idle,
     /// Linear start over blocks from the first to before the last one, and the solution of an earlier
     /// attempt.
@@ -63,27 +65,27 @@ pub enum Work<T: Real, const U: usize> {
         linear: LinearStart<T>,
         from: usize,
         end: usize,
-        chosen: Option<Chosen<T>>,
+        chosen: Option<Chosen<T, U>>,
     },
-    Descent(Descent<T, U>),
+    Descent(Descent<T, W, U>),
 }
 
 /// Next task after the last pass of an attempt.
 #[derive(Clone, Copy, Debug)]
-enum After<T: Real> {
+enum After<T: Real, const U: usize> {
     /// Another linear start.
-    Start { has_torque: bool, from: usize, end: usize, chosen: Option<Chosen<T>> },
+    Start { has_torque: bool, from: usize, end: usize, chosen: Option<Chosen<T, U>> },
     /// The result of all attempts.
     End { is_settled: bool },
 }
 
 /// Solution of an attempt, its cost in rad²/s², and the unit of its scale, 1/(kg m²).
-pub type Chosen<T> = (Point<T>, (T, T));
+pub type Chosen<T, const U: usize> = (Point<T, U>, (T, T));
 
-crate::persist!([T: Real, const U: usize] enum Work<T, U> {
+crate::persist!([T: Real, const W: usize, const U: usize] enum Work<T, W, U> {
     0 => Idle,
-    1 => Start { linear: LinearStart<T>, from: usize, end: usize, chosen: Option<Chosen<T>> },
-    2 => Descent(descent: Descent<T, U>)
+    1 => Start { linear: LinearStart<T>, from: usize, end: usize, chosen: Option<Chosen<T, U>> },
+    2 => Descent(descent: Descent<T, W, U>)
 });
 
 /// Slices after which [`finish`](Window::finish) gives up: no work is that long. Four attempts of 25
@@ -114,13 +116,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Completes all work on the samples so far. The present block ends with the newest sample. The window that
-    /// is closing comes first, then the open one.
+    /// is closing comes first, then the one that waits, then the open one.
     pub(super) fn complete(&mut self) {
         self.drain();
         if let Some(block) = self.averager.as_mut().and_then(super::Averager::finish) {
             self.add_block(&block);
         }
-        for _ in 0..2 {
+        for _ in 0..3 {
             let is_worth_it = self.closing.is_some() || !self.is_quiet;
             self.schedule.is_final = is_worth_it && self.schedule.fitted != self.schedule.blocks;
             self.work(MOST_SLICES);
@@ -156,7 +158,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.closing.as_ref().map_or(self.blocks.len(), |closing| closing.end)
     }
 
-    fn stretch(&self) -> Stretch<T> {
+    fn stretch(&self) -> Stretch<T, W> {
         self.closing.as_ref().map_or(self.open, |closing| closing.stretch)
     }
 
@@ -189,7 +191,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn sweep(&mut self) {
         let mut marks = Marks {
             front: self.front.as_ref().map_or(0, |front| front.pass.next),
-            split: self.closing.as_ref().map_or(0, |closing| closing.end),
+            split: [self.closing, self.waiting].map(|at| at.map_or(0, |closing| closing.end)),
         };
         let noise = self.reference_rad_s();
         let unit = self.front.as_ref().map_or(self.unit_per_kg_m2, |f| f.pass.unit_per_kg_m2);
@@ -197,12 +199,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             turn_rad: self.config.block_turn_rad,
             noise_n_m_s: self.noise_rad_s() / unit,
         };
-        self.blocks.sweep(&mut marks, &mut self.open, noise, &limits);
+        self.blocks.sweep(&mut marks, &mut self.open, noise, &limits, self.wheels.axes());
         if let Some(front) = &mut self.front {
             front.pass.next = marks.front;
         }
-        if let Some(closing) = &mut self.closing {
-            closing.end = marks.split;
+        for (at, end) in [&mut self.closing, &mut self.waiting].into_iter().zip(marks.split) {
+            if let Some(closing) = at {
+                closing.end = end;
+            }
         }
     }
 
@@ -230,16 +234,20 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     fn advance_front(&mut self) -> bool {
         let (end, stretch, period_s) = (self.end(), self.stretch(), self.period_s);
+        let has_offset = self.groups.has_offset();
         let Some(front) = &mut self.front else { return false };
         let next = front.pass.next;
         if next >= end {
             return false;
         }
         let unit = front.pass.unit_per_kg_m2;
-        let Some(span) = self.blocks.span(next, &stretch, unit, period_s) else { return false };
+        let Some(span) = self.blocks.span(next, &stretch, unit, period_s, has_offset) else {
+            return false;
+        };
         let residuals = &front.pass.residuals;
         let was_contradicted = residuals.is_contradicted || residuals.has_many_low();
         front.pass.take(&span);
+        let is_outgrown = front.is_outgrown();
         let residuals = &front.pass.residuals;
         let is_contradicted = residuals.is_contradicted || residuals.has_many_low();
         if !front.pass.is_finite() {
@@ -249,6 +257,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             self.end_stretch();
         } else if is_contradicted && !was_contradicted {
             self.schedule.due_at = self.schedule.blocks;
+        } else if is_outgrown {
+            let earliest = self.schedule.fitted.saturating_add(FIRST_FIT_BLOCKS / 2);
+            self.schedule.due_at = self.schedule.due_at.min(earliest);
         }
         true
     }
@@ -263,12 +274,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let Some(Front { pass, .. }) = self.front.as_ref().filter(|_| walk > T::zero()) else {
             return false;
         };
-        let share = walk * pass.unit_per_kg_m2 * pass.point.scale;
+        let share = walk * pass.unit_per_kg_m2 * pass.point.scale();
         let variance = share * share * self.open.duration_s;
-        let six = last_six(&pass.factor);
+        let first = super::unknowns::shape_of(U);
+        let six = kept(&pass.factor, first);
         let mut square = T::zero();
         for (k, times) in super::belief::WALKED.into_iter().enumerate() {
-            square += super::belief::information_on(&six, k) * T::count(times);
+            square += super::belief::information_on(&six, first + k) * T::count(times);
         }
         let noise = self.noise_rad_s();
         square * variance > T::lit(6.0 * MOST_WALKED) * (noise * noise)
@@ -293,22 +305,23 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Solution of the front as the start of a fit, if its data determine the shape.
     #[inline(never)]
-    fn carried_point(&self) -> Option<(Point<T>, T)> {
+    fn carried_point(&self) -> Option<(Point<T, U>, T)> {
         let front = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)?;
         let unit = front.pass.unit_per_kg_m2;
         let stretch = self.stretch();
         let wheels = stretch.wheels_n_m_s * unit;
         let step = front.pass.solution(&self.beliefs(unit))?;
-        let mut point = front.pass.point_after(&step, &wheels);
+        let mut point = front.pass.point_after(&step, &wheels, &self.groups);
         if stretch.rest.weight > T::zero() {
             // The window may begin later now: at the end of its rest.
-            point.momentum = momentum_of(&point, &stretch.rest.rate_rad_s, &wheels);
+            let drive = axes_at(&point, &self.groups, self.wheels.axes()) * wheels;
+            point.set_momentum(&momentum_of(&point, &stretch.rest.rate_rad_s, &drive));
         }
         Some((point, unit))
     }
 
     /// Begins a linear start, without a disturbance torque first.
-    pub(super) fn begin_start(&mut self, from: usize, end: usize, chosen: Option<Chosen<T>>) {
+    pub(super) fn begin_start(&mut self, from: usize, end: usize, chosen: Option<Chosen<T, U>>) {
         self.begin_start_with(false, from, end, chosen);
     }
 
@@ -317,12 +330,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         has_torque: bool,
         from: usize,
         end: usize,
-        chosen: Option<Chosen<T>>,
+        chosen: Option<Chosen<T, U>>,
     ) {
         let stretch = self.start_of(from);
         self.prepare_start(&stretch, has_torque, from, end, chosen);
         if let Work::Start { linear, .. } = &mut self.work {
-            linear.add_rest(&stretch.rest);
+            linear.add_rest(&stretch.rest, self.wheels.axes());
         }
     }
 
@@ -330,21 +343,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     fn prepare_start(
         &mut self,
-        stretch: &Stretch<T>,
+        stretch: &Stretch<T, W>,
         has_torque: bool,
         from: usize,
         end: usize,
-        chosen: Option<Chosen<T>>,
+        chosen: Option<Chosen<T, U>>,
     ) {
         let blocks = (from..end).filter_map(|i| self.blocks.block(i));
-        let linear = LinearStart::new(blocks, stretch, from, self.blocks.usual(), has_torque);
+        let axes = self.wheels.axes();
+        let linear = LinearStart::new(blocks, axes, stretch, from, self.blocks.usual(), has_torque);
         self.work = Work::Start { linear, from, end, chosen };
     }
 
     /// Stretch that begins with block `from`, which is not the first one.
-    pub(super) fn stretch_from(&self, from: usize) -> Stretch<T> {
+    pub(super) fn stretch_from(&self, from: usize) -> Stretch<T, W> {
         let before = from.checked_sub(1).and_then(|i| self.blocks.block(i));
-        let wheels = before.map_or(Vec3::zeros(), |block| block.wheels_end_n_m_s);
+        let wheels = before.map_or(Momenta::zeros(), |block| block.wheels_end_n_m_s);
         Stretch { wheels_n_m_s: wheels, rest: super::storage::Rest::none(), ..self.stretch() }
     }
 
@@ -354,12 +368,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let mut span = None;
         if let Work::Descent(Descent { pass, from, .. }) = &self.work {
             let stretch = self.start_of(*from);
-            span = self.blocks.span(pass.next, &stretch, pass.unit_per_kg_m2, self.period_s);
+            let has_offset = self.groups.has_offset();
+            let unit = pass.unit_per_kg_m2;
+            span = self.blocks.span(pass.next, &stretch, unit, self.period_s, has_offset);
         }
         match (&mut self.work, span) {
             (Work::Descent(descent), Some(span)) => descent.pass.take(&span),
             (Work::Start { linear, .. }, _) => match self.blocks.block(linear.next) {
-                Some(block) => linear.take(block),
+                Some(block) => linear.take(block, self.wheels.axes()),
                 None => self.work = Work::Idle,
             },
             _ => self.work = Work::Idle,
@@ -391,7 +407,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.begin_descent(&first, attempt, from, end, chosen);
     }
 
-    fn start_of(&self, from: usize) -> Stretch<T> {
+    fn start_of(&self, from: usize) -> Stretch<T, W> {
         if from == 0 { self.stretch() } else { self.stretch_from(from) }
     }
 
@@ -409,13 +425,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         attempt: Attempt,
         from: usize,
         end: usize,
-        chosen: Option<Chosen<T>>,
+        chosen: Option<Chosen<T, U>>,
     ) {
         let unit = first.per_kg_m2.unwrap_or_else(|| self.known_scale());
-        let mut point = Point { shape: first.shape, ..Point::sphere(Vec3::zeros()) };
-        for (place, group) in point.group.iter_mut().enumerate() {
+        let mut point = Point::sphere(Vec3::zeros());
+        point.set_shape(&first.shape);
+        for place in 0..GROUPS {
             if self.groups.is_at(place, Group::Torque) {
-                *group = first.torque;
+                point.set_place(place, &first.torque);
             }
         }
         self.set_initial_rate(&mut point, from, unit);
@@ -438,19 +455,21 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Momentum of a point from the measured rate at the first block.
     #[inline(never)]
-    fn set_initial_rate(&self, point: &mut Point<T>, from: usize, unit: T) {
+    fn set_initial_rate(&self, point: &mut Point<T, U>, from: usize, unit: T) {
         let stretch = self.start_of(from);
         let rate = if stretch.rest.weight > T::zero() {
             stretch.rest.rate_rad_s
         } else {
             self.blocks.block(from).map_or(Vec3::zeros(), |block| block.rate_rad_s)
         };
-        point.momentum = momentum_of(point, &rate, &(stretch.wheels_n_m_s * unit));
+        let axes = axes_at(point, &self.groups, self.wheels.axes());
+        let drive = axes * (stretch.wheels_n_m_s * unit);
+        point.set_momentum(&momentum_of(point, &rate, &drive));
     }
 
     /// Begins a pass about a point.
     #[inline(never)]
-    fn begin_pass(&mut self, point: &Point<T>, unit: T) {
+    fn begin_pass(&mut self, point: &Point<T, U>, unit: T) {
         let Work::Descent(Descent { pass, from, attempt, .. }) = &self.work else { return };
         let stretch = self.start_of(*from);
         let (noise, reference) = (self.noise_rad_s(), self.reference_rad_s());
@@ -467,7 +486,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         pass.unit_rad_s = noise;
         pass.unit_per_kg_m2 = unit;
         let wheels = stretch.wheels_n_m_s * unit;
-        if !pass.begin(point, &self.groups, *from, &stretch.rest, &wheels) {
+        let axes = self.wheels.axes();
+        if !pass.begin(point, &self.groups, axes, *from, &stretch.rest, &wheels) {
             pass.next = *end;
             pass.residuals.cost = T::MAX;
         }
@@ -475,7 +495,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// After a pass over all blocks of a descent.
     #[inline(never)]
-    fn after_pass(&mut self) -> Option<After<T>> {
+    fn after_pass(&mut self) -> Option<After<T, U>> {
         let Work::Descent(descent) = &self.work else { return None };
         let descent = &mut { *descent };
         let unit = descent.pass.unit_per_kg_m2;
@@ -500,17 +520,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     fn continue_with(
         &mut self,
-        descent: &Descent<T, U>,
-        point: &Point<T>,
+        descent: &Descent<T, W, U>,
+        point: &Point<T, U>,
         unit: T,
-    ) -> Option<After<T>> {
+    ) -> Option<After<T, U>> {
         self.work = Work::Descent(*descent);
         self.begin_pass(point, unit);
         None
     }
 
     /// The attempts have ended with the pass of this descent.
-    fn end_with(&mut self, descent: &Descent<T, U>, is_settled: bool) -> Option<After<T>> {
+    fn end_with(&mut self, descent: &Descent<T, W, U>, is_settled: bool) -> Option<After<T, U>> {
         self.work = Work::Descent(*descent);
         Some(After::End { is_settled })
     }
@@ -518,10 +538,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// After an attempt: another one, or the result.
     fn after_attempt(
         &mut self,
-        descent: &mut Descent<T, U>,
+        descent: &mut Descent<T, W, U>,
         is_settled: bool,
         is_at_end: bool,
-    ) -> Option<After<T>> {
+    ) -> Option<After<T, U>> {
         let unit = descent.pass.unit_per_kg_m2;
         let is_good = is_settled && self.is_explained(&descent.pass);
         // A change within the blocks is not a matter of where the descent starts.
@@ -534,8 +554,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             return self.end_with(descent, is_settled);
         }
         if is_at_end {
-            let cost =
-                descent.pass.residuals.cost + self.beliefs(unit).cost::<U>(&descent.pass.point);
+            let cost = descent.pass.residuals.cost + self.beliefs(unit).cost(&descent.pass.point);
             if descent.chosen.is_none_or(|(_, (least, _))| cost < least) {
                 descent.chosen = Some((descent.pass.point, (cost, unit)));
             }
@@ -543,7 +562,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.next_attempt(descent, is_settled)
     }
 
-    fn next_attempt(&mut self, descent: &mut Descent<T, U>, is_settled: bool) -> Option<After<T>> {
+    fn next_attempt(
+        &mut self,
+        descent: &mut Descent<T, W, U>,
+        is_settled: bool,
+    ) -> Option<After<T, U>> {
         let (from, end) = (descent.from, descent.end);
         let attempt = match (descent.attempt, descent.linear) {
             (Attempt::Carried, _) => {
@@ -561,7 +584,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let (mut point, mut unit) = (descent.linear.unwrap_or(descent.pass.point), unit);
         match attempt {
             Attempt::Sphere => {
-                point = Point { scale: point.scale, ..Point::sphere(Vec3::zeros()) };
+                let scale = point.scale();
+                point = Point::sphere(Vec3::zeros());
+                point.set_scale(scale);
                 self.set_initial_rate(&mut point, from, unit);
             }
             Attempt::Prior => {
@@ -589,18 +614,20 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Point of earlier windows, or of the prior.
-    fn other_start(&self, unit: T) -> Point<T> {
+    fn other_start(&self, unit: T) -> Point<T, U> {
         let of_past = self.past.as_ref().and_then(|past| past.point(unit));
         let of_prior = || {
             let shape = self.config.prior.as_ref().map(super::belief::shape_of_prior);
-            Point { shape: shape.unwrap_or([T::zero(); 5]), ..Point::sphere(Vec3::zeros()) }
+            let mut point = Point::sphere(Vec3::zeros());
+            point.set_shape(&shape.unwrap_or([T::zero(); 5]));
+            point
         };
         of_past.unwrap_or_else(of_prior)
     }
 
     /// True where the residuals of a pass agree with the noise, but for outliers: those at the point, or
     /// those at the solution of the blocks alone, from which earlier windows and the prior may differ.
-    pub(super) fn is_explained(&self, pass: &Pass<T, U>) -> bool {
+    pub(super) fn is_explained(&self, pass: &Pass<T, W, U>) -> bool {
         let at_point = pass.residuals.typical(pass.unit_rad_s);
         let typical = at_point.min(super::report::rms(&pass.residuals, U));
         typical <= self.reference_rad_s() * T::lit(EXPLAINED)
@@ -614,7 +641,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let Work::Descent(Descent { pass, from, .. }) = &self.work else { return };
         let from = *from;
         let is_shape_observed = self.is_shape_observed(pass);
-        let front = Front { pass: *pass, is_settled, is_shape_observed };
+        let observed = self.observed_by(pass);
+        let front = Front::new(*pass, is_settled, is_shape_observed, observed);
         self.work = Work::Idle;
         let is_good = self.is_good(&front);
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
@@ -629,19 +657,20 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.front = Some(front);
         if is_good {
             self.inquiry = None;
+            self.reconsider(&front.pass);
         } else {
             self.inquire(&front);
         }
     }
 
     /// True for a fit at a minimum whose residuals agree with the noise from the first block to the last.
-    pub(super) fn is_good(&self, front: &Front<T, U>) -> bool {
+    pub(super) fn is_good(&self, front: &Front<T, W, U>) -> bool {
         front.is_settled && self.is_explained(&front.pass) && !front.pass.residuals.is_contradicted
     }
 
     /// True where the sigma of every coordinate of the shape is well below its range.
     #[inline(never)]
-    fn is_shape_observed(&self, pass: &Pass<T, U>) -> bool {
+    fn is_shape_observed(&self, pass: &Pass<T, W, U>) -> bool {
         let mut factor = pass.factor;
         let beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.add(&mut factor, &pass.point);
@@ -653,22 +682,25 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Drag becomes an unknown where the blocks contradict its absence.
     #[inline(never)]
-    fn lets_drag_loose(&mut self, pass: &Pass<T, U>) -> bool {
+    fn lets_drag_loose(&mut self, pass: &Pass<T, W, U>) -> bool {
         let Some(drag) = self.config.drag_per_s else { return false };
         let mut factor = pass.factor;
-        let contradiction = self.beliefs(pass.unit_per_kg_m2).add(&mut factor, &pass.point);
+        let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
+        beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(pass));
+        let contradiction = beliefs.add(&mut factor, &pass.point);
         let mut is_loose = false;
         for (place, of_place) in self.groups.place.iter_mut().enumerate() {
             let is_shown = contradiction[place] > T::lit(DRAG_SHOWN);
             if is_shown && matches!(of_place, Some((Group::Drag, Belief::Zero))) {
-                *of_place = Some((Group::Drag, Belief::Within(drag)));
+                *of_place = Some((Group::Drag, Belief::Within([drag; 3])));
                 is_loose = true;
             }
         }
         if is_loose {
-            for of_place in &mut self.groups.place {
+            let hardware = self.groups.hardware;
+            for of_place in self.groups.place.iter_mut().take(hardware) {
                 if of_place.is_none() {
-                    let bias = Belief::Within(T::lit(BIAS_WITH_DRAG_RAD_S));
+                    let bias = Belief::Within([T::lit(BIAS_WITH_DRAG_RAD_S); 3]);
                     *of_place = Some((Group::Bias, bias));
                     break;
                 }
@@ -679,26 +711,25 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Concludes the window that is being closed: its information goes to the past.
     #[inline(never)]
-    fn conclude(&mut self) {
+    pub(super) fn conclude(&mut self) {
         let end = self.end();
         if let Some(front) = self.front.take() {
             self.join_past(&front);
         }
-        self.closing = None;
+        self.closing = self.waiting.take();
         self.work = Work::Idle;
         self.inquiry = None;
-        // Counted in blocks of the window that ends.
-        self.suspect_until = 0;
         self.blocks.drop_before(end);
         let further = self.blocks.len().saturating_sub(end) as u32;
-        self.schedule = Schedule { blocks: further, ..Schedule::new() };
+        let is_final = self.closing.is_some();
+        self.schedule = Schedule { blocks: further, is_final, ..Schedule::new() };
         self.schedule.reopen();
         self.groups = self.config.groups::<U>();
     }
 
     /// Adds the information of a window to that of the windows before it, unless these contradict it.
     #[inline(never)]
-    fn join_past(&mut self, front: &Front<T, U>) {
+    fn join_past(&mut self, front: &Front<T, W, U>) {
         self.ended = self.ended_with(front);
         if !self.is_good(front) {
             return;
@@ -710,9 +741,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past.walk(walk);
         }
         self.drop_contradicted(pass);
+        self.reconsider(pass);
         let past =
             super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
-        if past.information.factor.iter().flatten().all(|x| x.is_finite()) {
+        if past.is_finite() {
             self.past = Some(past);
             // The mean over the window is a third of it away from its end in variance.
             self.past_age_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
@@ -720,35 +752,36 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    /// Information of the blocks alone on shape and scale, of unit variance.
-    pub(super) fn information(&self, pass: &Pass<T, U>) -> SquareRootInformation<T, 6> {
+    /// Information of the blocks alone on hardware and inertia, of unit variance.
+    pub(super) fn information(&self, pass: &Pass<T, W, U>) -> SquareRootInformation<T, U> {
         let (mut window, sigma) = self.window_alone(pass);
         window.rescale(T::one(), T::one() / (sigma * sigma));
-        window
+        // The pins of what does not last stay as they are.
+        kept(&window, self.groups.first_kept::<U>())
     }
 
     /// Discards earlier windows and the prior where the blocks of a window contradict them. True if it
     /// did.
-    fn drop_contradicted(&mut self, pass: &Pass<T, U>) -> bool {
+    fn drop_contradicted(&mut self, pass: &Pass<T, W, U>) -> bool {
         let (window, sigma) = self.window_alone(pass);
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.noise_rad_s = sigma;
-        if beliefs.contradiction(&window, &pass.point) <= T::lit(CONTRADICTED) {
+        if beliefs.contradiction(&window, &pass.point) <= beliefs.contradicted() {
             return false;
         }
         self.forget_past();
         true
     }
 
-    /// Information of the blocks alone on shape and scale, in units of a sample's variance, and the sigma
+    /// Information of the blocks alone on hardware and inertia, in units of a sample's variance, and the sigma
     /// of a sample.
     #[inline(never)]
-    pub(super) fn window_alone(&self, pass: &Pass<T, U>) -> (SquareRootInformation<T, 6>, T) {
+    pub(super) fn window_alone(&self, pass: &Pass<T, W, U>) -> (SquareRootInformation<T, U>, T) {
         let mut factor = pass.factor;
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
         let sigma = self.sigma_of_sample(pass);
         beliefs.noise_rad_s = sigma;
-        beliefs.add_groups(&mut factor, &pass.point);
-        (last_six(&factor), sigma)
+        beliefs.add_of_window(&mut factor, &pass.point);
+        (kept(&factor, self.groups.first_kept::<U>()), sigma)
     }
 }

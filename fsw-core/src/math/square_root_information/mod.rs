@@ -50,7 +50,7 @@
 
 mod solution;
 
-use super::{scalar::Real, unroll};
+use super::{UNROLLED, scalar::Real, unroll};
 
 /// Equations `R x = d` for N unknowns. The default holds no information.
 ///
@@ -164,6 +164,9 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// `a ← a − x uᵢ`, `uᵢ⁺ = uᵢ + s a`. \[Gentleman1973\]
     #[inline(never)]
     pub fn add_weighted(&mut self, row: &[T; N], mut y: T, mut weight: T) -> RecursiveResidual<T> {
+        if N > UNROLLED {
+            return self.fold(row, y, weight);
+        }
         let mut rest = *row;
         unroll!(N, I => {
             let x = rest[I];
@@ -204,6 +207,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// chi-square of one degree of freedom.
     #[inline(never)]
     pub fn would_leave(&self, row: &[T; N], mut y: T, mut weight: T) -> RecursiveResidual<T> {
+        const { assert!(N <= UNROLLED, "more unknowns than are unrolled") };
         let mut rest = *row;
         unroll!(N, I => {
             let x = rest[I];

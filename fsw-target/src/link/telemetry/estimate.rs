@@ -109,6 +109,7 @@ codes! { Outcome {
     36 "reset_changed" => Reset(Reset::Changed);
     37 "reset_diverged" => Reset(Reset::Diverged);
     38 "reset_clock" => Reset(Reset::Clock);
+    39 "reset_interrupted" => Reset(Reset::Interrupted);
 } }
 
 #[cfg(test)]

@@ -92,6 +92,8 @@ record! { OutcomeCounts {
     clock_resets: u32, "–";
     /// Resets after consecutive spikes.
     lockout_resets: u32, "–";
+    /// Resets after a fault or a change in mid-motion.
+    interruption_resets: u32, "–";
     /// Resets of the carried estimate, contradicted by new data.
     change_resets: u32, "–";
     /// Resets of a state that is no longer finite.

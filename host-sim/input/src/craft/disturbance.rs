@@ -1,7 +1,9 @@
 //! `[disturbance]`: unknowns besides the inertia, in craft files and scenarios.
 
 use serde::Deserialize;
+use toml::Spanned;
 
+use super::hardware::{StatedHardware, TORQUE_SIGMA};
 use crate::key::{ANY, FLAG, Key, Table};
 
 /// Torque among the unknowns.
@@ -16,7 +18,7 @@ pub const GYRO_BIAS: Key =
 pub const TABLE: Table = Table {
     header: "[disturbance]",
     about: "Unknowns estimated besides the inertia. Optional.",
-    keys: &[TORQUE, GYRO_BIAS],
+    keys: &[TORQUE, GYRO_BIAS, TORQUE_SIGMA],
 };
 
 /// Unknowns besides the inertia.
@@ -29,10 +31,19 @@ pub struct SolveFor {
 }
 
 impl SolveFor {
-    pub(super) fn write(&self, text: &mut String) {
+    /// The unknowns that are asked for by a flag, or by the sigma of their prior.
+    pub fn with_priors(self, hardware: &StatedHardware) -> Self {
+        Self {
+            torque: self.torque || hardware.torque_sigma_n_m.is_some(),
+            gyro_bias: self.gyro_bias || hardware.bias_sigma_rad_s.is_some(),
+        }
+    }
+
+    pub(super) fn write(&self, text: &mut String, hardware: &StatedHardware) {
         if *self != Self::default() {
             let Self { torque, gyro_bias } = self;
             *text += &format!("[disturbance]\ntorque = {torque}\ngyro_bias = {gyro_bias}\n");
+            hardware.write_disturbance(text);
         }
     }
 }
@@ -44,4 +55,5 @@ pub(super) struct DisturbanceFile {
     pub torque: bool,
     #[serde(default)]
     pub gyro_bias: bool,
+    pub torque_sigma_n_m: Option<Spanned<f64>>,
 }

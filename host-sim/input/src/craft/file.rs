@@ -9,6 +9,9 @@ use toml::Spanned;
 use super::disturbance::{self, DisturbanceFile, SolveFor};
 use super::filter::{self, Filter, FilterFile};
 use super::gyro::{self, GyroData, GyroFile};
+use super::hardware::{
+    self, ModeFile, MountFile, StatedHardware, Statements, TorqueScaleFile, Unstated, WheelsFile,
+};
 use super::prior::{self, Prior, PriorFile};
 use super::wheel::{self, Wheel, WheelFile, check_count};
 use crate::error::InputError;
@@ -21,7 +24,11 @@ const ROOT: Table = Table {
     about: "Tables of a craft file.",
     keys: &[
         Key::required("wheel", REPEATED, "", ANY, "Reaction wheels").or("no wheel"),
+        Key::required("wheels", TABLE, "", ANY, "Errors of all wheels").or("assumed errors"),
         Key::required("gyro", TABLE, "", ANY, "Gyro").or("unknown gyro"),
+        Key::required("torque", TABLE, "", ANY, "Error of the torque columns").or("assumed error"),
+        Key::required("mount", TABLE, "", ANY, "Turn of all sensors as one").or("none"),
+        Key::required("mode", REPEATED, "", ANY, "Flexible modes and slosh").or("rigid body"),
         Key::required("prior", TABLE, "", ANY, "Expected inertia").or("no prior"),
         Key::required("filter", TABLE, "", ANY, "Process noise").or("that of the estimators"),
         Key::required("disturbance", TABLE, "", ANY, "Further unknowns").or("none"),
@@ -29,8 +36,18 @@ const ROOT: Table = Table {
 };
 
 /// The tables of a craft file.
-pub const TABLES: [Table; 6] =
-    [ROOT, wheel::TABLE, gyro::TABLE, prior::TABLE, filter::TABLE, disturbance::TABLE];
+pub const TABLES: [Table; 10] = [
+    ROOT,
+    wheel::TABLE,
+    hardware::WHEELS_TABLE,
+    gyro::TABLE,
+    hardware::TORQUE_TABLE,
+    hardware::MOUNT_TABLE,
+    hardware::MODE_TABLE,
+    prior::TABLE,
+    filter::TABLE,
+    disturbance::TABLE,
+];
 
 /// A spacecraft as known to the estimator.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +56,8 @@ pub struct Craft {
     pub wheels: Vec<Wheel>,
     /// Known properties of the gyro.
     pub gyro: GyroData,
+    /// Errors of the hardware: known parts, and one sigma of the rest.
+    pub hardware: StatedHardware,
     /// Inertia expected before any measurement, if known.
     pub prior: Option<Prior>,
     /// Process noise of the filters.
@@ -85,15 +104,16 @@ impl Craft {
     /// and lists in the syntax of TOML.
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
-        for wheel in &self.wheels {
-            wheel.write(&mut text);
+        for (index, wheel) in self.wheels.iter().enumerate() {
+            wheel.write(&mut text, index, &self.hardware);
         }
-        self.gyro.write(&mut text);
+        self.gyro.write(&mut text, &self.hardware);
+        self.hardware.write_tables(&mut text);
         if let Some(prior) = &self.prior {
             prior.write(&mut text);
         }
         self.filter.write(&mut text);
-        self.solve_for.write(&mut text);
+        self.solve_for.write(&mut text, &self.hardware);
         text
     }
 
@@ -107,13 +127,24 @@ impl Craft {
         let gyro = file.gyro.read(&root.table("gyro"))?;
         let prior = file.prior.map(|prior| prior.read(&root)).transpose()?;
         let filter = file.filter.read(&root)?;
-        let DisturbanceFile { torque, gyro_bias } = file.disturbance;
+        let DisturbanceFile { torque, gyro_bias, torque_sigma_n_m } = file.disturbance;
+        let hardware = Statements {
+            gyro: file.gyro.statements(),
+            each_wheel: file.wheel.iter().map(|wheel| wheel.get_ref().statements()).collect(),
+            wheels: file.wheels,
+            torque_scale_sigma: file.torque.scale_sigma,
+            torque_sigma_n_m,
+            mount: file.mount,
+            modes: file.mode,
+        }
+        .read(&root, Unstated::DataSheet)?;
         Ok(Self {
             wheels,
             gyro,
             prior,
             filter,
-            solve_for: SolveFor { torque, gyro_bias },
+            solve_for: SolveFor { torque, gyro_bias }.with_priors(&hardware),
+            hardware,
             initial_estimate: None,
         })
     }
@@ -125,7 +156,15 @@ struct CraftFile {
     #[serde(default)]
     wheel: Vec<Spanned<WheelFile>>,
     #[serde(default)]
+    wheels: WheelsFile,
+    #[serde(default)]
     gyro: GyroFile,
+    #[serde(default)]
+    torque: TorqueScaleFile,
+    #[serde(default)]
+    mount: MountFile,
+    #[serde(default)]
+    mode: Vec<Spanned<ModeFile>>,
     prior: Option<PriorFile>,
     #[serde(default)]
     filter: FilterFile,
@@ -136,10 +175,35 @@ struct CraftFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::craft::Mode;
     use crate::error::Problem;
 
     fn message(text: &str) -> String {
         Craft::from_toml("craft.toml", text).unwrap_err().to_string()
+    }
+
+    /// Hardware with an error in every key.
+    fn imperfect_hardware() -> StatedHardware {
+        StatedHardware {
+            gyro_scale: [0.01, 0.0, -0.02],
+            gyro_axes_rad: [0.001, 0.0, 0.0, 0.002, 0.0, 0.0],
+            gyro_scale_sigma: 0.003,
+            gyro_axes_sigma_rad: 0.1f64.to_radians(),
+            gyro_delay_s: 0.02,
+            gyro_delay_sigma_s: 0.0,
+            gyro_averaged: true,
+            gyro_noise_tolerance: 0.2,
+            bias_sigma_rad_s: None,
+            bias_walk_rad_s_sqrt_s: 1e-6,
+            wheel_spin_inertia_sigma: vec![0.02],
+            wheel_axis_sigma_rad: vec![0.3f64.to_radians()],
+            common_spin_inertia_sigma: 0.004,
+            torque_scale_sigma: 0.1,
+            torque_sigma_n_m: Some(1e-5),
+            mount_sigma_rad: [0.0, 0.0, 2f64.to_radians()],
+            modes: vec![Mode { frequency_hz: 0.5, damping: 0.01 }],
+            assumed: vec!["gyro.axes_sigma_deg", "gyro.noise_tolerance"],
+        }
     }
 
     #[test]
@@ -155,6 +219,7 @@ mod tests {
                 range_rad_s: None,
                 quantum_rad_s: Some(1e-5),
             },
+            hardware: imperfect_hardware(),
             prior: Some(Prior {
                 inertia_kg_m2: [25.0, 25.0, 25.0, 2.0, 2.0, 2.0],
                 sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
@@ -171,8 +236,8 @@ mod tests {
         assert!((again.wheels[0].axis - craft.wheels[0].axis).norm() < 1e-15);
         assert_eq!(again.wheels[0].name, craft.wheels[0].name);
         assert_eq!(
-            (again.gyro, again.prior, again.filter, again.solve_for),
-            (craft.gyro, craft.prior, craft.filter, craft.solve_for)
+            (again.gyro, again.hardware, again.prior, again.filter, again.solve_for),
+            (craft.gyro, craft.hardware, craft.prior, craft.filter, craft.solve_for)
         );
         let bare = Craft::default();
         assert_eq!(Craft::from_toml("craft.toml", &bare.to_toml()).unwrap(), bare);
@@ -180,7 +245,50 @@ mod tests {
 
     #[test]
     fn empty_file_is_a_craft_without_wheels() {
-        assert_eq!(Craft::from_toml("craft.toml", "").unwrap(), Craft::default());
+        let craft = Craft::from_toml("craft.toml", "").unwrap();
+        assert_eq!(craft, Craft { hardware: craft.hardware.clone(), ..Craft::default() });
+    }
+
+    #[test]
+    fn absent_errors_are_assumed_and_present_ones_are_not() {
+        let wheel = "[[wheel]]\naxis = [1, 0, 0]\nspin_inertia_kg_m2 = 1e-3\n";
+        let read = |text: &str| Craft::from_toml("craft.toml", text).unwrap().hardware;
+        let bare = read(wheel);
+        assert_eq!(bare.assumed, hardware::DATA_SHEET.map(|row| row.path));
+        assert_eq!((bare.gyro_scale_sigma, bare.torque_scale_sigma), (0.005, 0.05));
+        assert_eq!(bare.wheel_axis_sigma_rad, [0.2f64.to_radians()]);
+        assert!(!bare.is_ideal() && read("").wheel_spin_inertia_sigma.is_empty());
+
+        let own = format!("{wheel}spin_inertia_sigma = 0.03\n{wheel}");
+        let stated = "[wheels]\nspin_inertia_sigma = 0\n[gyro]\nscale_sigma = 0\n\
+                      bias_sigma_rad_s = 0.02\n";
+        let stated = Craft::from_toml("craft.toml", &format!("{own}{stated}")).unwrap();
+        assert_eq!(stated.hardware.wheel_spin_inertia_sigma, [0.03, 0.0]);
+        assert_eq!(stated.hardware.gyro_scale_sigma, 0.0);
+        assert_eq!(stated.solve_for, SolveFor { torque: false, gyro_bias: true });
+        assert!(!stated.hardware.assumed.contains(&"gyro.scale_sigma"));
+        assert!(!stated.hardware.assumed.contains(&"wheel.spin_inertia_sigma"));
+    }
+
+    #[test]
+    fn each_bad_error_is_reported() {
+        for (text, expected) in [
+            (
+                "[gyro]\nscale_sigma = -1",
+                "`gyro.scale_sigma` is -1; it must be zero or positive, at",
+            ),
+            ("[gyro]\naxes_deg = [1]", "`gyro.axes_deg` has 1 entries, but takes 6"),
+            ("[gyro]\nscale = [0, 0, 0.6]", "`gyro.scale` is [0, 0, 0.6]; it must be above -0.5"),
+            ("[gyro]\ndelay_sigma_s = nan", "`gyro.delay_sigma_s` is NaN; it must be zero or"),
+            ("[wheels]\naxis_sigma_deg = 11", "`wheels.axis_sigma_deg` is 11; it must be zero or"),
+            ("[torque]\nscale = 1", "unknown key `scale` (did you mean `scale_sigma`?)"),
+            ("[disturbance]\ntorque_sigma_n_m = 0", "`disturbance.torque_sigma_n_m` is 0; it must"),
+            ("[[mode]]\ndamping = 0.1", "missing key `frequency_hz`"),
+            ("[[mode]]\nfrequency_hz = 1\ndamping = 1", "`mode[1].damping` is 1; it must be zero"),
+        ] {
+            let message = message(text);
+            assert!(message.contains(expected), "{message}\n  expected: {expected}");
+        }
     }
 
     #[test]

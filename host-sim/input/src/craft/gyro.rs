@@ -3,9 +3,13 @@
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::hardware::{
+    AVERAGED, AXES_SIGMA, BIAS_SIGMA, BIAS_WALK, DELAY, DELAY_SIGMA, GyroStatements, KNOWN_AXES,
+    KNOWN_SCALE, NOISE_TOLERANCE, SCALE_SIGMA, StatedHardware,
+};
 use crate::error::InputError;
 use crate::key::{Key, NUMBER, POSITIVE, Table};
-use crate::section::Section;
+use crate::section::{List, Section};
 
 const NOISE: Key = Key::required(
     "noise_rad_s",
@@ -27,8 +31,25 @@ const QUANTUM: Key = Key::required(
 .or("negligible");
 
 /// The keys of `[gyro]` in a craft file.
-pub const TABLE: Table =
-    Table { header: "[gyro]", about: "The gyro. Optional.", keys: &[NOISE, RANGE, QUANTUM] };
+pub const TABLE: Table = Table {
+    header: "[gyro]",
+    about: "The gyro. Optional.",
+    keys: &[
+        NOISE,
+        RANGE,
+        QUANTUM,
+        KNOWN_SCALE,
+        KNOWN_AXES,
+        SCALE_SIGMA,
+        AXES_SIGMA,
+        DELAY,
+        DELAY_SIGMA,
+        AVERAGED,
+        BIAS_SIGMA,
+        BIAS_WALK,
+        NOISE_TOLERANCE,
+    ],
+};
 
 /// Known properties of the gyro.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,7 +81,7 @@ impl GyroData {
         self.quantum_rad_s.map(|quantum| quantum / 12.0f64.sqrt())
     }
 
-    pub(super) fn write(&self, text: &mut String) {
+    pub(super) fn write(&self, text: &mut String, hardware: &StatedHardware) {
         *text += "[gyro]\n";
         let Self { noise_rad_s, range_rad_s, quantum_rad_s } = *self;
         for (key, value) in [(NOISE, noise_rad_s), (RANGE, range_rad_s), (QUANTUM, quantum_rad_s)] {
@@ -68,6 +89,7 @@ impl GyroData {
                 *text += &format!("{} = {value:?}\n", key.name);
             }
         }
+        hardware.write_gyro(text);
     }
 }
 
@@ -77,9 +99,36 @@ pub(super) struct GyroFile {
     noise_rad_s: Option<Spanned<f64>>,
     range_rad_s: Option<Spanned<f64>>,
     quantum_rad_s: Option<Spanned<f64>>,
+    scale: Option<List>,
+    axes_deg: Option<List>,
+    scale_sigma: Option<Spanned<f64>>,
+    axes_sigma_deg: Option<Spanned<f64>>,
+    delay_s: Option<Spanned<f64>>,
+    delay_sigma_s: Option<Spanned<f64>>,
+    #[serde(default)]
+    averaged: bool,
+    bias_sigma_rad_s: Option<Spanned<f64>>,
+    bias_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
+    noise_tolerance: Option<Spanned<f64>>,
 }
 
 impl GyroFile {
+    /// The statements on errors.
+    pub(super) fn statements(self) -> GyroStatements {
+        GyroStatements {
+            scale: self.scale,
+            axes_deg: self.axes_deg,
+            scale_sigma: self.scale_sigma,
+            axes_sigma_deg: self.axes_sigma_deg,
+            delay_s: self.delay_s,
+            delay_sigma_s: self.delay_sigma_s,
+            averaged: self.averaged,
+            bias_sigma_rad_s: self.bias_sigma_rad_s,
+            bias_walk_rad_s_sqrt_s: self.bias_walk_rad_s_sqrt_s,
+            noise_tolerance: self.noise_tolerance,
+        }
+    }
+
     pub(super) fn read(&self, section: &Section<'_>) -> Result<GyroData, InputError> {
         Ok(GyroData {
             noise_rad_s: section.optional_number(&NOISE, &self.noise_rad_s)?,

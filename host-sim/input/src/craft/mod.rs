@@ -9,6 +9,10 @@
 //! noise_rad_s = 1.0e-4                # one sigma, white, per sample
 //! range_rad_s = 4.36                  # full scale
 //! quantum_rad_s = 1.0e-5              # least significant bit
+//! scale_sigma = 0.005                 # errors of the hardware, one sigma each: see `hardware`
+//! axes_sigma_deg = 0.1
+//! [wheels]
+//! spin_inertia_sigma = 0.01
 //! [prior]                             # optional
 //! inertia_kg_m2 = [25, 25, 25, 2, 2, 2]
 //! sigma_kg_m2 = [30, 30, 30, 10, 10, 10]
@@ -27,6 +31,7 @@ pub mod disturbance;
 pub mod file;
 pub mod filter;
 pub mod gyro;
+pub mod hardware;
 pub mod prior;
 pub mod wheel;
 
@@ -34,5 +39,6 @@ pub use disturbance::SolveFor;
 pub use file::{Craft, InitialEstimate, TABLES};
 pub use filter::Filter;
 pub use gyro::GyroData;
+pub use hardware::{Mode, StatedHardware};
 pub use prior::Prior;
 pub use wheel::{MAX_WHEELS, Wheel};

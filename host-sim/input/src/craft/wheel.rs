@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::hardware::{AXIS_SIGMA, SPIN_INERTIA_SIGMA, StatedHardware, WheelStatements};
 use crate::error::{InputError, Problem};
 use crate::key::{ANY, DIRECTION, Key, NUMBER, POSITIVE, TEXT, Table, VECTOR};
 use crate::section::{List, Section};
@@ -35,7 +36,7 @@ pub const SPIN_INERTIA: Key = Key::required(
 pub const TABLE: Table = Table {
     header: "[[wheel]]",
     about: "A reaction wheel. At most 8, in the order of the log's columns; none is valid.",
-    keys: &[NAME, AXIS, SPIN_INERTIA],
+    keys: &[NAME, AXIS, SPIN_INERTIA, SPIN_INERTIA_SIGMA, AXIS_SIGMA],
 };
 
 /// A reaction wheel: balanced, symmetric about its axis.
@@ -67,13 +68,14 @@ impl Wheel {
         })
     }
 
-    pub(super) fn write(&self, text: &mut String) {
+    pub(super) fn write(&self, text: &mut String, index: usize, hardware: &StatedHardware) {
         *text += "[[wheel]]\n";
         if let Some(name) = &self.name {
             *text += &format!("name = {name:?}\n");
         }
         *text += &format!("axis = {:?}\n", self.axis.as_slice());
         *text += &format!("spin_inertia_kg_m2 = {:?}\n", self.spin_inertia_kg_m2);
+        hardware.write_wheel(text, index);
     }
 }
 
@@ -97,9 +99,19 @@ pub(super) struct WheelFile {
     name: Option<String>,
     axis: List,
     spin_inertia_kg_m2: Spanned<f64>,
+    spin_inertia_sigma: Option<Spanned<f64>>,
+    axis_sigma_deg: Option<Spanned<f64>>,
 }
 
 impl WheelFile {
+    /// The statements on errors.
+    pub(super) fn statements(&self) -> WheelStatements {
+        WheelStatements {
+            spin_inertia_sigma: self.spin_inertia_sigma.clone(),
+            axis_sigma_deg: self.axis_sigma_deg.clone(),
+        }
+    }
+
     pub(super) fn read(&self, section: &Section<'_>) -> Result<Wheel, InputError> {
         Wheel::read(section, self.name.clone(), &self.axis, &self.spin_inertia_kg_m2)
     }

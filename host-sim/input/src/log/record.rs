@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use crate::craft::StatedHardware;
+
 /// A checked log: at least one row, time strictly increasing, every value finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedLog {
@@ -17,6 +19,16 @@ pub struct RecordedLog {
     pub skipped_rows: BTreeMap<&'static str, u64>,
     /// Notes to the user, one sentence each: ignored columns, rows left out, corrections of time.
     pub notes: Vec<String>,
+}
+
+impl RecordedLog {
+    /// Removes the known scale error and misalignment of the gyro from the readings. A known delay
+    /// remains: it is the mean of the estimator's time offset.
+    pub fn correct(&mut self, hardware: &StatedHardware) {
+        for row in &mut self.rows {
+            row.rate_rad_s = hardware.corrected_rate_rad_s(&row.rate_rad_s);
+        }
+    }
 }
 
 /// One sample.

@@ -1,19 +1,26 @@
 //! `joint-ekf`: nine-state filter of rate and inertia, \[Bellar2019\].
 
 use fsw_core::estimator::joint_ekf::{Config, InitialRate, JointEkfPublished, JointEkfUd};
+use fsw_core::hardware::{Disturbance, Hardware};
 use fsw_core::{Prior, Real, WheelArray};
 
 use crate::estimation::adapter::{AnyEstimator, narrow, of_setup};
 use crate::estimation::error::SetUpError;
 use crate::estimation::setup::Setup;
 
-/// The filter that flies: UD form, start by alignment.
-pub fn aligned<T: Real, const W: usize>(
+/// The filter that flies: UD form, start by alignment. It considers the errors of the hardware and the
+/// disturbances that the craft states, up to P parameters; without any it is the filter without columns.
+pub fn aligned<T: Real, const W: usize, const P: usize>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn AnyEstimator>, SetUpError> {
     let config = configure(Config::new(setup.required_gyro_noise_rad_s()?), setup);
-    Ok(of_setup::<T, _, W>(JointEkfUd::new(config, wheels)?, setup))
+    let (hardware, disturbance) = (setup.hardware::<T, W>(), setup.disturbance());
+    if hardware == Hardware::ideal() && disturbance == Disturbance::none() {
+        return Ok(of_setup::<T, _, W>(JointEkfUd::new(config, wheels)?, setup));
+    }
+    let filter = JointEkfUd::<T, W, P>::considering(config, wheels, &hardware, &disturbance)?;
+    Ok(of_setup::<T, _, W>(filter, setup))
 }
 
 /// The filter as printed.

@@ -1,6 +1,7 @@
 //! `window`: Gauss-Newton fit of each manoeuvre as a whole.
 
 use fsw_core::estimator::window::{Config, Window};
+use fsw_core::hardware::Hardware;
 use fsw_core::{Real, WheelArray};
 
 use crate::estimation::adapter::{AnyEstimator, of_setup};
@@ -21,10 +22,10 @@ const LONGEST_BLOCK_S: f64 = 0.8;
 const WITH_TORQUE: usize = 12;
 /// Unknowns with disturbances to solve for: gyro bias and drag as well.
 const WITH_DRAG: usize = 18;
-/// Prior sigma of a disturbance torque, N m: above any disturbance of a small spacecraft. It bounds
+/// Prior sigma of a disturbance torque where none is stated, N m: above any disturbance of a small spacecraft. It bounds
 /// the torque where the motion leaves it unobserved.
 const TORQUE_SIGMA_N_M: f64 = 0.1;
-/// Prior sigma of a gyro bias, rad/s: above the bias of a consumer gyro, 3 deg/s.
+/// Prior sigma of a gyro bias where none is stated, rad/s: above the bias of a consumer gyro, 3 deg/s.
 const BIAS_SIGMA_RAD_S: f64 = 0.05;
 
 /// Prior sigma of drag rates, 1/s: of objects of a tenth of a metre and a hundred grams in air, 0.1 to
@@ -33,12 +34,14 @@ const DRAG_SIGMA_PER_S: f64 = 0.2;
 /// Slices of work after each sample. A pass over 512 blocks then takes 8 samples.
 const SLICES_PER_STEP: u32 = 64;
 
-/// The estimator with the unknowns that the craft asks for.
-pub fn set_up<T: Real, const W: usize>(
+/// The estimator with the unknowns that the craft asks for; H of them where errors of the hardware are stated.
+pub fn set_up<T: Real, const W: usize, const H: usize>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn AnyEstimator>, SetUpError> {
-    if setup.craft.solve_for == SolveFor::default() {
+    if setup.hardware::<T, W>() != Hardware::ideal() {
+        with_unknowns::<T, W, H>(setup, wheels)
+    } else if setup.craft.solve_for == SolveFor::default() {
         with_unknowns::<T, W, WITH_TORQUE>(setup, wheels)
     } else {
         with_unknowns::<T, W, WITH_DRAG>(setup, wheels)
@@ -64,9 +67,13 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
     if let Some(walk) = setup.inertia_walk_kg_m2_sqrt_s() {
         config.inertia_walk_kg_m2_sqrt_s = walk;
     }
-    config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(TORQUE_SIGMA_N_M));
-    config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(BIAS_SIGMA_RAD_S));
+    let hardware = &setup.craft.hardware;
+    let torque_sigma_n_m = hardware.torque_sigma_n_m.unwrap_or(TORQUE_SIGMA_N_M);
+    let bias_sigma_rad_s = hardware.bias_sigma_rad_s.unwrap_or(BIAS_SIGMA_RAD_S);
+    config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(torque_sigma_n_m));
+    config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(bias_sigma_rad_s));
     config.drag_per_s = solve_for.torque.then_some(T::lit(DRAG_SIGMA_PER_S));
+    config.hardware = setup.hardware();
     config.slices_per_step = SLICES_PER_STEP;
     config.is_torque_smooth = setup.craft.filter.is_torque_smooth;
     config.block_samples = block_samples(setup.sample_period_s, config.block_samples);

@@ -3,7 +3,7 @@
 /// The scenario of `run` without an argument.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
-const BUILT_IN: [(&str, &str); 30] = [
+const BUILT_IN: [(&str, &str); 34] = [
     (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
     (
         "stsat3-spin-up-wrong-prior",
@@ -21,6 +21,19 @@ const BUILT_IN: [(&str, &str); 30] = [
     ("kim-2010-slew", include_str!("../../../scenarios/kim-2010-slew.toml")),
     ("microsat-slew", include_str!("../../../scenarios/microsat-slew.toml")),
     ("random-spacecraft", include_str!("../../../scenarios/random-spacecraft.toml")),
+    (
+        "cubesat-pyramid-data-sheet",
+        include_str!("../../../scenarios/cubesat-pyramid-data-sheet.toml"),
+    ),
+    ("microsat-slew-data-sheet", include_str!("../../../scenarios/microsat-slew-data-sheet.toml")),
+    (
+        "stsat3-spin-up-data-sheet",
+        include_str!("../../../scenarios/stsat3-spin-up-data-sheet.toml"),
+    ),
+    (
+        "random-spacecraft-data-sheet",
+        include_str!("../../../scenarios/random-spacecraft-data-sheet.toml"),
+    ),
     ("deployment", include_str!("../../../scenarios/deployment.toml")),
     ("break-off", include_str!("../../../scenarios/break-off.toml")),
     ("no-change", include_str!("../../../scenarios/no-change.toml")),

@@ -1,6 +1,8 @@
 //! A scenario: a spacecraft and its flight.
 
-use flight_input::craft::{Craft, Filter, GyroData, InitialEstimate, Prior, SolveFor};
+use flight_input::craft::{
+    Craft, Filter, GyroData, InitialEstimate, Prior, SolveFor, StatedHardware,
+};
 use fsw_core::Inertia;
 use nalgebra::Vector3;
 
@@ -8,6 +10,7 @@ use super::change::{Changes, Stretch};
 use super::control::Control;
 use super::dispersion::Dispersion;
 use super::gyro::SimulatedGyro;
+use super::hardware::TrueHardware;
 use super::profile::ExternalTorque;
 use super::spacecraft::Spacecraft;
 use super::wheel::SimulatedWheel;
@@ -31,6 +34,11 @@ pub struct Scenario {
     pub control: Option<Control>,
     /// The gyro.
     pub gyro: SimulatedGyro,
+    /// Errors of the hardware as known to the estimator. Ideal unless stated.
+    pub hardware: StatedHardware,
+    /// True errors of the hardware, unknown to the estimator. Those drawn by the seed are included
+    /// once drawn: see [`Scenario::of_seed`].
+    pub true_hardware: TrueHardware,
     /// True constant external torque unknown to the estimator, body axes, N m.
     pub disturbance_torque_n_m: Vector3<f64>,
     /// Unknowns of the estimator besides the inertia.
@@ -62,6 +70,8 @@ impl Scenario {
             torque: ExternalTorque::ZERO,
             control: None,
             gyro,
+            hardware: StatedHardware::default(),
+            true_hardware: TrueHardware::default(),
             disturbance_torque_n_m: Vector3::zeros(),
             solve_for: SolveFor::default(),
             prior: None,
@@ -87,11 +97,18 @@ impl Scenario {
                 range_rad_s: self.gyro.range_rad_s,
                 quantum_rad_s: self.gyro.quantum_rad_s,
             },
+            hardware: self.hardware.clone(),
             prior: physical.or_else(|| self.prior.clone()),
             filter: Filter { is_torque_smooth: self.torque.is_smooth(), ..self.filter },
             solve_for: self.solve_for,
             initial_estimate: self.initial_estimate.clone(),
         }
+    }
+
+    /// The wheels with their true axes and spin inertias.
+    pub fn true_wheels(&self) -> Vec<SimulatedWheel> {
+        let wheels = self.wheels.iter().enumerate();
+        wheels.map(|(index, wheel)| self.true_hardware.true_wheel(index, wheel)).collect()
     }
 
     /// The flight in stretches between sudden changes; a single one without changes.

@@ -3,10 +3,12 @@
 use flight_input::InputError;
 use flight_input::craft::SolveFor;
 use flight_input::craft::disturbance::{GYRO_BIAS, TORQUE};
+use flight_input::craft::hardware::TORQUE_SIGMA;
 use flight_input::key::{FINITE, Key, Table, VECTOR};
 use flight_input::section::{List, Section};
 use nalgebra::Vector3;
 use serde::Deserialize;
+use toml::Spanned;
 
 const TORQUE_N_M: Key = Key::required(
     "torque_n_m",
@@ -21,7 +23,7 @@ const TORQUE_N_M: Key = Key::required(
 pub(super) const TABLE: Table = Table {
     header: "[disturbance]",
     about: "A torque unknown to the estimator, and the unknowns besides the inertia. Optional.",
-    keys: &[TORQUE, GYRO_BIAS, TORQUE_N_M],
+    keys: &[TORQUE, GYRO_BIAS, TORQUE_N_M, TORQUE_SIGMA],
 };
 
 #[derive(Default, Deserialize)]
@@ -32,6 +34,7 @@ pub(super) struct DisturbanceFile {
     #[serde(default)]
     gyro_bias: bool,
     torque_n_m: Option<List>,
+    pub(super) torque_sigma_n_m: Option<Spanned<f64>>,
 }
 
 /// The disturbance torque, and the unknowns besides the inertia.

@@ -31,12 +31,13 @@ impl Scenario {
                 solve_for: self.solve_for,
                 disturbance_torque_n_m: self.disturbance_torque_n_m,
                 ..random_draw::scenario(random, &self.name, seed)
-            };
+            }
+            .with_drawn_hardware(seed);
         }
         let mut scenario = self.of_truth(self.dispersion.truth_of(seed));
         let spread = &self.dispersion.initial_estimate;
         scenario.initial_estimate = spread.as_ref().map(|spread| initial_estimate(spread, seed));
-        scenario
+        scenario.with_drawn_hardware(seed)
     }
 }
 

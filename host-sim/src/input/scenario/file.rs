@@ -3,9 +3,14 @@
 use std::path::Path;
 
 use flight_input::InputError;
+use flight_input::craft::MAX_WHEELS;
 use flight_input::craft::filter::{self, Filter, FilterFile};
+use flight_input::craft::hardware::{
+    self, ModeFile, Statements, TorqueScaleFile, Unstated, WheelStatements, WheelsFile,
+};
 use flight_input::craft::prior::{self, PriorFile};
 use flight_input::craft::wheel::check_count;
+use flight_input::inertia::{principal_moments, tensor};
 use flight_input::key::{ANY, Key, NUMBER, POSITIVE, TABLE, TABLES as REPEATED, TEXT, Table};
 use flight_input::section::Section;
 use flight_input::toml_source::TomlSource;
@@ -18,7 +23,8 @@ use super::control::{self, ControlFile, control};
 use super::definition::Scenario;
 use super::dispersion::{self, Dispersion, DispersionFile};
 use super::disturbance::{self, Disturbance, DisturbanceFile};
-use super::gyro::{self, GyroFile};
+use super::gyro::{self, GyroErrorsFile, GyroFile};
+use super::hardware::{self as true_hardware, Carrier, HardwareFile};
 use super::limits::MAX_SAMPLES;
 use super::problem::ScenarioProblem;
 use super::profile::{self, ExternalProfileFile, ExternalTorque, Surroundings, external_profile};
@@ -39,7 +45,7 @@ const DURATION: Key = Key::required(
 const ROOT: Table = Table {
     header: "",
     about: "Keys above the first table, and the tables. A scenario of random spacecraft has only \
-            `name`, `[random_spacecraft]` and `[disturbance]`.",
+            `name`, `[random_spacecraft]` and tables of errors.",
     keys: &[
         NAME,
         DURATION,
@@ -47,9 +53,12 @@ const ROOT: Table = Table {
         Key::required("change", REPEATED, "", ANY, "Sudden changes of the inertia").or("no change"),
         Key::required("drift", TABLE, "", ANY, "Drift of the inertia").or("no drift"),
         Key::required("wheel", REPEATED, "", ANY, "Reaction wheels").or("no wheel"),
+        Key::required("wheels", TABLE, "", ANY, "Errors of all wheels").or("ideal wheels"),
         Key::required("torque", TABLE, "", ANY, "Commanded external torque").or("no torque"),
         Key::required("control", TABLE, "", ANY, "Attitude controller").or("no controller"),
         Key::required("gyro", TABLE, "", ANY, "Simulated gyro"),
+        Key::required("mode", REPEATED, "", ANY, "Modes known to the estimator").or("rigid body"),
+        Key::required("hardware", TABLE, "", ANY, "True errors of the hardware").or("ideal"),
         Key::required("disturbance", TABLE, "", ANY, "Unknown torque, further unknowns").or("none"),
         Key::required("prior", TABLE, "", ANY, "Expected inertia").or("no prior"),
         Key::required("filter", TABLE, "", ANY, "Process noise").or("that of the estimators"),
@@ -59,15 +68,25 @@ const ROOT: Table = Table {
 const FILTER_TABLE: Table =
     Table { keys: &[filter::RATE_WALK, filter::INERTIA_WALK], ..filter::TABLE };
 
-/// The tables of a scenario file.
-pub const TABLES: [Table; 15] = [
+const WHEELS_TABLE: Table = Table {
+    keys: &[
+        hardware::EACH_SPIN_INERTIA_SIGMA.or("0"),
+        hardware::EACH_AXIS_SIGMA.or("0"),
+        hardware::COMMON_SPIN_INERTIA_SIGMA,
+    ],
+    ..hardware::WHEELS_TABLE
+};
+
+const OWN_TABLES: [Table; 17] = [
     ROOT,
     spacecraft::TABLE,
     wheel::TABLE,
     profile::WHEEL_TABLE,
+    WHEELS_TABLE,
     profile::EXTERNAL_TABLE,
     control::TABLE,
     gyro::TABLE,
+    hardware::MODE_TABLE,
     disturbance::TABLE,
     prior::TABLE,
     FILTER_TABLE,
@@ -77,6 +96,23 @@ pub const TABLES: [Table; 15] = [
     dispersion::INITIAL_TABLE,
     random_spacecraft::TABLE,
 ];
+
+const TABLE_COUNT: usize = OWN_TABLES.len() + true_hardware::TABLES.len();
+
+/// The tables of a scenario file.
+pub const TABLES: [Table; TABLE_COUNT] = {
+    let mut tables = [ROOT; TABLE_COUNT];
+    let mut index = 0;
+    while index < TABLE_COUNT {
+        tables[index] = if index < OWN_TABLES.len() {
+            OWN_TABLES[index]
+        } else {
+            true_hardware::TABLES[index - OWN_TABLES.len()]
+        };
+        index += 1;
+    }
+    tables
+};
 
 /// Discriminator: a scenario of random spacecraft, or of a single one.
 #[derive(Deserialize)]
@@ -91,6 +127,16 @@ struct RandomFile {
     random_spacecraft: RandomSpacecraftFile,
     #[serde(default)]
     disturbance: DisturbanceFile,
+    #[serde(default)]
+    gyro: GyroErrorsFile,
+    #[serde(default)]
+    wheels: WheelsFile,
+    #[serde(default)]
+    torque: TorqueScaleFile,
+    #[serde(default)]
+    mode: Vec<Spanned<ModeFile>>,
+    #[serde(default)]
+    hardware: HardwareFile,
 }
 
 #[derive(Deserialize)]
@@ -104,9 +150,15 @@ struct ScenarioFile {
     drift: Option<DriftFile>,
     #[serde(default)]
     wheel: Vec<Spanned<WheelFile>>,
+    #[serde(default)]
+    wheels: WheelsFile,
     torque: Option<ExternalProfileFile>,
     control: Option<Spanned<ControlFile>>,
     gyro: GyroFile,
+    #[serde(default)]
+    mode: Vec<Spanned<ModeFile>>,
+    #[serde(default)]
+    hardware: HardwareFile,
     #[serde(default)]
     disturbance: DisturbanceFile,
     prior: Option<PriorFile>,
@@ -125,18 +177,52 @@ pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, Input
     }
 }
 
+/// A random spacecraft, for the check of modal inertias: least over largest moment of eight masses in a
+/// cube is above 0.1.
+const RANDOM_CARRIER: Carrier =
+    Carrier { wheels: MAX_WHEELS, largest_moment_kg_m2: 1.0, smallest_moment_kg_m2: 0.1 };
+
 impl RandomFile {
+    fn statements(&self) -> Statements {
+        Statements {
+            gyro: self.gyro.statements(),
+            each_wheel: vec![WheelStatements::default(); MAX_WHEELS],
+            wheels: self.wheels.clone(),
+            torque_scale_sigma: self.torque.scale_sigma.clone(),
+            torque_sigma_n_m: self.disturbance.torque_sigma_n_m.clone(),
+            modes: self.mode.clone(),
+            ..Statements::default()
+        }
+    }
+
     fn read(&self, root: &Section<'_>) -> Result<Scenario, InputError> {
-        let random = self.random_spacecraft.read(&root.table("random_spacecraft"))?;
+        let mut random = self.random_spacecraft.read(&root.table("random_spacecraft"))?;
+        random.hardware = self.statements().read(root, Unstated::Ideal)?;
+        random.true_hardware = self.hardware.read(root, &RANDOM_CARRIER)?;
         let Disturbance { torque_n_m, solve_for } = self.disturbance.read(root)?;
         let dispersion = Dispersion { spacecraft: Some(random.clone()), ..Dispersion::default() };
         Ok(Scenario {
             name: self.name.clone(),
             disturbance_torque_n_m: torque_n_m,
-            solve_for,
+            solve_for: solve_for.with_priors(&random.hardware),
             dispersion,
             ..random_draw::scenario(&random, &self.name, 0)
         })
+    }
+}
+
+/// Each of the tensors times a factor leaves a positive definite body without its wheels.
+fn carries_wheels(tensors: &[[f64; 6]], factor: f64, wheels: &[SimulatedWheel]) -> bool {
+    let rest = |j: &[f64; 6]| moments_without_wheels(&j.map(|j| j * factor), wheels)[0];
+    tensors.iter().all(|tensor| rest(tensor) > 0.0)
+}
+
+/// The body that carries the hardware of a scenario.
+fn carrier(inertia_kg_m2: &[f64; 6], wheels: &[SimulatedWheel]) -> Carrier {
+    Carrier {
+        wheels: wheels.len(),
+        largest_moment_kg_m2: principal_moments(&tensor(inertia_kg_m2))[2],
+        smallest_moment_kg_m2: moments_without_wheels(inertia_kg_m2, wheels)[0],
     }
 }
 
@@ -148,7 +234,7 @@ impl ScenarioFile {
         let spacecraft = self.spacecraft.read(&root.table("spacecraft"))?;
         let inertia_kg_m2 = &spacecraft.inertia_kg_m2;
         let surroundings = Surroundings { folder, duration_s };
-        let wheels = self.wheels(root, inertia_kg_m2, surroundings)?;
+        let wheels = self.simulated_wheels(root, inertia_kg_m2, surroundings)?;
         let changes = ChangesFile {
             sudden: &self.change,
             drift: self.drift.as_ref(),
@@ -158,11 +244,8 @@ impl ScenarioFile {
         .read(root, duration_s)?;
         let later = changes.sudden.iter().map(|change| change.inertia_kg_m2);
         let tensors: Vec<[f64; 6]> = later.chain([*inertia_kg_m2]).collect();
-        let carries_wheels = |factor: f64| {
-            let rest = |j: &[f64; 6]| moments_without_wheels(&j.map(|j| j * factor), &wheels)[0];
-            tensors.iter().all(|tensor| rest(tensor) > 0.0)
-        };
-        let dispersion = self.dispersion.read(&root.table("dispersion"), carries_wheels)?;
+        let carries = |factor: f64| carries_wheels(&tensors, factor, &wheels);
+        let dispersion = self.dispersion.read(&root.table("dispersion"), carries)?;
         let torque = (self.torque.as_ref())
             .map(|profile| external_profile(&root.table("torque"), profile, surroundings))
             .transpose()?;
@@ -170,6 +253,8 @@ impl ScenarioFile {
             .map(|table| control(&root.table("control"), table, inertia_kg_m2, &wheels))
             .transpose()?;
         let disturbance = self.disturbance.read(root)?;
+        let hardware = self.statements().read(root, Unstated::Ideal)?;
+        let true_hardware = self.hardware.read(root, &carrier(inertia_kg_m2, &wheels))?;
         let filter = self.filter(root)?;
         let prior = self.prior.map(|prior| prior.read(root)).transpose()?;
         Ok(Scenario {
@@ -178,12 +263,28 @@ impl ScenarioFile {
             torque: torque.unwrap_or(ExternalTorque::ZERO),
             control,
             disturbance_torque_n_m: disturbance.torque_n_m,
-            solve_for: disturbance.solve_for,
+            solve_for: disturbance.solve_for.with_priors(&hardware),
+            hardware,
+            true_hardware,
             prior,
             filter,
             dispersion,
             ..Scenario::free(self.name, duration_s, spacecraft, gyro)
         })
+    }
+
+    /// The statements of all tables on the hardware.
+    fn statements(&self) -> Statements {
+        let torque = self.torque.as_ref();
+        Statements {
+            gyro: self.gyro.statements(),
+            each_wheel: self.wheel.iter().map(|wheel| wheel.get_ref().statements()).collect(),
+            wheels: self.wheels.clone(),
+            torque_scale_sigma: torque.and_then(|profile| profile.get_ref().scale_sigma.clone()),
+            torque_sigma_n_m: self.disturbance.torque_sigma_n_m.clone(),
+            modes: self.mode.clone(),
+            ..Statements::default()
+        }
     }
 
     fn check_sample_count(&self, root: &Section<'_>, samples: f64) -> Result<(), InputError> {
@@ -195,7 +296,7 @@ impl ScenarioFile {
     }
 
     /// The wheels, which must leave the body a positive definite inertia.
-    fn wheels(
+    fn simulated_wheels(
         &self,
         root: &Section<'_>,
         inertia_kg_m2: &[f64; 6],

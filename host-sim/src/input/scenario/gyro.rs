@@ -1,6 +1,10 @@
 //! `[gyro]` of a scenario: the simulated gyro.
 
 use flight_input::InputError;
+use flight_input::craft::hardware::{
+    AVERAGED, AXES_SIGMA, BIAS_SIGMA, DELAY, DELAY_SIGMA, GyroStatements, NOISE_TOLERANCE,
+    SCALE_SIGMA,
+};
 use flight_input::key::{FINITE, Key, NOT_NEGATIVE, NUMBER, POSITIVE, Range, Table, VECTOR};
 use flight_input::section::{List, Section};
 use nalgebra::Vector3;
@@ -50,8 +54,23 @@ const RANGE: Key = Key::required(
 /// The keys of `[gyro]` in a scenario.
 pub(super) const TABLE: Table = Table {
     header: "[gyro]",
-    about: "The simulated gyro.",
-    keys: &[RATE, NOISE, BIAS, BIAS_WALK, QUANTUM, RANGE],
+    about: "The simulated gyro. The errors of a run are drawn from the keys of one sigma, which the \
+            estimator knows.",
+    keys: &[
+        RATE,
+        NOISE,
+        BIAS,
+        BIAS_WALK,
+        QUANTUM,
+        RANGE,
+        SCALE_SIGMA.or("0"),
+        AXES_SIGMA.or("0"),
+        DELAY,
+        DELAY_SIGMA.or("0"),
+        AVERAGED,
+        BIAS_SIGMA,
+        NOISE_TOLERANCE.or("0"),
+    ],
 };
 
 /// The simulated gyro.
@@ -97,6 +116,36 @@ impl SimulatedGyro {
     }
 }
 
+/// `[gyro]` of a scenario of random spacecraft: errors alone.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GyroErrorsFile {
+    scale_sigma: Option<Spanned<f64>>,
+    axes_sigma_deg: Option<Spanned<f64>>,
+    delay_s: Option<Spanned<f64>>,
+    delay_sigma_s: Option<Spanned<f64>>,
+    #[serde(default)]
+    averaged: bool,
+    bias_sigma_rad_s: Option<Spanned<f64>>,
+    noise_tolerance: Option<Spanned<f64>>,
+}
+
+impl GyroErrorsFile {
+    /// The statements on errors.
+    pub(super) fn statements(&self) -> GyroStatements {
+        GyroStatements {
+            scale_sigma: self.scale_sigma.clone(),
+            axes_sigma_deg: self.axes_sigma_deg.clone(),
+            delay_s: self.delay_s.clone(),
+            delay_sigma_s: self.delay_sigma_s.clone(),
+            averaged: self.averaged,
+            bias_sigma_rad_s: self.bias_sigma_rad_s.clone(),
+            noise_tolerance: self.noise_tolerance.clone(),
+            ..GyroStatements::default()
+        }
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct GyroFile {
@@ -106,9 +155,33 @@ pub(super) struct GyroFile {
     bias_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
     quantum_rad_s: Option<Spanned<f64>>,
     range_rad_s: Option<Spanned<f64>>,
+    scale_sigma: Option<Spanned<f64>>,
+    axes_sigma_deg: Option<Spanned<f64>>,
+    delay_s: Option<Spanned<f64>>,
+    delay_sigma_s: Option<Spanned<f64>>,
+    #[serde(default)]
+    averaged: bool,
+    bias_sigma_rad_s: Option<Spanned<f64>>,
+    noise_tolerance: Option<Spanned<f64>>,
 }
 
 impl GyroFile {
+    /// The statements on errors. The bias walk of a scenario is the true one, and known.
+    pub(super) fn statements(&self) -> GyroStatements {
+        GyroStatements {
+            scale: None,
+            axes_deg: None,
+            scale_sigma: self.scale_sigma.clone(),
+            axes_sigma_deg: self.axes_sigma_deg.clone(),
+            delay_s: self.delay_s.clone(),
+            delay_sigma_s: self.delay_sigma_s.clone(),
+            averaged: self.averaged,
+            bias_sigma_rad_s: self.bias_sigma_rad_s.clone(),
+            bias_walk_rad_s_sqrt_s: self.bias_walk_rad_s_sqrt_s.clone(),
+            noise_tolerance: self.noise_tolerance.clone(),
+        }
+    }
+
     pub(super) fn read(&self, section: &Section<'_>) -> Result<SimulatedGyro, InputError> {
         let bias_walk = section.optional_number(&BIAS_WALK, &self.bias_walk_rad_s_sqrt_s)?;
         let quantum_rad_s = section.optional_number(&QUANTUM, &self.quantum_rad_s)?;

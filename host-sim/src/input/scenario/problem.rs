@@ -92,6 +92,27 @@ pub enum ScenarioProblem {
         key: String,
     },
 
+    /// Errors of more wheels than there are.
+    #[error(
+        "{found} [[hardware.wheel]] tables, but {wheels} wheels; give one for each wheel, in their order"
+    )]
+    SurplusWheelErrors {
+        /// Number of tables.
+        found: usize,
+        /// Number of wheels.
+        wheels: usize,
+    },
+
+    /// A key of the external torque at a wheel's motor.
+    #[error(
+        "`{key}` belongs to the external [torque]; the speed of a wheel is measured, and the scale of \
+         its motor torque has no effect on the estimate: remove it"
+    )]
+    KeyOfExternalTorque {
+        /// The key.
+        key: String,
+    },
+
     /// A key of another kind of torque profile.
     #[error("`{key}` does not belong to kind = \"{kind}\", which takes: {}; remove it", list(.takes))]
     KeyOfOtherKind {

@@ -71,7 +71,17 @@ pub(super) fn scenario(ranges: &RandomSpacecraft, name: &str, seed: u64) -> Scen
     let wheels = motors.into_iter().map(|motor| scale.wheel(&mut random, motor)).collect();
     let gyro = SimulatedGyro::white(rate_hz, noise_rad_s);
     let name = format!("{name}-{seed}");
-    Scenario { wheels, torque, ..Scenario::free(name, duration_s, spacecraft, gyro) }
+    let mut hardware = ranges.hardware.clone();
+    hardware.wheel_spin_inertia_sigma.resize(count, 0.0);
+    hardware.wheel_axis_sigma_rad.resize(count, 0.0);
+    let true_hardware = ranges.true_hardware.clone();
+    Scenario {
+        wheels,
+        torque,
+        hardware,
+        true_hardware,
+        ..Scenario::free(name, duration_s, spacecraft, gyro)
+    }
 }
 
 /// Inertia of eight equal masses at random in a cube, kg m².

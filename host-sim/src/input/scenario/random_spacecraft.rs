@@ -10,15 +10,19 @@
 //! noise_over_rate = [1e-4, 1e-1]     # one sigma of a gyro sample over the body rate
 //! [disturbance]                      # optional, as in other scenarios
 //! torque = false
+//! [wheels]                           # optional, as all keys of errors
+//! spin_inertia_sigma = 0.01
 //! ```
 //!
 //! The file has no other tables: their values are drawn by `random_draw`.
 
 use flight_input::InputError;
+use flight_input::craft::StatedHardware;
 use flight_input::key::{Key, Range, Table};
 use flight_input::section::{List, Section};
 use serde::Deserialize;
 
+use super::hardware::TrueHardware;
 use super::limits::{MAX_RATE_HZ, MAX_SAMPLES};
 
 /// Type of a range of values.
@@ -56,7 +60,8 @@ const NOISE: Key = Key::required(
 /// The keys of `[random_spacecraft]`.
 pub(super) const TABLE: Table = Table {
     header: "[random_spacecraft]",
-    about: "Another spacecraft for each seed, in place of all tables but `[disturbance]`. Each key \
+    about: "Another spacecraft for each seed, in place of all tables but those of \
+            errors: `[gyro]`, `[wheels]`, `[torque]`, `[disturbance]`, `[[mode]]`, `[hardware]`. Each key \
             gives the least and the most of a log-uniform distribution.",
     keys: &[MASS, RATE, SAMPLES, BODY_RATE, NOISE],
 };
@@ -74,6 +79,10 @@ pub struct RandomSpacecraft {
     pub body_rate_rad_s: [f64; 2],
     /// Gyro noise of one sample over the body rate.
     pub noise_over_rate: [f64; 2],
+    /// Stated errors, with those of as many wheels as a spacecraft may have.
+    pub hardware: StatedHardware,
+    /// Fixed true errors.
+    pub true_hardware: TrueHardware,
 }
 
 #[derive(Deserialize)]
@@ -101,6 +110,8 @@ impl RandomSpacecraftFile {
             samples: range(&SAMPLES, &self.samples)?,
             body_rate_rad_s: range(&BODY_RATE, &self.body_rate_rad_s)?,
             noise_over_rate: range(&NOISE, &self.noise_over_rate)?,
+            hardware: StatedHardware::default(),
+            true_hardware: TrueHardware::default(),
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use flight_input::InputError;
 use flight_input::craft::Wheel;
+use flight_input::craft::hardware::{AXIS_SIGMA, SPIN_INERTIA_SIGMA, WheelStatements};
 use flight_input::craft::wheel::{AXIS, NAME, SPIN_INERTIA};
 use flight_input::inertia::{principal_moments, tensor};
 use flight_input::key::{ANY, FINITE, Key, NUMBER, TABLE as A_TABLE, Table};
@@ -27,7 +28,7 @@ const TORQUE: Key = Key::required(
 pub(super) const TABLE: Table = Table {
     header: "[[wheel]]",
     about: "A reaction wheel. At most 8; none is valid.",
-    keys: &[NAME, AXIS, SPIN_INERTIA, SPEED, TORQUE],
+    keys: &[NAME, AXIS, SPIN_INERTIA, SPEED, TORQUE, SPIN_INERTIA_SIGMA, AXIS_SIGMA],
 };
 
 /// A wheel, its initial speed and its motor.
@@ -50,9 +51,19 @@ pub(super) struct WheelFile {
     spin_inertia_kg_m2: Spanned<f64>,
     speed_rad_s: Option<Spanned<f64>>,
     torque: Option<WheelProfileFile>,
+    spin_inertia_sigma: Option<Spanned<f64>>,
+    axis_sigma_deg: Option<Spanned<f64>>,
 }
 
 impl WheelFile {
+    /// The statements on errors.
+    pub(super) fn statements(&self) -> WheelStatements {
+        WheelStatements {
+            spin_inertia_sigma: self.spin_inertia_sigma.clone(),
+            axis_sigma_deg: self.axis_sigma_deg.clone(),
+        }
+    }
+
     pub(super) fn read(
         &self,
         section: &Section<'_>,

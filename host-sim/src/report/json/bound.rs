@@ -24,6 +24,32 @@ pub struct CrlbReport {
     /// One sigma with which a constant torque about each axis is observable in the residuals, N m,
     /// with the unknowns adapted to it. Null if the unknowns can imitate the torque.
     pub torque_bound_n_m: [Option<f64>; 3],
+    /// Bound with the stated errors of the hardware considered, kg m². Null for an unobserved element;
+    /// absent if the hardware is ideal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub considered_kg_m2: Option<[Option<f64>; 6]>,
+    /// Bound with these errors among the unknowns, their sigmas as prior, kg m².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solved_kg_m2: Option<[Option<f64>; 6]>,
+    /// Effect of each error.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectRow>,
+}
+
+/// Effect of one error of the hardware.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EffectRow {
+    /// Name, as `gyro_scale_x`.
+    pub name: String,
+    /// Stated sigma.
+    pub sigma: f64,
+    /// Unit of the sigma; empty for a share.
+    pub unit: String,
+    /// Change of each estimated element by an error of one sigma that the estimator does not model,
+    /// kg m², in the order of the elements.
+    pub inertia_kg_m2: [f64; 6],
+    /// Sigma after the data over the stated sigma, if the error is solved for.
+    pub posterior_over_prior: f64,
 }
 
 impl CrlbReport {
@@ -43,6 +69,9 @@ impl CrlbReport {
             observed_directions,
             inertia_error_kg_m2_per_n_m: None,
             torque_bound_n_m: [None; 3],
+            considered_kg_m2: None,
+            solved_kg_m2: None,
+            effects: Vec::new(),
         }
     }
 
@@ -53,5 +82,16 @@ impl CrlbReport {
         torque_bound_n_m: [Option<f64>; 3],
     ) -> Self {
         Self { inertia_error_kg_m2_per_n_m, torque_bound_n_m, ..self }
+    }
+
+    /// Adds the bounds with errors of the hardware.
+    pub fn with_hardware(
+        self,
+        considered_kg_m2: [Option<f64>; 6],
+        solved_kg_m2: [Option<f64>; 6],
+        effects: Vec<EffectRow>,
+    ) -> Self {
+        let (considered_kg_m2, solved_kg_m2) = (Some(considered_kg_m2), Some(solved_kg_m2));
+        Self { considered_kg_m2, solved_kg_m2, effects, ..self }
     }
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 /// Result of `mc`: statistics over runs that differ in gyro noise and in the dispersed quantities.
 ///
 /// A run counts as diverged if its status is `diverged`, or if the error of an element is not finite
-/// or exceeds 20 bounds and 5 of the reported sigmas. Diverged runs are counted, and left out of
+/// or exceeds 20 bounds, joint bounds with stated hardware, and 5 of the reported sigmas. Diverged runs are counted, and left out of
 /// `rmse_*`, `bias_*` and NEES. If each run draws its own spacecraft, runs whose motion does not
 /// observe all six elements are left out too.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -47,12 +47,26 @@ pub struct McReport {
     /// Cramér-Rao bound of each element, one sigma, kg m². Null if the element is unobserved. RMS of
     /// the bounds if the runs differ.
     pub bound_kg_m2: [Option<f64>; 6],
+    /// Bound with the stated errors of the hardware among the unknowns, their sigmas as prior, kg m². Null
+    /// if an element is unobserved or the hardware is ideal. RMS of the bounds if the runs differ.
+    pub joint_bound_kg_m2: [Option<f64>; 6],
+    /// RMS of each run's error over its own joint bound. Null without a joint bound.
+    pub rmse_over_joint_bound: [Option<f64>; 6],
     /// RMS of each run's error over its own bound. Null without a bound.
     pub rmse_over_bound: [Option<f64>; 6],
     /// RMS over all elements. Null if an element has no bound.
     pub rmse_over_bound_of_all: Option<f64>,
     /// Mean of each run's error over its own bound. Null without a bound.
     pub bias_over_bound: [Option<f64>; 6],
+    /// RMS of the reported sigma, kg m²: root sum of squares of the random and the systematic one. Null if all runs
+    /// diverged.
+    pub sigma_kg_m2: [Option<f64>; 6],
+    /// RMS of its part by the noise alone, kg m².
+    pub sigma_random_kg_m2: [Option<f64>; 6],
+    /// RMS of its part by errors of the hardware, kg m².
+    pub sigma_systematic_kg_m2: [Option<f64>; 6],
+    /// Kind of hardware error that has the largest effect on the tensor in most runs. Null for ideal hardware.
+    pub largest_systematic: Option<String>,
     /// Mean normalised estimation error squared over its six degrees of freedom: 1 for a consistent
     /// covariance, above 1 for an overconfident one. Null without a positive definite covariance.
     pub nees_per_dof: Option<f64>,

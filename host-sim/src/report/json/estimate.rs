@@ -6,6 +6,7 @@ use std::fmt;
 use nalgebra::Matrix3;
 use serde::Serialize;
 
+use super::hardware::HardwareResult;
 use super::tensor::{elements, percent};
 
 /// Result of `replay`: the estimate from a log.
@@ -25,9 +26,18 @@ pub struct ReplayReport {
     pub status: Status,
     /// Inertia tensor about the centre of mass, body axes, wheels locked and included, kg m².
     pub inertia_kg_m2: [[f64; 3]; 3],
-    /// One sigma of each element, kg m².
+    /// One sigma of each element, kg m²: root sum of squares of the random and the systematic one.
     pub sigma_kg_m2: [f64; 6],
-    /// Covariance of the elements, kg² m⁴.
+    /// One sigma of each element by the noise alone, kg m².
+    pub sigma_random_kg_m2: [f64; 6],
+    /// One sigma of each element by the stated and assumed errors of the hardware, kg m². Zero for ideal
+    /// hardware, and from an estimator that does not consider them; a note says so.
+    pub sigma_systematic_kg_m2: [f64; 6],
+    /// Kind of hardware error with the largest effect on the tensor. Null without any.
+    pub largest_systematic: Option<String>,
+    /// Results on each parameter of the hardware among the unknowns.
+    pub hardware: Vec<HardwareResult>,
+    /// Covariance of the elements, kg² m⁴: noise and hardware.
     pub covariance_kg2_m4: [[f64; 6]; 6],
     /// Observed directions of the six-dimensional space of tensors, 0 to 6.
     pub observed_directions: usize,
@@ -57,6 +67,8 @@ pub struct ReplayReport {
     pub restarts: Vec<f64>,
     /// Times of the first samples after gaps that are too long for a prediction, s.
     pub gaps: Vec<f64>,
+    /// Times at which a fault or a change in mid-motion put the earlier estimate in doubt, s.
+    pub interruptions: Vec<f64>,
     /// Times at which the earlier estimate was discarded because new data contradicted it, s. A
     /// series of spikes that ends in a restart is a restart and a change.
     pub changes: Vec<f64>,

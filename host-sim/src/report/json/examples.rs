@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{CrlbReport, McReport, ReplayReport, RunReport, Spikes, Status, matrix};
+use super::{
+    CrlbReport, HardwareResult, McReport, ReplayReport, RunReport, Spikes, Status, matrix,
+};
 
 pub const TRUTH: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
 
@@ -22,6 +24,10 @@ pub fn replay() -> ReplayReport {
         status: Status::Converged,
         inertia_kg_m2: matrix(&elements),
         sigma_kg_m2,
+        sigma_random_kg_m2: sigma_kg_m2,
+        sigma_systematic_kg_m2: [0.0; 6],
+        largest_systematic: None,
+        hardware: Vec::new(),
         covariance_kg2_m4,
         observed_directions: 6,
         element_observed: [true; 6],
@@ -36,11 +42,63 @@ pub fn replay() -> ReplayReport {
         projected: false,
         restarts: Vec::new(),
         gaps: Vec::new(),
+        interruptions: Vec::new(),
         changes: Vec::new(),
         spikes: Spikes { count: 2, first_s: vec![12.3, 45.6] },
         skipped_rows: BTreeMap::new(),
         notes: Vec::new(),
     }
+}
+
+/// The report with a tensor that the stated hardware limits: scale to 0.58 %.
+pub fn with_hardware() -> ReplayReport {
+    const SCALE: f64 = 0.0058;
+    let mut report = replay();
+    let elements = report.elements_kg_m2();
+    report.sigma_systematic_kg_m2 = elements.map(|element| SCALE * element.abs());
+    for i in 0..6 {
+        let (random, systematic) = (report.sigma_random_kg_m2[i], report.sigma_systematic_kg_m2[i]);
+        report.sigma_kg_m2[i] = random.hypot(systematic);
+        for k in 0..6 {
+            report.covariance_kg2_m4[i][k] += SCALE * SCALE * elements[i] * elements[k];
+        }
+    }
+    let parameter = |name: &str, kind: &str, key: &str, unit: &str| HardwareResult {
+        name: name.to_owned(),
+        kind: kind.to_owned(),
+        value: 0.001,
+        sigma: 5e-5,
+        stated: 0.1_f64.to_radians(),
+        key: key.to_owned(),
+        assumed: false,
+        unit: unit.to_owned(),
+        effect_kg_m2: [0.0, 1e-3, 0.0, 2e-3, 0.0, 0.0],
+    };
+    report.hardware = vec![
+        parameter("gyro axes xy", "gyro axes", "gyro.axes_sigma_deg", "rad"),
+        HardwareResult {
+            value: 2e-4,
+            sigma: 0.0099,
+            stated: 0.01,
+            effect_kg_m2: elements.map(|element| 0.005 * element),
+            ..parameter(
+                "wheel spin inertia 1",
+                "wheel spin inertia",
+                "wheel.spin_inertia_sigma",
+                "",
+            )
+        },
+        HardwareResult {
+            value: 0.012,
+            sigma: 3.1e-4,
+            stated: 0.005,
+            ..parameter("time offset", "time offset", "gyro.delay_sigma_s", "s")
+        },
+    ];
+    let assumed = ["wheel.spin_inertia_sigma", "gyro.delay_sigma_s"];
+    report.hardware.iter_mut().for_each(|parameter| parameter.mark_assumed(&assumed));
+    report.largest_systematic = Some("wheel spin inertia".to_owned());
+    report
 }
 
 pub fn run() -> RunReport {
@@ -67,9 +125,15 @@ pub fn mc() -> McReport {
         rmse_kg_m2: bound.map(|bound| Some(1.25 * bound)),
         bias_kg_m2: bound.map(|bound| Some(-0.1 * bound)),
         bound_kg_m2: bound.map(Some),
+        joint_bound_kg_m2: [None; 6],
+        rmse_over_joint_bound: [None; 6],
         rmse_over_bound: [Some(1.25); 6],
         rmse_over_bound_of_all: Some(1.25),
         bias_over_bound: [Some(-0.1); 6],
+        sigma_kg_m2: bound.map(Some),
+        sigma_random_kg_m2: bound.map(Some),
+        sigma_systematic_kg_m2: [Some(0.0); 6],
+        largest_systematic: None,
         nees_per_dof: Some(1.0923),
         nees_runs: 48,
         nees_95: Some([0.8881, 1.1187]),

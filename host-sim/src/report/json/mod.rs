@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! estimate  replay, run      campaign  mc      bound  crlb      target  pil
-//! tensor    six elements as a matrix
+//! hardware  one parameter of the hardware             tensor    six elements as a matrix
 //! ```
 
 mod bound;
@@ -10,12 +10,16 @@ mod campaign;
 mod estimate;
 #[cfg(test)]
 pub(super) mod examples;
+mod explanation;
+mod hardware;
 mod target;
 mod tensor;
 
-pub use bound::CrlbReport;
+pub use bound::{CrlbReport, EffectRow};
 pub use campaign::McReport;
 pub use estimate::{ReplayReport, RunReport, Spikes, Status};
+pub use explanation::{DiagnosisReport, ExplanationReport};
+pub use hardware::HardwareResult;
 pub use target::{PilReport, TargetReport};
 pub use tensor::{elements, matrix};
 

@@ -10,7 +10,7 @@ fn keys(document: &Value) -> Vec<&str> {
     keys
 }
 
-const REPLAY_KEYS: [&str; 26] = [
+const REPLAY_KEYS: [&str; 31] = [
     "accepted",
     "changes",
     "covariance_kg2_m4",
@@ -19,9 +19,12 @@ const REPLAY_KEYS: [&str; 26] = [
     "estimator",
     "gaps",
     "gyro_bias_rad_s",
+    "hardware",
     "inertia_kg_m2",
     "inertia_over_trace",
     "inertia_over_trace_sigma",
+    "interruptions",
+    "largest_systematic",
     "notes",
     "observed_directions",
     "physical",
@@ -34,6 +37,8 @@ const REPLAY_KEYS: [&str; 26] = [
     "samples",
     "scale_observed",
     "sigma_kg_m2",
+    "sigma_random_kg_m2",
+    "sigma_systematic_kg_m2",
     "skipped_rows",
     "spikes",
     "status",
@@ -50,6 +55,26 @@ fn replay_has_the_stable_names_and_shapes() {
     assert_eq!(document["inertia_kg_m2"][1][2], 0.6015);
     assert_eq!(document["covariance_kg2_m4"].as_array().unwrap().len(), 6);
     assert!(document["gyro_bias_rad_s"].is_null());
+}
+
+#[test]
+fn hardware_has_the_stable_names_and_shapes() {
+    let document = serde_json::to_value(examples::with_hardware()).unwrap();
+    let expected =
+        ["assumed", "effect_kg_m2", "key", "kind", "name", "sigma", "stated", "unit", "value"];
+    assert_eq!(keys(&document["hardware"][1]), expected);
+    assert_eq!(document["hardware"][1]["assumed"], true);
+    assert_eq!(document["hardware"][2]["unit"], "s");
+    assert_eq!(document["largest_systematic"], "wheel spin inertia");
+    let of = |name: &str, i: usize| document[name][i].as_f64().unwrap();
+    for i in 0..6 {
+        let sum = of("sigma_random_kg_m2", i).hypot(of("sigma_systematic_kg_m2", i));
+        assert!((of("sigma_kg_m2", i) - sum).abs() <= 1e-12 * sum);
+        let variance = document["covariance_kg2_m4"][i][i].as_f64().unwrap();
+        assert!((variance - sum * sum).abs() <= 1e-12 * variance);
+    }
+    let ideal = serde_json::to_value(examples::replay()).unwrap();
+    assert!(ideal["largest_systematic"].is_null() && ideal["hardware"] == json!([]));
 }
 
 #[test]
@@ -75,6 +100,8 @@ fn mc_has_the_stable_names_and_shapes() {
         "changes",
         "diverged",
         "estimator",
+        "joint_bound_kg_m2",
+        "largest_systematic",
         "nees_95",
         "nees_per_dof",
         "nees_runs",
@@ -85,9 +112,13 @@ fn mc_has_the_stable_names_and_shapes() {
         "rmse_kg_m2",
         "rmse_over_bound",
         "rmse_over_bound_of_all",
+        "rmse_over_joint_bound",
         "runs",
         "scenario",
         "seed",
+        "sigma_kg_m2",
+        "sigma_random_kg_m2",
+        "sigma_systematic_kg_m2",
         "silent_lies",
         "steps",
         "steps_per_s_per_core",

@@ -24,8 +24,42 @@ pub fn crlb(report: &CrlbReport) -> String {
         table.finish(),
         "\n".to_owned(),
         torque(report),
+        hardware(report),
     ]
     .concat()
+}
+
+/// Bounds with stated errors of the hardware, and the effect of each; empty if there are none.
+fn hardware(report: &CrlbReport) -> String {
+    let (Some(considered), Some(solved)) = (&report.considered_kg_m2, &report.solved_kg_m2) else {
+        return String::new();
+    };
+    let mut table = Columns::new(&[("element", ""), ("considered", "kg m²"), ("solved", "kg m²")]);
+    for (i, name) in ELEMENT_NAMES.iter().enumerate() {
+        let bounds = [considered, solved].map(|bound| short(bound[i], UNOBSERVED));
+        let [considered, solved] = bounds;
+        table.row([(*name).to_owned(), considered, solved]);
+    }
+    let mut effects = Columns::new(&[
+        ("one sigma of", ""),
+        ("sigma", ""),
+        ("jxx", "kg m²"),
+        ("jyy", "kg m²"),
+        ("jzz", "kg m²"),
+        ("jxy", "kg m²"),
+        ("jxz", "kg m²"),
+        ("jyz", "kg m²"),
+        ("posterior", "/ prior"),
+    ]);
+    for effect in &report.effects {
+        let [xx, yy, zz, xy, xz, yz] = effect.inertia_kg_m2.map(|x| significant(x, DIGITS));
+        let sigma = format!("{} {}", significant(effect.sigma, DIGITS), effect.unit);
+        let shrunk = significant(effect.posterior_over_prior, DIGITS);
+        let name = effect.name.clone();
+        effects.row([name, sigma.trim_end().to_owned(), xx, yy, zz, xy, xz, yz, shrunk]);
+    }
+    ["\nwith the stated errors of the hardware\n", &table.finish(), "\n", &effects.finish()]
+        .concat()
 }
 
 /// Error of each element by an unmodelled constant torque, and the observability of the torque.

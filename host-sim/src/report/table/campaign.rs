@@ -10,7 +10,7 @@ use crate::report::number::{fixed, significant};
 /// Table of a campaign.
 pub fn mc(report: &McReport) -> String {
     let decimals = decimals(&report.rmse_kg_m2.map(Option::unwrap_or_default), &report.truth_kg_m2);
-    let mut table = Columns::new(&[
+    let mut columns = vec![
         ("element", ""),
         ("true", "kg m²"),
         ("RMS error", "kg m²"),
@@ -18,10 +18,14 @@ pub fn mc(report: &McReport) -> String {
         ("bound", "kg m²"),
         ("RMS/bound", ""),
         ("bias/bound", ""),
-    ]);
+    ];
+    if report.largest_systematic.is_some() {
+        columns.extend([("one sigma", "kg m²"), ("by noise", "kg m²")]);
+    }
+    let mut table = Columns::new(&columns);
     let ratio = |value: Option<f64>| or(value.map(|value| fixed(value, 2)), EMPTY);
     for i in 0..6 {
-        table.row([
+        let mut cells = vec![
             ELEMENT_NAMES[i].to_owned(),
             element(report.truth_kg_m2[i], decimals),
             short(report.rmse_kg_m2[i], EMPTY),
@@ -29,7 +33,12 @@ pub fn mc(report: &McReport) -> String {
             short(report.bound_kg_m2[i], UNOBSERVED),
             ratio(report.rmse_over_bound[i]),
             ratio(report.bias_over_bound[i]),
-        ]);
+        ];
+        if report.largest_systematic.is_some() {
+            cells.push(short(report.sigma_kg_m2[i], EMPTY));
+            cells.push(short(report.sigma_random_kg_m2[i], EMPTY));
+        }
+        table.row(cells);
     }
     let last_seed = report.seed.wrapping_add(report.runs.saturating_sub(1));
     [
@@ -41,6 +50,10 @@ pub fn mc(report: &McReport) -> String {
         heading("silent lies", &silent_lies(report)),
         heading("NEES", &nees(report)),
         heading("RMS/bound", &rms_over_bound(report)),
+        report
+            .largest_systematic
+            .as_ref()
+            .map_or(String::new(), |kind| heading("systematic", &format!("{kind} in most runs"))),
         heading("speed", &speed(report)),
         "\n".to_owned(),
         table.finish(),

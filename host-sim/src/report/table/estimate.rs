@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::cells::{DIGITS, EMPTY, UNOBSERVED, decimals, element, heading, or, short, vector};
+use super::hardware::{solved, systematic};
 use crate::input::ELEMENT_NAMES;
 use crate::report::columns::Columns;
 use crate::report::json::{ReplayReport, RunReport, elements};
@@ -13,54 +14,67 @@ pub fn run(report: &RunReport) -> String {
     let estimate = &report.estimate;
     let found = estimate.elements_kg_m2();
     let decimals = decimals(&estimate.sigma_kg_m2, &found);
-    let mut table = Columns::new(&[
+    let mut columns = vec![
         ("element", ""),
         ("true", "kg m²"),
         ("estimated", "kg m²"),
         ("error", "kg m²"),
         ("error", "%"),
         ("one sigma", "kg m²"),
-        ("bound", "kg m²"),
-        ("error/bound", ""),
-    ]);
+    ];
+    columns.extend(random_column(estimate));
+    columns.extend([("bound", "kg m²"), ("error/bound", "")]);
+    let mut table = Columns::new(&columns);
     for i in 0..6 {
         let error = found[i] - report.truth_kg_m2[i];
-        table.row([
+        let mut cells = vec![
             ELEMENT_NAMES[i].to_owned(),
             element(report.truth_kg_m2[i], decimals),
             element(found[i], decimals),
             significant(error, DIGITS),
             short(report.error_percent[i], EMPTY),
             significant(estimate.sigma_kg_m2[i], DIGITS),
-            short(report.bound_kg_m2[i], UNOBSERVED),
-            or(report.bound_kg_m2[i].map(|bound| fixed(error / bound, 2)), EMPTY),
-        ]);
+        ];
+        cells.extend(random_cell(estimate, i));
+        cells.push(short(report.bound_kg_m2[i], UNOBSERVED));
+        cells.push(or(report.bound_kg_m2[i].map(|bound| fixed(error / bound, 2)), EMPTY));
+        table.row(cells);
     }
-    let scenario = format!("{}, seed {}", report.scenario, report.seed);
-    [heading("scenario", &scenario), summary(estimate), "\n".to_owned(), table.finish()].concat()
+    let scenario = heading("scenario", &format!("{}, seed {}", report.scenario, report.seed));
+    [scenario, summary(estimate), "\n".to_owned(), table.finish(), solved(estimate)].concat()
+}
+
+/// Column of the sigma by noise alone, for hardware with errors.
+fn random_column(report: &ReplayReport) -> Option<(&'static str, &'static str)> {
+    (!report.hardware.is_empty()).then_some(("by noise", "kg m²"))
+}
+
+/// Cell of that column.
+fn random_cell(report: &ReplayReport, i: usize) -> Option<String> {
+    random_column(report).map(|_| significant(report.sigma_random_kg_m2[i], DIGITS))
 }
 
 /// Table of a recorded log: estimate and sigma.
 pub fn replay(report: &ReplayReport) -> String {
     let found = report.elements_kg_m2();
     let decimals = decimals(&report.sigma_kg_m2, &found);
-    let mut table = Columns::new(&[
-        ("element", ""),
-        ("estimated", "kg m²"),
-        ("one sigma", "kg m²"),
-        ("one sigma", "%"),
-        ("observed", ""),
-    ]);
+    let mut columns =
+        vec![("element", ""), ("estimated", "kg m²"), ("one sigma", "kg m²"), ("one sigma", "%")];
+    columns.extend(random_column(report));
+    columns.push(("observed", ""));
+    let mut table = Columns::new(&columns);
     for i in 0..6 {
         let sigma = report.sigma_kg_m2[i];
         let percent = 100.0 * sigma / found[i].abs();
-        table.row([
+        let mut cells = vec![
             ELEMENT_NAMES[i].to_owned(),
             element(found[i], decimals),
             significant(sigma, DIGITS),
             short(percent.is_finite().then_some(percent), EMPTY),
-            if report.element_observed[i] { "yes" } else { "no" }.to_owned(),
-        ]);
+        ];
+        cells.extend(random_cell(report, i));
+        cells.push(if report.element_observed[i] { "yes" } else { "no" }.to_owned());
+        table.row(cells);
     }
     let moments = report.principal_moments_kg_m2();
     let moments = moments.map(|moment| element(moment, decimals)).join(", ");
@@ -70,6 +84,7 @@ pub fn replay(report: &ReplayReport) -> String {
         table.finish(),
         "\n".to_owned(),
         heading("principal moments", &format!("{moments} kg m²")),
+        solved(report),
     ];
     if !report.scale_observed && report.observed_directions > 0 {
         parts.push(ratios(report));
@@ -95,6 +110,7 @@ fn summary(report: &ReplayReport) -> String {
     lines += &heading("observed", &observed);
     lines += &heading("physical", physical);
     lines += &heading("residual", &residual(report));
+    lines += &systematic(report);
     lines += &events(report);
     if let Some(torque) = &report.disturbance_torque_n_m {
         lines += &heading("disturbance torque", &format!("{} N m", vector(torque)));
@@ -115,6 +131,12 @@ fn events(report: &ReplayReport) -> String {
     [
         line("gaps", report.gaps.len(), &report.gaps, ""),
         line("restarts", report.restarts.len(), &report.restarts, ""),
+        line(
+            "interruptions",
+            report.interruptions.len(),
+            &report.interruptions,
+            ": the earlier estimate is in doubt",
+        ),
         line(
             "changes",
             report.changes.len(),

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! estimate  replay, run      campaign  mc      bound  crlb      target  pil
+//! hardware  errors of gyro, wheels and torque in the tables of estimates
 //! cells     heading lines and the format of a cell
 //! ```
 
@@ -9,9 +10,12 @@ mod bound;
 mod campaign;
 mod cells;
 mod estimate;
+mod explanation;
+mod hardware;
 mod target;
 
 pub use bound::crlb;
 pub use campaign::mc;
 pub use estimate::{replay, run};
+pub use explanation::diagnosis;
 pub use target::pil;

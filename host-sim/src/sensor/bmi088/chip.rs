@@ -21,6 +21,10 @@ const SELF_TEST_US: u64 = 20_000;
 const SUSPENDED: u8 = 0xA0;
 /// Byte read from an undriven bus line.
 const FLOATING: u8 = 0xFF;
+/// Bandwidth of the low-pass filter by the content of GYRO_BANDWIDTH, Hz.
+const BANDWIDTHS_HZ: [f64; 8] = [532.0, 230.0, 116.0, 47.0, 23.0, 12.0, 64.0, 32.0];
+/// Bits of GYRO_BANDWIDTH that select data rate and filter.
+const BANDWIDTH_BITS: u8 = 0x07;
 /// Bit of the SPI command byte that selects a read.
 const SPI_READ: u8 = 0x80;
 
@@ -114,6 +118,13 @@ impl Chip {
 
     fn is_self_test_running(&self) -> bool {
         self.self_test_us.is_some_and(|since| self.now_us - since < SELF_TEST_US)
+    }
+
+    /// Time constant `1/(2π f)` of the low-pass filter at the bandwidth `f` in force, taken as of first
+    /// order, s. It is the caller's filter of the rate between two samples.
+    pub fn lag_s(&self) -> f64 {
+        let content = self.register(register::BANDWIDTH) & BANDWIDTH_BITS;
+        1.0 / (std::f64::consts::TAU * BANDWIDTHS_HZ[usize::from(content)])
     }
 
     /// Range in force.

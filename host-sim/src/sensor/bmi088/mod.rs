@@ -10,7 +10,8 @@
 //!
 //! The model samples when [`Chip::sample`] is called, independent of the data rate in its register:
 //! time and noise are the caller's. Modelled are the registers that the driver uses; all others
-//! return the value written.
+//! return the value written. The low-pass filter needs the rate between the samples and is the
+//! caller's too: [`Chip::lag_s`] is its time constant.
 
 mod chip;
 mod faults;

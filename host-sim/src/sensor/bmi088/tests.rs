@@ -74,6 +74,19 @@ fn every_range_has_its_quantum() {
 }
 
 #[test]
+fn filter_is_that_of_the_bandwidth_in_force() {
+    let lag_s = |bandwidth| {
+        let wire = Wire::default();
+        let settings = Settings { bandwidth, ..Settings::default() };
+        Bmi088::start(Spi::new(wire.clone()), settings, &mut wire.clone()).unwrap();
+        wire.chip().lag_s()
+    };
+    // A low-pass filter of first order and 32 Hz has 5.0 ms, of 12 Hz 13.3 ms.
+    assert!((lag_s(bmi088::Bandwidth::Odr100Filter32) - 4.97e-3).abs() < 1e-5);
+    assert!((lag_s(bmi088::Bandwidth::Odr100Filter12) - 13.26e-3).abs() < 1e-5);
+}
+
+#[test]
 fn wrong_part_and_missing_part_are_distinguished() {
     let (wire, driver) = start(Faults { identity: 0x1E, ..Faults::default() });
     assert_eq!(driver.err(), Some(StartError::WrongIdentity { found: 0x1E }));

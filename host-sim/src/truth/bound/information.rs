@@ -7,6 +7,7 @@
 
 use nalgebra::DMatrix;
 
+use super::hardware::HardwareBound;
 use super::torque_effect::TorqueEffect;
 use super::unknowns::{INERTIA, NO_INFORMATION_SIGMA, UNOBSERVED_SIGMA, Unknowns};
 
@@ -76,6 +77,7 @@ impl Information {
                 .unknowns
                 .has_torque()
                 .then(|| TorqueEffect::new(&self.factor, sigma, mean_moment)),
+            hardware: None,
         }
     }
 
@@ -105,6 +107,16 @@ pub struct Bound {
     pub observed_directions: usize,
     /// Effect of a constant torque, if it is among the unknowns.
     pub torque: Option<TorqueEffect>,
+    /// Bound with stated errors of the hardware; none if it is ideal.
+    pub hardware: Option<HardwareBound>,
+}
+
+impl Bound {
+    /// Bound with stated errors of the hardware among the unknowns, kg m²; none where it is unobserved,
+    /// or without such errors.
+    pub fn joint_kg_m2(&self) -> [Option<f64>; 6] {
+        self.hardware.as_ref().map_or([None; 6], |hardware| hardware.solved_kg_m2)
+    }
 }
 
 #[cfg(test)]

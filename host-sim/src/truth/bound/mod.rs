@@ -20,8 +20,13 @@
 //!   has this knowledge, so that its error may exceed the bound by some factor. NEES is the measure
 //!   in this case.
 //!
+//! [`hardware`] adds stated errors of gyro, wheels and torque: the bound with these considered, or solved
+//! with their sigma as prior, and the effect of each. [`Bound::sigma_kg_m2`](information::Bound) remains
+//! that of ideal hardware.
+//!
 //! [`torque_effect`] has the error that an unmodelled constant torque causes.
 
+pub mod hardware;
 pub mod information;
 pub mod sensitivities;
 pub mod torque_effect;

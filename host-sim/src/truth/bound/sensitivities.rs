@@ -83,7 +83,7 @@ impl Equations for Sensitivities<'_> {
 
 /// Regressor `G(v)` of the inertia, `J v = G(v) j`. A second implementation beside the flight
 /// core's: the bound shares no code with the estimators it judges.
-fn regressor(v: &Vector3<f64>) -> Matrix3x6<f64> {
+pub(super) fn regressor(v: &Vector3<f64>) -> Matrix3x6<f64> {
     Matrix3x6::new(
         v.x, 0.0, 0.0, v.y, v.z, 0.0, //
         0.0, v.y, 0.0, v.x, 0.0, v.z, //

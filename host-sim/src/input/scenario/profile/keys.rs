@@ -6,6 +6,7 @@
 use std::ops::Range as Span;
 
 use flight_input::InputError;
+use flight_input::craft::hardware::TORQUE_SCALE_SIGMA;
 use flight_input::key::{ANY, FINITE, Key, NUMBER, Range, TEXT, Table};
 use flight_input::section::{List, Section};
 use serde::Deserialize;
@@ -86,8 +87,20 @@ pub(super) const DURING: Key = Key::required(
 )
 .or("the whole flight");
 
-const KEYS: [Key; 11] =
-    [KIND, VALUE, AMPLITUDE, FREQUENCY, PHASE, SWEEP, POINTS, CSV, TIME, POINT, DURING];
+const KEYS: [Key; 12] = [
+    KIND,
+    VALUE,
+    AMPLITUDE,
+    FREQUENCY,
+    PHASE,
+    SWEEP,
+    POINTS,
+    CSV,
+    TIME,
+    POINT,
+    DURING,
+    TORQUE_SCALE_SIGMA.or("0"),
+];
 
 /// The keys of `torque` in a wheel.
 pub(in super::super) const WHEEL_TABLE: Table = Table {
@@ -123,6 +136,7 @@ pub(in super::super) struct ProfileFile<Value, Lists> {
     time_s: Option<List>,
     point_n_m: Option<Spanned<Lists>>,
     pub(super) during_s: Option<Spanned<Vec<Vec<f64>>>>,
+    pub(in super::super) scale_sigma: Option<Spanned<f64>>,
 }
 
 #[derive(Clone, Copy, Deserialize)]

@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use flight_input::InputError;
+use flight_input::craft::hardware::TORQUE_SCALE_SIGMA;
 use flight_input::key::Key;
 use flight_input::section::{List, Section};
 use toml::Spanned;
 
 use super::super::limits::MAX_SAMPLES;
+use super::super::problem::ScenarioProblem;
 use super::csv_table::table;
 use super::keys::{
     AMPLITUDE, ExternalProfileFile, FREQUENCY, PHASE, POINT, POINTS, Parts, ProfileFile, SWEEP,
@@ -34,6 +36,10 @@ pub(in super::super) fn wheel_profile(
     file: &WheelProfileFile,
     surroundings: Surroundings<'_>,
 ) -> Result<TorqueProfile, InputError> {
+    if let Some(sigma) = &file.get_ref().scale_sigma {
+        let key = section.full(&TORQUE_SCALE_SIGMA);
+        return Err(section.error(sigma, ScenarioProblem::KeyOfExternalTorque { key }));
+    }
     let axis = Axis { section, suffix: "" };
     let profile = match Parts::of(section, file)? {
         Parts::Constant(value) => {

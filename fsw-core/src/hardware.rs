@@ -1,0 +1,318 @@
+//! Parameters of gyro, wheels and known torque: their errors, each with one sigma.
+//!
+//! ```text
+//! reading        z(t) = (1 + M) ω(t − δ) + b + ν
+//! wheel          h_i = Iₛᵢ (1 + sᵢ + s) Ωᵢ (aᵢ + θ₁ e₁ + θ₂ e₂)
+//! known torque   τ = (1 + t) τ_known
+//! ```
+//!
+//! | symbol | meaning | unit | [`Hardware`] |
+//! |---|---|---|---|
+//! | `M_xx M_yy M_zz` | scale factor errors of the gyro | share | `gyro_scale` |
+//! | `M_ij` | reading of axis i of a rate about axis j: misalignment and non-orthogonality | rad | `gyro_axes_rad` |
+//! | `δ` | time offset: age of the motion in a reading, against wheels and torque of the same time stamp | s | `delay_s`, `delay_sigma_s` |
+//! | `sᵢ`, `s` | errors of the spin inertias: of each wheel, and common to all | share | `wheel_inertia`, `common_wheel_inertia` |
+//! | `θ₁ θ₂` | tilts of a spin axis, about two directions normal to it ([`tilt_directions`]) | rad | `wheel_axis_rad` |
+//! | `t` | error of the known external torque | share | `torque_scale` |
+//! | `μ` | turn of all sensors as one: the tensor in the wanted axes is `J + μ^× J − J μ^×` | rad | `mount_rad` |
+//!
+//! All are constant over the life of an estimator, of zero mean and independent of one another before the data.
+//! What motion makes of them, and what it can tell, stands with the estimators
+//! ([`window`](crate::estimator::window)).
+
+use crate::error::ConfigError;
+use crate::math::{Mat, Vec3, column, norm, of_columns, range::not_negative, scalar::Real, skew};
+use crate::tensor::Inertia;
+
+/// Stated errors of the hardware, one sigma each; zero for one that is known exactly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hardware<T: Real, const W: usize> {
+    /// Scale factor of each gyro axis, share.
+    pub gyro_scale: T,
+    /// Each of the six errors of the gyro's axes, rad.
+    pub gyro_axes_rad: T,
+    /// Known time offset, s: a gyro reading shows the motion of `delay_s` before its time stamp.
+    pub delay_s: T,
+    /// Error of it, s.
+    pub delay_sigma_s: T,
+    /// Spin inertia of each wheel, share.
+    pub wheel_inertia: [T; W],
+    /// Each of the two tilts of a spin axis, rad.
+    pub wheel_axis_rad: [T; W],
+    /// Error common to all spin inertias, share.
+    pub common_wheel_inertia: T,
+    /// Known external torque, share.
+    pub torque_scale: T,
+    /// Turn of gyro and wheels as one against the axes of the tensor, about each axis, rad. No motion shows it: it
+    /// turns the tensor and enters its covariance alone.
+    pub mount_rad: [T; 3],
+}
+
+crate::persist!([T: Real, const W: usize] Hardware<T, W> {
+    gyro_scale, gyro_axes_rad, delay_s, delay_sigma_s, wheel_inertia, wheel_axis_rad, common_wheel_inertia, torque_scale,
+    mount_rad
+});
+
+impl<T: Real, const W: usize> Hardware<T, W> {
+    /// Hardware without errors.
+    pub fn ideal() -> Self {
+        let none = T::zero();
+        Self {
+            gyro_scale: none,
+            gyro_axes_rad: none,
+            delay_s: none,
+            delay_sigma_s: none,
+            wheel_inertia: [none; W],
+            wheel_axis_rad: [none; W],
+            common_wheel_inertia: none,
+            torque_scale: none,
+            mount_rad: [none; 3],
+        }
+    }
+
+    /// Every parameter that acts on motion or reading, with one sigma in [`Parameter::unit`], zero included: gyro,
+    /// wheels by number, time offset, torque, common spin inertia.
+    pub fn parameters(&self) -> impl Iterator<Item = (Parameter, T)> {
+        let scale = [0, 1, 2].map(|axis| (Parameter::GyroScale(axis), self.gyro_scale));
+        let axes = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
+            .map(|(axis, about)| (Parameter::GyroAxes(axis, about), self.gyro_axes_rad));
+        let (inertia, tilt) = (self.wheel_inertia, self.wheel_axis_rad);
+        let wheels =
+            (0u8..).zip(inertia.into_iter().zip(tilt)).flat_map(|(wheel, (inertia, tilt))| {
+                let tilts = [0, 1].map(|direction| (Parameter::WheelAxis(wheel, direction), tilt));
+                core::iter::once((Parameter::WheelInertia(wheel), inertia)).chain(tilts)
+            });
+        let common = [
+            (Parameter::Delay, self.delay_sigma_s),
+            (Parameter::TorqueScale, self.torque_scale),
+            (Parameter::CommonWheelInertia, self.common_wheel_inertia),
+        ];
+        scale.into_iter().chain(axes).chain(wheels).chain(common)
+    }
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first sigma that is negative or not finite.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        not_negative("hardware.gyro_scale", self.gyro_scale)?;
+        not_negative("hardware.gyro_axes_rad", self.gyro_axes_rad)?;
+        not_negative("hardware.delay_s", self.delay_s.abs())?;
+        not_negative("hardware.delay_sigma_s", self.delay_sigma_s)?;
+        not_negative("hardware.common_wheel_inertia", self.common_wheel_inertia)?;
+        not_negative("hardware.torque_scale", self.torque_scale)?;
+        for sigma in self.mount_rad {
+            not_negative("hardware.mount_rad", sigma)?;
+        }
+        for i in 0..W {
+            not_negative("hardware.wheel_inertia", self.wheel_inertia[i])?;
+            not_negative("hardware.wheel_axis_rad", self.wheel_axis_rad[i])?;
+        }
+        Ok(())
+    }
+}
+
+/// One parameter of the hardware. Axes are 0 to 2, wheels from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Parameter {
+    /// Scale factor error of one gyro axis.
+    GyroScale(u8),
+    /// Reading of the first axis of a rate about the second one.
+    GyroAxes(u8, u8),
+    /// Spin inertia of a wheel.
+    WheelInertia(u8),
+    /// Tilt of a wheel's axis, first or second direction.
+    WheelAxis(u8, u8),
+    /// Time offset of the gyro.
+    Delay,
+    /// Scale of the known torque.
+    TorqueScale,
+    /// Common error of the spin inertias.
+    CommonWheelInertia,
+    /// Turn of all sensors as one, about an axis.
+    Mount(u8),
+    /// Constant bias of one gyro axis.
+    GyroBias(u8),
+    /// Constant disturbance torque about one axis.
+    DisturbanceTorque(u8),
+}
+
+crate::persist!([] enum Parameter {
+    0 => GyroScale(axis: u8),
+    1 => GyroAxes(axis: u8, about: u8),
+    2 => WheelInertia(wheel: u8),
+    3 => WheelAxis(wheel: u8, direction: u8),
+    4 => Delay,
+    5 => TorqueScale,
+    6 => CommonWheelInertia,
+    7 => Mount(axis: u8),
+    8 => GyroBias(axis: u8),
+    9 => DisturbanceTorque(axis: u8)
+});
+
+impl Parameter {
+    /// Name of the kind, as reports have it.
+    pub const fn kind(self) -> &'static str {
+        match self {
+            Self::GyroScale(_) => "gyro scale factor",
+            Self::GyroAxes(..) => "gyro axes",
+            Self::WheelInertia(_) => "wheel spin inertia",
+            Self::WheelAxis(..) => "wheel axis",
+            Self::Delay => "time offset",
+            Self::TorqueScale => "torque scale",
+            Self::CommonWheelInertia => "common wheel spin inertia",
+            Self::Mount(_) => "mount",
+            Self::GyroBias(_) => "gyro bias",
+            Self::DisturbanceTorque(_) => "disturbance torque",
+        }
+    }
+
+    /// Unit of its value; empty for a share.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::GyroAxes(..) | Self::WheelAxis(..) | Self::Mount(_) => "rad",
+            Self::Delay => "s",
+            Self::GyroBias(_) => "rad/s",
+            Self::DisturbanceTorque(_) => "N m",
+            _ => "",
+        }
+    }
+}
+
+/// Disturbances that are constant over a flight, one sigma on each axis; zero for none.
+///
+/// Beside [`Hardware`], since they are unknowns of an estimator that can solve for them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disturbance<T: Real> {
+    /// External torque that is not known, N m.
+    pub torque_n_m: T,
+    /// Gyro bias, rad/s.
+    pub gyro_bias_rad_s: T,
+}
+
+impl<T: Real> Disturbance<T> {
+    /// No disturbance.
+    pub fn none() -> Self {
+        Self { torque_n_m: T::zero(), gyro_bias_rad_s: T::zero() }
+    }
+
+    /// Every parameter with one sigma, in [`Parameter::unit`], zero included.
+    pub fn parameters(&self) -> impl Iterator<Item = (Parameter, T)> {
+        let bias = [0, 1, 2].map(|axis| (Parameter::GyroBias(axis), self.gyro_bias_rad_s));
+        let torque = [0, 1, 2].map(|axis| (Parameter::DisturbanceTorque(axis), self.torque_n_m));
+        bias.into_iter().chain(torque)
+    }
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first sigma that is negative or not finite.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        not_negative("disturbance.torque_n_m", self.torque_n_m)?;
+        not_negative("disturbance.gyro_bias_rad_s", self.gyro_bias_rad_s)
+    }
+}
+
+/// Result on one parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finding<T: Real> {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Estimate, in [`Parameter::unit`].
+    pub value: T,
+    /// One sigma after the data.
+    pub sigma: T,
+    /// One sigma as stated.
+    pub stated: T,
+    /// Shift of the six elements of the tensor by one sigma of what the data leave of it, kg m².
+    pub effect_kg_m2: [T; 6],
+}
+
+/// Change of the six elements of a tensor by a turn of the body axes about one of them, per radian:
+/// `e^× J − J e^×`.
+pub fn turned_by<T: Real>(inertia: &Inertia<T>, axis: usize) -> [T; 6] {
+    let mut turn = Vec3::zeros();
+    turn[axis.min(2)] = T::one();
+    let by = skew(&turn) * inertia.matrix_kg_m2();
+    let sum = by + by.transpose();
+    [sum[(0, 0)], sum[(1, 1)], sum[(2, 2)], sum[(0, 1)], sum[(0, 2)], sum[(1, 2)]]
+}
+
+/// The two directions of the tilts of a unit axis a: `e₁` normal to a and to the body axis that is farthest from
+/// it, `e₂ = a × e₁`.
+pub fn tilt_directions<T: Real>(axis: &Vec3<T>) -> [Vec3<T>; 2] {
+    let mut least = 0;
+    for i in 1..3 {
+        if axis[i].abs() < axis[least].abs() {
+            least = i;
+        }
+    }
+    let mut far = Vec3::zeros();
+    far[least] = T::one();
+    let first = axis.cross(&far);
+    let first = first * (T::one() / norm(&first));
+    [first, axis.cross(&first)]
+}
+
+/// Axes of W wheels with errors, by columns: `1 + s + sᵢ` times the unit vector along `aᵢ + θ₁ e₁ + θ₂ e₂`. `errors` returns `(sᵢ, θ₁, θ₂)` of a
+/// wheel.
+pub fn axes_with_errors<T: Real, const W: usize>(
+    axes: &Mat<T, 3, W>,
+    common: T,
+    errors: impl Fn(usize) -> Vec3<T>,
+) -> Mat<T, 3, W> {
+    of_columns(core::array::from_fn(|i| {
+        let error = errors(i);
+        let axis = column(axes, i);
+        let share = T::one() + common + error[0];
+        if error[1] == T::zero() && error[2] == T::zero() {
+            return axis * share;
+        }
+        let [first, second] = tilt_directions(&axis);
+        let tilted = axis + first * error[1] + second * error[2];
+        tilted * (share / norm(&tilted))
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Orthonormal right-handed triad for axes in all octants.
+    #[test]
+    fn tilts_are_normal_to_the_axis() {
+        for axis in [Vec3::x(), Vec3::new(0.6, -0.8, 0.0), Vec3::new(1.0, 1.0, -1.0).normalize()] {
+            let [e1, e2] = tilt_directions::<f64>(&axis);
+            assert!(axis.dot(&e1).abs() < 1e-15 && axis.dot(&e2).abs() < 1e-15);
+            assert!((e1.norm() - 1.0).abs() < 1e-15 && (axis.cross(&e1) - e2).norm() < 1e-15);
+        }
+    }
+
+    /// Against the rotated tensor by finite differences.
+    #[test]
+    fn a_turn_is_the_derivative_of_a_rotation() {
+        let inertia = Inertia::new([2.0, 3.0, 4.0, 0.3, -0.2, 0.1f64]);
+        for axis in 0..3 {
+            let mut turn = nalgebra::Vector3::zeros();
+            turn[axis] = 1e-6;
+            let rotation = nalgebra::Rotation3::new(turn).into_inner();
+            let turned = rotation * inertia.matrix_kg_m2() * rotation.transpose();
+            let apart = (turned - inertia.matrix_kg_m2()) / 1e-6;
+            let by = Inertia::new(turned_by(&inertia, axis)).matrix_kg_m2();
+            assert!((apart - by).norm() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn an_error_names_the_field() {
+        let refused = |hardware: Hardware<f32, 1>| hardware.validate().unwrap_err().field;
+        let ideal = Hardware::<f32, 1>::ideal();
+        assert_eq!(ideal.validate(), Ok(()));
+        assert_eq!(refused(Hardware { gyro_scale: -1.0, ..ideal }), "hardware.gyro_scale");
+        assert_eq!(
+            refused(Hardware { wheel_axis_rad: [f32::NAN], ..ideal }),
+            "hardware.wheel_axis_rad"
+        );
+    }
+}

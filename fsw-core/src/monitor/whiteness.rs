@@ -1,0 +1,259 @@
+//! Whiteness: residuals that hold more than noise, by their size and by their correlation in time.
+//!
+//! Limits that every estimator shares, and the test of a filter's innovations.
+//!
+//! | statistic of n residuals of three axes | white up to | reason |
+//! |---|---|---|
+//! | RMS over the noise ([`largest_rms`]) | `1.05 + 5.4 / √(6 n)` | sampling error `1 / √(2 · 3 n)` |
+//! | correlation with the one before ([`largest_correlation`]) | `0.1 + 4 / √(3 n)` | sampling error `1 / √(3 n)` |
+//!
+//! # Innovations
+//!
+//! Input: innovation ν with its variance S, and the share of it that stated errors of the hardware
+//! explain. Output: white or not, from 30 values on.
+//!
+//! A model error is slow beside the samples and small beside their noise. The innovations of a
+//! consistent filter are white, `z = ν / √S` of variance 1; sums of m of them over √m have variance
+//! 1 too, and a slow error grows by √m. Three levels are tested: single innovations, groups of 4 and
+//! groups of 16.
+//!
+//! Means are exponential once they hold 4,096 values, `m ← m + (x − m) / n`, `n ≤ 4096`.
+//!
+//! Errors of the hardware, of variance `s² S` in an innovation ([`Whiteness::add`]), are correlated over
+//! the whole flight. In groups of m their mean square is at most `m s²`, which both statistics may have
+//! in addition.
+
+use super::innovation::Innovation;
+use crate::math::{Vec3, scalar::Real};
+
+/// Excess of the residuals over the noise that is still called white, and the number of sigmas of
+/// its sampling error.
+const EXCESS: f64 = 0.05;
+const EXCESS_SIGMA: f64 = 5.4;
+/// The same of the correlation. A correlation of 0.1 makes the sigma 10 % too small.
+const CORRELATED: f64 = 0.1;
+const CORRELATED_SIGMA: f64 = 4.0;
+/// Fewest residuals, each of one axis, that are tested.
+pub const ENOUGH_ROWS: u32 = 30;
+
+/// Members of a group of the next level; `GROUP_SCALE` is `1 / √GROUP`.
+const GROUP: u8 = 4;
+const GROUP_SCALE: f64 = 0.5;
+/// Levels: groups of 1, 4 and 16.
+const LEVELS: usize = 3;
+/// Values in the memory of a mean: of the groups of 16, two hours at 10 Hz.
+const MEMORY: u16 = 4096;
+
+/// Largest RMS of `triples` white residuals of three axes, over the noise.
+pub fn largest_rms<T: Real>(triples: u32) -> T {
+    let share = T::lit(EXCESS_SIGMA) / (T::count(triples) * T::lit(6.0)).sqrt();
+    T::lit(1.0 + EXCESS) + share
+}
+
+/// Largest correlation between `rows` white residuals, each of one axis, and those before, either sign.
+pub fn largest_correlation<T: Real>(rows: u32) -> T {
+    T::lit(CORRELATED) + T::lit(CORRELATED_SIGMA) / T::count(rows.max(1)).sqrt()
+}
+
+/// Statistics of one level. Values have the variance 1 if white.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Level<T: Real> {
+    /// Values, up to the memory.
+    count: u16,
+    /// Mean over the values of `z · z / 3`, and of the product with the value before.
+    square: T,
+    product: T,
+    /// The last value, zero before the first.
+    last: Vec3<T>,
+    /// Present group: sum and number of its members.
+    sum: Vec3<T>,
+    members: u8,
+}
+
+crate::persist!([T: Real] Level<T> { count, square, product, last, sum, members }
+    if |this| this.square >= T::zero());
+
+impl<T: Real> Level<T> {
+    fn nothing() -> Self {
+        let (o, none) = (T::zero(), Vec3::zeros());
+        Self { count: 0, square: o, product: o, last: none, sum: none, members: 0 }
+    }
+
+    /// Adds a value; the group that it completes, as a value of the next level.
+    #[inline]
+    fn add(&mut self, z: &Vec3<T>) -> Option<Vec3<T>> {
+        let third = T::lit(1.0 / 3.0);
+        self.count = (self.count + 1).min(MEMORY);
+        let weight = T::one() / T::count(u32::from(self.count));
+        self.square += (z.dot(z) * third - self.square) * weight;
+        self.product += (z.dot(&self.last) * third - self.product) * weight;
+        self.last = *z;
+        self.sum += z;
+        self.members += 1;
+        if self.members < GROUP {
+            return None;
+        }
+        let group = self.sum * T::lit(GROUP_SCALE);
+        (self.sum, self.members) = (Vec3::zeros(), 0);
+        Some(group)
+    }
+
+    /// True where size and correlation are those of white noise and of an explained mean square of
+    /// `explained`; `None` with too few values.
+    fn is_white(&self, explained: T) -> Option<bool> {
+        let rows = u32::from(self.count) * 3;
+        if rows < ENOUGH_ROWS {
+            return None;
+        }
+        let rms: T = largest_rms(u32::from(self.count));
+        let correlated = largest_correlation::<T>(rows) * self.square + explained;
+        Some(self.square <= rms * rms + explained && self.product.abs() <= correlated)
+    }
+}
+
+/// Test of the innovations of a filter.
+///
+/// ```
+/// use fsw_core::monitor::whiteness::Whiteness;
+/// use fsw_core::{Innovation, Vec3};
+///
+/// // Alternating innovations of one sigma, and constant ones of a third.
+/// let test = |rate_rad_s: fn(u32) -> f64| {
+///     let mut test = Whiteness::default();
+///     for k in 0..1000 {
+///         let rate_rad_s = Vec3::repeat(rate_rad_s(k));
+///         test.add(&Innovation { rate_rad_s, variance_rad2_s2: Vec3::repeat(1.0) }, 0.0);
+///     }
+///     test.is_white()
+/// };
+/// assert_eq!(test(|k| if k % 2 == 0 { 1.0 } else { -1.0 }), Some(false));
+/// assert_eq!(test(|_| 0.33), Some(false));
+/// assert_eq!(Whiteness::<f32>::default().is_white(), None);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whiteness<T: Real> {
+    levels: [Level<T>; LEVELS],
+    /// Mean square of an innovation, over S, that errors of the hardware explain.
+    explained: T,
+}
+
+crate::persist!([T: Real] Whiteness<T> { levels, explained });
+
+impl<T: Real> Default for Whiteness<T> {
+    fn default() -> Self {
+        Self { levels: [Level::nothing(); LEVELS], explained: T::zero() }
+    }
+}
+
+impl<T: Real> Whiteness<T> {
+    /// Discards all values, as after a restart of the filter.
+    pub fn restart(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Adds an innovation that updated the filter, with its variance S by noise and covariance. The mean
+    /// square over S that errors of the hardware explain beside that is `explained`, zero for ideal
+    /// hardware.
+    #[inline]
+    pub fn add(&mut self, innovation: &Innovation<T>, explained: T) {
+        let (v, s) = (&innovation.rate_rad_s, &innovation.variance_rad2_s2);
+        let mut value = Vec3::new(v.x / s.x.sqrt(), v.y / s.y.sqrt(), v.z / s.z.sqrt());
+        if !(value.dot(&value) + explained).is_finite() {
+            return; // The filter is about to be reset.
+        }
+        for level in &mut self.levels {
+            let Some(group) = level.add(&value) else { break };
+            value = group;
+        }
+        let weight = T::one() / T::count(u32::from(self.levels[0].count));
+        self.explained += (explained - self.explained) * weight;
+    }
+
+    /// True where the innovations are white at each level that has 30 values, a value one axis of an
+    /// innovation; `None` before the first level has.
+    pub fn is_white(&self) -> Option<bool> {
+        let mut explained = self.explained;
+        let mut is_white = None;
+        for level in &self.levels {
+            if let Some(of_level) = level.is_white(explained) {
+                is_white = Some(is_white.unwrap_or(true) && of_level);
+            }
+            explained *= T::count(u32::from(GROUP));
+        }
+        is_white
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// White noise, uniform within ±√3, by a linear congruential generator (\[Knuth1997\]).
+    fn noise(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 40) as f64 / (1u64 << 23) as f64 - 1.0) * 3f64.sqrt()
+        }
+    }
+
+    /// Verdict on noise of sigma `scale` with a slow error of this amplitude, over `samples`, of which
+    /// `explained` is explained.
+    fn verdict(scale: f64, slow: f64, samples: u32, explained: f64, seed: u64) -> Option<bool> {
+        let (mut test, mut noise) = (Whiteness::<f32>::default(), noise(seed));
+        for k in 0..samples {
+            let phase = f64::from(k) * 0.02;
+            let rate_rad_s =
+                Vec3::from_fn(|i, _| (scale * noise() + slow * (phase + i as f64).sin()) as f32);
+            let innovation = Innovation { rate_rad_s, variance_rad2_s2: Vec3::repeat(1.0) };
+            test.add(&innovation, explained as f32);
+        }
+        test.is_white()
+    }
+
+    #[test]
+    fn white_noise_is_white_at_any_length() {
+        for seed in 0..200 {
+            for samples in [10, 40, 160, 600, 6000] {
+                assert_eq!(verdict(1.0, 0.0, samples, 0.0, seed), Some(true), "{seed} {samples}");
+            }
+        }
+        assert_eq!(verdict(1.0, 0.0, 9, 0.0, 1), None);
+    }
+
+    /// A fifth of the noise in RMS, which single innovations do not show.
+    #[test]
+    fn a_slow_error_below_the_noise_is_found_in_groups() {
+        for seed in 0..50 {
+            assert_eq!(verdict(1.0, 0.28, 6000, 0.0, seed), Some(false), "{seed}");
+        }
+    }
+
+    #[test]
+    fn noise_beyond_the_stated_one_is_not_white() {
+        assert_eq!(verdict(1.15, 0.0, 6000, 0.0, 7), Some(false));
+        assert_eq!(verdict(0.9, 0.0, 6000, 0.0, 7), Some(true));
+    }
+
+    /// The same slow error within what is explained, and at three times that.
+    #[test]
+    fn an_explained_error_is_white() {
+        assert_eq!(verdict(1.0, 0.28, 6000, 0.5 * 0.28 * 0.28, 3), Some(true));
+        assert_eq!(verdict(1.0, 0.84, 6000, 0.5 * 0.28 * 0.28, 3), Some(false));
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_left_out() {
+        let mut test = Whiteness::<f32>::default();
+        for (rate, variance) in [(f32::NAN, 1.0), (1.0, 0.0), (f32::INFINITY, 1.0), (0.0, -1.0)] {
+            let innovation = Innovation {
+                rate_rad_s: Vec3::repeat(rate),
+                variance_rad2_s2: Vec3::repeat(variance),
+            };
+            test.add(&innovation, 0.0);
+        }
+        assert_eq!(test, Whiteness::default());
+    }
+}

@@ -1,0 +1,38 @@
+//! `diagnose`: single causes that explain the residuals of a log.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{Failure, print};
+use crate::diagnosis::diagnose;
+use crate::input::{Craft, RecordedLog};
+use crate::report::{DiagnosisReport, table};
+
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Properties of the craft: wheels, gyro noise, prior
+    #[arg(long, value_name = "CRAFT.toml")]
+    craft: PathBuf,
+    /// Recorded log with the columns t_s, gyro_x_rad_s, …
+    #[arg(value_name = "LOG.csv")]
+    log: PathBuf,
+    /// Print one JSON document instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { craft, log, json } = arguments;
+    let file = log.display().to_string();
+    let craft = Craft::load(craft)?;
+    let mut log = RecordedLog::load(log, craft.wheels.len())?;
+    log.correct(&craft.hardware);
+    for note in &log.notes {
+        eprintln!("note: {note}");
+    }
+    let rows = log.rows.len();
+    let diagnosis = diagnose(&craft, &log.rows).ok_or(Failure::TooShort { file, rows })?;
+    let report = DiagnosisReport::from(&diagnosis);
+    print(*json, &report, &table::diagnosis(&report))
+}

@@ -1,0 +1,322 @@
+//! Rows of the catalogue: an imperfection at a level, as an edit of an ideal scenario.
+//!
+//! Levels are those of data sheets and beyond: a gyro's scale factor from 0.1 % (calibrated) to 3 %, a wheel's spin
+//! inertia from 0.3 to 3 %. The edit states the level, unless the row is about an imperfection that no key states.
+
+use host_sim::input::Scenario;
+use host_sim::input::scenario::hardware::{
+    GyroErrors, Orbit, Pulse, TachometerErrors, TachometerKind, TrueMode, WheelErrors,
+};
+use nalgebra::Vector3;
+
+/// Scenarios of the catalogue: wheels that swing, wheels that slew, thrusters.
+pub const SCENARIOS: [&str; 3] = ["cubesat-pyramid", "microsat-slew", "stsat3-spin-up"];
+/// The same with everything at data-sheet level at once.
+pub const DATA_SHEET: [&str; 3] =
+    ["cubesat-pyramid-data-sheet", "microsat-slew-data-sheet", "stsat3-spin-up-data-sheet"];
+
+/// One degree per hour, rad/s.
+const DEG_PER_HOUR: f64 = std::f64::consts::PI / 180.0 / 3600.0;
+/// One revolution per minute, rad/s.
+const RPM: f64 = std::f64::consts::TAU / 60.0;
+
+/// Edit of an ideal scenario.
+type Edit = Box<dyn Fn(&mut Scenario) + Send + Sync>;
+
+/// An imperfection at a level.
+pub struct Case {
+    /// Imperfection.
+    pub name: &'static str,
+    /// Level in words.
+    pub level: String,
+    /// True for wheels, false for external torque; none for any scenario.
+    pub needs_wheels: Option<bool>,
+    edit: Edit,
+}
+
+impl Case {
+    /// The scenario with the imperfection; none where it does not apply.
+    pub fn of(&self, ideal: &Scenario) -> Option<Scenario> {
+        let has_wheels = !ideal.wheels.is_empty();
+        if self.needs_wheels.is_some_and(|needs| needs != has_wheels) {
+            return None;
+        }
+        let mut scenario = ideal.clone();
+        (self.edit)(&mut scenario);
+        Some(scenario)
+    }
+}
+
+/// Rows under construction.
+#[derive(Default)]
+struct Rows {
+    rows: Vec<Case>,
+    name: &'static str,
+    needs_wheels: Option<bool>,
+}
+
+impl Rows {
+    fn group(&mut self, name: &'static str, needs_wheels: Option<bool>) -> &mut Self {
+        (self.name, self.needs_wheels) = (name, needs_wheels);
+        self
+    }
+
+    fn add(
+        &mut self,
+        level: impl Into<String>,
+        edit: impl Fn(&mut Scenario) + Send + Sync + 'static,
+    ) {
+        let (name, needs_wheels, level) = (self.name, self.needs_wheels, level.into());
+        self.rows.push(Case { name, level, needs_wheels, edit: Box::new(edit) });
+    }
+}
+
+/// All rows.
+pub fn all() -> Vec<Case> {
+    let mut rows = Rows::default();
+    rows.group("none", None).add("–", |_| ());
+    gyro_errors(&mut rows);
+    bias(&mut rows);
+    delays(&mut rows);
+    clock(&mut rows);
+    tachometers(&mut rows);
+    wheels(&mut rows);
+    torques(&mut rows);
+    flexible(&mut rows);
+    noise(&mut rows);
+    rows.rows
+}
+
+fn percent(share: f64) -> String {
+    format!("{} %", (share * 1e4).round() / 100.0)
+}
+
+fn gyro_errors(rows: &mut Rows) {
+    rows.group("gyro scale factor", None);
+    for share in [0.001, 0.003, 0.005, 0.01, 0.03] {
+        rows.add(percent(share), move |s| s.hardware.gyro_scale_sigma = share);
+    }
+    rows.group("gyro axes", None);
+    for deg in [0.05f64, 0.1, 0.3, 0.5, 1.5] {
+        let edit = move |s: &mut Scenario| s.hardware.gyro_axes_sigma_rad = deg.to_radians();
+        rows.add(format!("{deg}°"), edit);
+    }
+}
+
+fn bias(rows: &mut Rows) {
+    let ask = |s: &mut Scenario, sigma: f64| {
+        s.hardware.bias_sigma_rad_s = Some(sigma);
+        s.solve_for.gyro_bias = true;
+    };
+    rows.group("gyro bias", None);
+    for deg_s in [0.003f64, 0.01, 0.03, 0.1, 1.0] {
+        rows.add(format!("{deg_s} deg/s"), move |s| ask(s, deg_s.to_radians()));
+    }
+    rows.group("gyro bias walk", None);
+    for walk in [1e-6, 3e-6, 1e-5, 3e-5] {
+        rows.add(format!("{walk:.0e} rad/s/√s"), move |s| {
+            ask(s, 1e-3);
+            s.hardware.bias_walk_rad_s_sqrt_s = walk;
+            s.gyro.bias_walk_rad_s_sqrt_s = walk;
+        });
+    }
+    rows.group("gyro flicker", None);
+    for deg_h in [2.0, 8.0, 24.0] {
+        rows.add(format!("{deg_h} deg/h"), move |s| {
+            ask(s, 1e-3);
+            s.true_hardware.gyro.flicker_rad_s = deg_h * DEG_PER_HOUR;
+        });
+    }
+}
+
+fn delays(rows: &mut Rows) {
+    rows.group("gyro filter lag", None);
+    for ms in [1.0, 5.0, 20.0, 60.0] {
+        rows.add(format!("{ms} ms"), move |s| {
+            s.true_hardware.gyro.lag_s = ms * 1e-3;
+            s.hardware.gyro_delay_sigma_s = ms * 1e-3;
+        });
+    }
+    rows.group("gyro late", None);
+    for ms in [5.0, 15.0, 50.0, 100.0] {
+        rows.add(format!("{ms} ms"), move |s| s.hardware.gyro_delay_sigma_s = ms * 1e-3);
+    }
+    rows.group("tachometer late", Some(true));
+    for ms in [5.0, 15.0, 50.0, 100.0] {
+        rows.add(format!("{ms} ms"), move |s| {
+            s.true_hardware.tachometer.latency_s = ms * 1e-3;
+            s.hardware.gyro_delay_sigma_s = ms * 1e-3;
+        });
+    }
+    rows.group("gyro averaged", None);
+    rows.add("stated", |s| s.hardware.gyro_averaged = true);
+    rows.add("not stated", |s| s.true_hardware.gyro.averaged = true);
+    rows.group("gyro and tachometer averaged", Some(true)).add("–", |s| {
+        s.true_hardware.gyro.averaged = true;
+        s.true_hardware.tachometer.kind = TachometerKind::Mean;
+    });
+}
+
+fn clock(rows: &mut Rows) {
+    rows.group("jitter", None);
+    for share in [0.1, 0.3] {
+        rows.add(format!("±{}", percent(share)), move |s| s.true_hardware.clock.jitter = share);
+    }
+    rows.group("clock drift", None);
+    for ppm in [100.0, 300.0, 10_000.0] {
+        rows.add(format!("{ppm} ppm"), move |s| s.true_hardware.clock.drift = ppm * 1e-6);
+    }
+}
+
+fn tachometers(rows: &mut Rows) {
+    let counting = |window_s: Option<f64>| TachometerErrors {
+        kind: TachometerKind::Count { window_s },
+        ..TachometerErrors::default()
+    };
+    rows.group("tachometer counts 6/turn", Some(true));
+    for window_s in [0.1, 1.0] {
+        let edit = move |s: &mut Scenario| s.true_hardware.tachometer = counting(Some(window_s));
+        rows.add(format!("in {window_s} s"), edit);
+    }
+    rows.group("tachometer period", Some(true)).add("6/turn, 1 µs", |s| {
+        s.true_hardware.tachometer.kind = TachometerKind::Period { resolution_s: 1e-6 };
+    });
+    rows.group("tachometer rounded", Some(true));
+    for rpm in [1.0, 3.0, 10.0] {
+        let edit = move |s: &mut Scenario| s.true_hardware.tachometer.quantum_rad_s = rpm * RPM;
+        rows.add(format!("{rpm} rpm"), edit);
+    }
+    rows.group("tachometer held", Some(true));
+    for hold_s in [1.0, 3.0] {
+        let edit = move |s: &mut Scenario| s.true_hardware.tachometer.hold_s = hold_s;
+        rows.add(format!("{hold_s} s"), edit);
+    }
+}
+
+fn wheels(rows: &mut Rows) {
+    rows.group("wheel spin inertia, each", Some(true));
+    for share in [0.003, 0.01, 0.03] {
+        rows.add(percent(share), move |s| s.hardware.wheel_spin_inertia_sigma.fill(share));
+    }
+    rows.group("wheel spin inertia, common", Some(true))
+        .add("1 %", |s| s.hardware.common_spin_inertia_sigma = 0.01);
+    rows.group("wheel axes", Some(true));
+    for deg in [0.1f64, 0.2, 0.6, 1.0] {
+        let edit = move |s: &mut Scenario| s.hardware.wheel_axis_sigma_rad.fill(deg.to_radians());
+        rows.add(format!("{deg}°"), edit);
+    }
+    rows.group("wheel static imbalance", Some(true));
+    for times in [1.0, 3.0] {
+        rows.add(format!("{times} ×"), move |s| {
+            // 0.1 g mm of a CubeSat's wheel at 2 cm, ten times that of a microsatellite's.
+            let size = if s.spacecraft.inertia_kg_m2[0] < 1.0 { 5e-7 } else { 5e-6 };
+            let one = WheelErrors {
+                static_imbalance_kg_m: times * size,
+                position_m: Vector3::new(0.02, 0.02, 0.02),
+                ..WheelErrors::default()
+            };
+            s.true_hardware.wheels = vec![one; s.wheels.len()];
+        });
+    }
+}
+
+fn torques(rows: &mut Rows) {
+    let ask = |s: &mut Scenario, sigma: f64| {
+        s.hardware.torque_sigma_n_m = Some(sigma);
+        s.solve_for.torque = true;
+    };
+    rows.group("constant torque", None);
+    for torque in [1e-7, 1e-6, 1e-5, 1e-4] {
+        rows.add(format!("{torque:.0e} N m"), move |s| ask(s, torque));
+    }
+    let orbit = |dipole: f64| Orbit {
+        altitude_km: 500.0,
+        inclination_rad: 1.7,
+        phase_rad: 0.4,
+        gravity_gradient: dipole == 0.0,
+        dipole_a_m2: Vector3::new(dipole, -0.6 * dipole, 0.5 * dipole),
+        air_density_kg_m3: 0.0,
+        drag_area_m2: 0.0,
+        pressure_centre_m: Vector3::zeros(),
+    };
+    rows.group("residual dipole", None);
+    for times in [1.0, 3.0, 10.0] {
+        rows.add(format!("{times} ×"), move |s| {
+            // 0.01, 0.1 and 0.3 A m² for 5, 50 and 150 kg.
+            let moment = s.spacecraft.inertia_kg_m2[0];
+            let dipole = if moment < 1.0 {
+                0.01
+            } else if moment < 10.0 {
+                0.1
+            } else {
+                0.3
+            };
+            s.true_hardware.orbit = Some(orbit(times * dipole));
+            ask(s, times * dipole * 4e-5);
+        });
+    }
+    rows.group("gravity gradient", None).add("500 km", move |s| {
+        s.true_hardware.orbit = Some(orbit(0.0));
+        let spread = 0.3 * s.spacecraft.inertia_kg_m2[2];
+        ask(s, 1.5 * 1.1e-3 * 1.1e-3 * spread);
+    });
+    rows.group("3 pulses not in the log", None);
+    for times in [1.0, 3.0, 10.0] {
+        rows.add(format!("{times} ×"), move |s| {
+            let impulse = 1e-4 * s.spacecraft.inertia_kg_m2[0];
+            s.true_hardware.pulses = [0.2, 0.45, 0.7]
+                .into_iter()
+                .zip([Vector3::x(), -Vector3::y(), Vector3::z()])
+                .map(|(share, axis)| Pulse {
+                    time_s: share * s.duration_s,
+                    duration_s: 0.02,
+                    torque_n_m: axis * (times * impulse / 0.02),
+                })
+                .collect();
+        });
+    }
+    rows.group("known torque", Some(false));
+    for share in [0.01, 0.05] {
+        rows.add(percent(share), move |s| s.hardware.torque_scale_sigma = share);
+    }
+}
+
+fn flexible(rows: &mut Rows) {
+    let mut mode = |name, frequency_hz: f64, damping: f64, shares: &[f64]| {
+        rows.group(name, None);
+        for share in shares.iter().copied() {
+            rows.add(percent(share), move |s| {
+                let axis = None;
+                let mode = TrueMode { frequency_hz, damping, inertia_share: share, axis };
+                s.true_hardware.modes = vec![mode];
+            });
+        }
+    };
+    mode("flexible mode 0.5 Hz, not stated", 0.5, 0.01, &[0.01, 0.03, 0.09]);
+    mode("flexible mode 2 Hz, not stated", 2.0, 0.01, &[0.03]);
+    mode("slosh 0.05 Hz, not stated", 0.05, 0.05, &[0.01, 0.02, 0.06]);
+}
+
+fn noise(rows: &mut Rows) {
+    rows.group("gyro noise over the stated", None);
+    for factor in [0.5f64, 1.2, 2.0, 3.0] {
+        rows.add(format!("{factor}"), move |s| s.true_hardware.gyro.noise_factor = factor);
+    }
+    rows.group("gyro noise coloured", None);
+    for correlation in [0.3, 0.7, 0.9] {
+        let edit = move |s: &mut Scenario| s.true_hardware.gyro.noise_correlation = correlation;
+        rows.add(format!("ρ {correlation}"), edit);
+    }
+    rows.group("outliers of 10 to 50 σ", None);
+    for share in [0.001, 0.003, 0.01] {
+        let edit = move |s: &mut Scenario| s.true_hardware.gyro.outlier_share = share;
+        rows.add(percent(share), edit);
+    }
+    rows.group("outliers of 3 to 6 σ", None).add("1 %", |s| {
+        let gyro = &s.true_hardware.gyro;
+        s.true_hardware.gyro =
+            GyroErrors { outlier_share: 0.01, outlier_sigma: [3.0, 6.0], ..gyro.clone() };
+    });
+    rows.group("gyro quantum", None)
+        .add("125 deg/s, 16 bit", |s| s.gyro.quantum_rad_s = Some(6.66e-5));
+}
