@@ -75,6 +75,7 @@ impl<T: Real> Inertia<T> {
 
     /// Positive definite by Sylvester's criterion: all leading minors are positive. Cheap enough
     /// for every step.
+    #[inline(never)]
     pub fn is_positive_definite(&self) -> bool {
         // A comparison that is false for NaN.
         self.leading_minors().iter().all(|minor| *minor > T::zero())

@@ -15,7 +15,7 @@
 
 use crate::dynamics::gyrostat::{Gyrostat, Jacobians};
 use crate::dynamics::interval::Interval;
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Mat, Vec3, rotated, scalar::Real};
 
 /// Rate at the end of the interval by the classical Runge-Kutta method of fourth order.
 /// \[Hairer1993\] section II.1
@@ -47,9 +47,9 @@ pub fn runge_kutta_4<T: Real>(
     let (dt, half, sixth) = (interval.duration_s, T::lit(0.5), T::lit(1.0 / 6.0));
     let (start, middle, end) = (&interval.start, &interval.middle, &interval.end);
     let h0 = start.wheel_momentum_n_m_s;
-    let momentum = body.inertia_kg_m2() * rate_rad_s + h0;
+    let momentum = rotated(&body.inertia_kg_m2(), rate_rad_s) + h0;
     let turned = |change: &Vec3<T>, wheel_change: &Vec3<T>| {
-        rate_rad_s + body.inverse() * (change - wheel_change)
+        rate_rad_s + rotated(&body.inverse(), &(change - wheel_change))
     };
     let slope = |change: &Vec3<T>, wheel_change: &Vec3<T>, torque: &Vec3<T>| {
         torque - turned(change, wheel_change).cross(&(momentum + change))

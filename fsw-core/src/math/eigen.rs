@@ -14,7 +14,7 @@
 //!
 //! Accuracy: eigenvalues to a few ε of the largest one.
 
-use super::{Mat, column, scalar::Real};
+use super::{Entries, Mat, column, identity, scalar::Real};
 
 /// Sweeps over all off-diagonal elements. A 6×6 matrix is diagonal to double precision after about
 /// six; two are margin.
@@ -40,11 +40,11 @@ pub fn symmetric_eigen<T: Real, const N: usize>(
     let mut a = Mat::<T, N, N>::zeros();
     for k in 0..N {
         for i in 0..k + 1 {
-            a[(i, k)] = symmetric[(i, k)];
-            a[(k, i)] = symmetric[(i, k)];
+            *a.at_mut(i, k) = symmetric.at(i, k);
+            *a.at_mut(k, i) = symmetric.at(i, k);
         }
     }
-    let mut v = Mat::<T, N, N>::identity();
+    let mut v = identity::<T, N>();
     for _ in 0..SWEEPS {
         for p in 0..N {
             for q in p + 1..N {
@@ -54,7 +54,7 @@ pub fn symmetric_eigen<T: Real, const N: usize>(
     }
     let mut values = [T::zero(); N];
     for i in 0..N {
-        values[i] = a[(i, i)];
+        values[i] = a.at(i, i);
     }
     (values, v)
 }
@@ -67,30 +67,30 @@ pub fn symmetric_eigen<T: Real, const N: usize>(
 /// The smaller root keeps `|φ| ≤ 45°`, which makes the sweeps converge. Diagonal elements change by
 /// `∓ t a_pq`, without cancellation.
 fn rotate<T: Real, const N: usize>(a: &mut Mat<T, N, N>, v: &mut Mat<T, N, N>, p: usize, q: usize) {
-    let apq = a[(p, q)];
+    let apq = a.at(p, q);
     if apq == T::zero() {
         return;
     }
-    let theta = (a[(q, q)] - a[(p, p)]) / (apq + apq);
+    let theta = (a.at(q, q) - a.at(p, p)) / (apq + apq);
     let root = (theta * theta + T::one()).sqrt();
     let t = if theta < T::zero() { -T::one() } else { T::one() } / (theta.abs() + root);
     let c = T::one() / (t * t + T::one()).sqrt();
     let s = t * c;
-    a[(p, p)] -= t * apq;
-    a[(q, q)] += t * apq;
-    a[(p, q)] = T::zero();
-    a[(q, p)] = T::zero();
+    *a.at_mut(p, p) -= t * apq;
+    *a.at_mut(q, q) += t * apq;
+    *a.at_mut(p, q) = T::zero();
+    *a.at_mut(q, p) = T::zero();
     for k in 0..N {
         if k != p && k != q {
-            let (akp, akq) = (a[(k, p)], a[(k, q)]);
-            a[(k, p)] = c * akp - s * akq;
-            a[(k, q)] = s * akp + c * akq;
-            a[(p, k)] = a[(k, p)];
-            a[(q, k)] = a[(k, q)];
+            let (akp, akq) = (a.at(k, p), a.at(k, q));
+            *a.at_mut(k, p) = c * akp - s * akq;
+            *a.at_mut(k, q) = s * akp + c * akq;
+            *a.at_mut(p, k) = a.at(k, p);
+            *a.at_mut(q, k) = a.at(k, q);
         }
-        let (vkp, vkq) = (v[(k, p)], v[(k, q)]);
-        v[(k, p)] = c * vkp - s * vkq;
-        v[(k, q)] = s * vkp + c * vkq;
+        let (vkp, vkq) = (v.at(k, p), v.at(k, q));
+        *v.at_mut(k, p) = c * vkp - s * vkq;
+        *v.at_mut(k, q) = s * vkp + c * vkq;
     }
 }
 
@@ -110,7 +110,7 @@ fn rotate<T: Real, const N: usize>(a: &mut Mat<T, N, N>, v: &mut Mat<T, N, N>, p
 /// ```
 #[inline(never)]
 pub fn singular_values<T: Real, const N: usize>(a: &Mat<T, N, N>) -> ([T; N], Mat<T, N, N>) {
-    let (mut b, mut v) = (*a, Mat::<T, N, N>::identity());
+    let (mut b, mut v) = (*a, identity::<T, N>());
     for _ in 0..SWEEPS {
         for p in 0..N {
             for q in p + 1..N {
@@ -146,9 +146,9 @@ fn make_orthogonal<T: Real, const N: usize>(
     let s = t * c;
     for matrix in [b, v] {
         for i in 0..N {
-            let (at_p, at_q) = (matrix[(i, p)], matrix[(i, q)]);
-            matrix[(i, p)] = c * at_p - s * at_q;
-            matrix[(i, q)] = s * at_p + c * at_q;
+            let (at_p, at_q) = (matrix.at(i, p), matrix.at(i, q));
+            *matrix.at_mut(i, p) = c * at_p - s * at_q;
+            *matrix.at_mut(i, q) = s * at_p + c * at_q;
         }
     }
 }

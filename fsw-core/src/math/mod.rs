@@ -44,6 +44,47 @@ use unroll;
 /// Number of unknowns up to which loops are unrolled.
 const UNROLLED: usize = 18;
 
+/// Entries of a matrix by row and column, inlined at each level of optimisation.
+///
+/// nalgebra's `[]` is a call where code is compiled for size. Its check of the range then remains in the
+/// image, with a panic; inlined, it is proved away wherever the indices are those of a loop.
+pub(crate) trait Entries<T> {
+    /// Entry of a row and a column.
+    fn at(&self, row: usize, column: usize) -> T;
+
+    /// As [`at`](Self::at), mutable.
+    fn at_mut(&mut self, row: usize, column: usize) -> &mut T;
+}
+
+impl<T: Real, const R: usize, const C: usize> Entries<T> for Mat<T, R, C> {
+    #[inline(always)]
+    fn at(&self, row: usize, column: usize) -> T {
+        self.data.0[column][row]
+    }
+
+    #[inline(always)]
+    fn at_mut(&mut self, row: usize, column: usize) -> &mut T {
+        &mut self.data.0[column][row]
+    }
+}
+
+/// Identity, inlined at each level of optimisation: nalgebra's takes two more copies on the stack where
+/// code is compiled for size.
+#[inline(always)]
+pub(crate) fn identity<T: Real, const N: usize>() -> Mat<T, N, N> {
+    let mut m = Mat::from_array_storage(nalgebra::ArrayStorage([[T::zero(); N]; N]));
+    for i in 0..N {
+        *m.at_mut(i, i) = T::one();
+    }
+    m
+}
+
+/// Product `M v` of a 3×3 matrix. Not inlined: one function for all, a hundred bytes less for each use.
+#[inline(never)]
+pub(crate) fn rotated<T: Real>(m: &Mat<T, 3, 3>, v: &Vec3<T>) -> Vec3<T> {
+    m * v
+}
+
 /// Column `index` of a matrix; zeros beyond the last column.
 ///
 /// Replaces nalgebra's `column`, which panics on an index out of range.

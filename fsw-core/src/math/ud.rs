@@ -28,7 +28,7 @@
 //! * The condition number of `U √D` is the square root of that of P: single precision with
 //!   factors resembles double precision with P.
 
-use super::{Mat, Vec3, scalar::Real, unroll};
+use super::{Entries, Mat, Vec3, scalar::Real, unroll};
 
 /// UD factors of the N×N covariance of N components, each in its own unit.
 ///
@@ -53,9 +53,9 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// Factors of uncorrelated components with these variances (unit², not negative): U is the
     /// identity.
     pub fn diagonal(variances: [T; N]) -> Self {
-        let mut packed = Mat::zeros();
+        let mut packed = Mat::<T, N, N>::zeros();
         for i in 0..N {
-            packed[(i, i)] = variances[i];
+            *packed.at_mut(i, i) = variances[i];
         }
         Self { packed }
     }
@@ -64,13 +64,13 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// column.
     #[inline]
     pub fn u(&self, row: usize, column: usize) -> T {
-        self.packed[(row, column)]
+        self.packed.at(row, column)
     }
 
     /// Element `dᵢ` of D, unit²: the variance of component i given the components after it.
     #[inline]
     pub fn d(&self, index: usize) -> T {
-        self.packed[(index, index)]
+        self.packed.at(index, index)
     }
 
     /// Sets `u_ik`, `row < column`.
@@ -78,13 +78,13 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// The covariance of two components that are the last ones is `u_ik d_k`.
     #[inline]
     pub fn set_u(&mut self, row: usize, column: usize, value: T) {
-        self.packed[(row, column)] = value;
+        *self.packed.at_mut(row, column) = value;
     }
 
     /// Sets `dᵢ`, which must not be negative.
     #[inline]
     pub fn set_d(&mut self, index: usize, value: T) {
-        self.packed[(index, index)] = value;
+        *self.packed.at_mut(index, index) = value;
     }
 
     /// Covariance `P = U D Uᵀ`, N×N: `p_ij = Σ_{k ≥ j} u_ik d_k u_jk` for `i ≤ j`, unit of i times
@@ -100,7 +100,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// assert_eq!((p[(0, 1)], p[(1, 0)], p[(1, 1)]), (1.0, 1.0, 2.0));
     /// ```
     pub fn covariance(&self) -> Mat<T, N, N> {
-        let mut p = Mat::zeros();
+        let mut p = Mat::<T, N, N>::zeros();
         for i in 0..N {
             for j in i..N {
                 let mut sum = T::zero();
@@ -109,8 +109,8 @@ impl<T: Real, const N: usize> Ud<T, N> {
                     let uj = if k == j { T::one() } else { self.u(j, k) };
                     sum += ui * uj * self.d(k);
                 }
-                p[(i, j)] = sum;
-                p[(j, i)] = sum;
+                *p.at_mut(i, j) = sum;
+                *p.at_mut(j, i) = sum;
             }
         }
         p
@@ -157,7 +157,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// Multiplies the covariance by `share` (not negative): only D changes.
     pub fn scale(&mut self, share: T) {
         for i in 0..N {
-            self.packed[(i, i)] *= share;
+            *self.packed.at_mut(i, i) *= share;
         }
     }
 
@@ -169,7 +169,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
         let mut sum = T::zero();
         for column in 0..N {
             for row in 0..column + 1 {
-                sum += self.packed[(row, column)];
+                sum += self.packed.at(row, column);
             }
         }
         sum.is_finite() && (0..N).all(|i| self.d(i) >= T::zero())
@@ -314,12 +314,12 @@ impl<T: Real> Ud<T, 9> {
         for column in 3..9 {
             let mut new = Vec3::zeros();
             for i in 0..3 {
-                let mut sum = b[(i, column - 3)];
+                let mut sum = b.at(i, column - 3);
                 for k in 3..column {
-                    sum += b[(i, k - 3)] * self.u(k, column);
+                    sum += b.at(i, k - 3) * self.u(k, column);
                 }
                 for k in 0..3 {
-                    sum += a[(i, k)] * self.u(k, column);
+                    sum += a.at(i, k) * self.u(k, column);
                 }
                 new[i] = sum;
             }
@@ -329,7 +329,7 @@ impl<T: Real> Ud<T, 9> {
         }
         let (u01, u02, u12) = (self.u(0, 1), self.u(0, 2), self.u(1, 2));
         let row = |i: usize| {
-            let (x, y, z) = (a[(i, 0)], a[(i, 1)], a[(i, 2)]);
+            let (x, y, z) = (a.at(i, 0), a.at(i, 1), a.at(i, 2));
             Vec3::new(x, x * u01 + y, x * u02 + y * u12 + z)
         };
         self.retriangularise([row(0), row(1), row(2)]);

@@ -12,7 +12,7 @@
 //! range of a body of the estimated size. With a prior of 1 ± 30 kg m² an estimate of 1 ± 1 is
 //! thus unobserved, and one of 1 ± 0.09 observed.
 
-use crate::math::{Mat, eigen::symmetric_eigen, scalar::Real};
+use crate::math::{Entries, Mat, eigen::symmetric_eigen, scalar::Real};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
@@ -75,22 +75,22 @@ pub fn observed<T: Real>(covariance: &Mat<T, 6, 6>, prior_sigma: &[T; 6]) -> Obs
     if !prior_sigma.iter().all(|sigma| *sigma > T::zero()) {
         return Observed::default();
     }
-    let mut scaled = Mat::<T, 6, 6>::zeros();
+    let mut scaled = *covariance;
     for i in 0..6 {
         for k in 0..6 {
             // Two divisions: the product of two sigmas may underflow in f32.
-            scaled[(i, k)] = covariance[(i, k)] / prior_sigma[i] / prior_sigma[k];
+            *scaled.at_mut(i, k) = covariance.at(i, k) / prior_sigma[i] / prior_sigma[k];
         }
     }
     let is_observed = |variance: T| variance < T::lit(OBSERVED_RATIO * OBSERVED_RATIO);
     let (variances, _) = symmetric_eigen(&scaled);
     let directions = variances.iter().filter(|v| is_observed(**v)).count() as u8;
-    let element = core::array::from_fn(|i| is_observed(scaled[(i, i)]));
+    let element = core::array::from_fn(|i| is_observed(scaled.at(i, i)));
     let (mut trace, mut prior_trace) = (T::zero(), T::zero());
     for i in 0..3 {
         prior_trace += prior_sigma[i] * prior_sigma[i];
         for k in 0..3 {
-            trace += covariance[(i, k)];
+            trace += covariance.at(i, k);
         }
     }
     Observed { directions, element, scale: is_observed(trace / prior_trace) }

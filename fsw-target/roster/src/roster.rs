@@ -56,16 +56,6 @@ trait Entry: Step + Work + Persist {
     fn report(&self) -> Estimate<f32> {
         fsw_core::Estimator::estimate(self)
     }
-
-    /// The window estimator, for the functions that it alone has.
-    fn window(&self) -> Option<&Window9> {
-        None
-    }
-
-    /// As [`window`](Self::window), mutable.
-    fn window_mut(&mut self) -> Option<&mut Window9> {
-        None
-    }
 }
 
 /// The estimator in a slot, independent of its type. Its step is [`Step::step_fast`]: a reference to
@@ -79,10 +69,6 @@ pub trait Selected {
     fn rate_rad_s(&self) -> Vec3<f32>;
     /// As [`fsw_core::Estimator::innovation`].
     fn innovation(&self) -> Option<Innovation<f32>>;
-    /// The window estimator, if it is this one.
-    fn window(&self) -> Option<&Window9>;
-    /// As [`window`](Self::window), mutable.
-    fn window_mut(&mut self) -> Option<&mut Window9>;
 }
 
 impl<E: Entry> Selected for E {
@@ -100,14 +86,6 @@ impl<E: Entry> Selected for E {
 
     fn innovation(&self) -> Option<Innovation<f32>> {
         fsw_core::Estimator::innovation(self)
-    }
-
-    fn window(&self) -> Option<&Window9> {
-        Entry::window(self)
-    }
-
-    fn window_mut(&mut self) -> Option<&mut Window9> {
-        Entry::window_mut(self)
     }
 }
 
@@ -257,21 +235,13 @@ roster! {
                 estimator::window::Config { prior: from.prior, slices_per_step: 0, ..config };
             config.validate::<9>()?;
             if !matches!(slot, EstimatorSlot::Window(_)) {
-                *slot = EstimatorSlot::Window(Window9::of_unknown_noise(from.wheels));
+                place_window(slot, from);
             }
             match slot {
                 EstimatorSlot::Window(window) => Ok(window.reset(config)?),
                 #[allow(unreachable_patterns, reason = "with `window` alone built in")]
                 _ => Ok(()),
             }
-        }
-
-        fn window(&self) -> Option<&Window9> {
-            Some(self)
-        }
-
-        fn window_mut(&mut self) -> Option<&mut Window9> {
-            Some(self)
         }
     }
 
@@ -281,7 +251,11 @@ roster! {
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
             let config = estimator::joint_ekf::Config::new(from.gyro_noise_rad_s);
             let config = estimator::joint_ekf::Config { prior: from.prior, ..config };
-            *slot = EstimatorSlot::JointEkf(JointEkf::new(config, from.wheels)?);
+            config.validate()?;
+            place_joint_ekf(slot, config, from);
+            if let EstimatorSlot::JointEkf(filter) = slot {
+                filter.complete();
+            }
             Ok(())
         }
     }
@@ -293,8 +267,63 @@ roster! {
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
             let nominal = from.prior.ok_or(Refused::NoNominalInertia)?;
             let config = estimator::ekf_sgf::Config::kim_2013(from.gyro_noise_rad_s, nominal);
-            *slot = EstimatorSlot::EkfSgfRls(EkfSgfRls::new(config, from.wheels)?);
+            let rate = EkfSgfRls::check(&config)?;
+            place_ekf_sgf(slot, config, &rate, from);
             Ok(())
+        }
+    }
+}
+
+/// Constructs `window` in its storage, to be reset. Not inlined, as that of `joint-ekf`.
+#[cfg(feature = "window")]
+#[inline(never)]
+fn place_window(slot: &mut EstimatorSlot, from: &InitialData) {
+    *slot = EstimatorSlot::Window(Window9::of_unknown_noise(from.wheels));
+}
+
+/// Constructs `joint-ekf` in its storage. Not inlined: it takes a copy of parts on the stack, which the
+/// check of the configuration must not add to.
+#[cfg(feature = "joint-ekf")]
+#[inline(never)]
+fn place_joint_ekf(
+    slot: &mut EstimatorSlot,
+    config: estimator::joint_ekf::Config<f32>,
+    from: &InitialData,
+) {
+    *slot = EstimatorSlot::JointEkf(JointEkf::in_place(config, from.wheels));
+}
+
+/// Constructs `ekf-sgf-rls` in its storage. Not inlined, as that of `joint-ekf`.
+#[cfg(feature = "ekf-sgf-rls")]
+#[inline(never)]
+fn place_ekf_sgf(
+    slot: &mut EstimatorSlot,
+    config: estimator::ekf_sgf::Config<f32>,
+    rate: &estimator::ekf_sgf::rate_ekf::RateEkf<f32>,
+    from: &InitialData,
+) {
+    *slot = EstimatorSlot::EkfSgfRls(EkfSgfRls::of_valid(config, rate, from.wheels));
+}
+
+impl EstimatorSlot {
+    /// The window estimator, for the functions that it alone has. No function of each estimator in the
+    /// slot: an image without `window` would contain their code.
+    #[inline]
+    pub fn window(&self) -> Option<&Window9> {
+        match self {
+            #[cfg(feature = "window")]
+            Self::Window(window) => Some(window),
+            _ => None,
+        }
+    }
+
+    /// As [`window`](Self::window), mutable.
+    #[inline]
+    pub fn window_mut(&mut self) -> Option<&mut Window9> {
+        match self {
+            #[cfg(feature = "window")]
+            Self::Window(window) => Some(window),
+            _ => None,
         }
     }
 }

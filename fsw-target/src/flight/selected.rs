@@ -143,13 +143,11 @@ impl SelectedEstimator {
     /// True at rest, when a lost sample costs no information. Always false for estimators other than
     /// `window`, which do not detect rest.
     pub fn is_at_rest(&self) -> bool {
-        let window = self.slot.selected().and_then(|estimator| estimator.window());
-        window.is_some_and(Window9::is_at_rest)
+        self.slot.window().is_some_and(Window9::is_at_rest)
     }
 
     fn window_mut(&mut self) -> Result<&mut Window9, Refused> {
-        let window = self.slot.selected_mut().and_then(|estimator| estimator.window_mut());
-        window.ok_or(Refused::NoWindows)
+        self.slot.window_mut().ok_or(Refused::NoWindows)
     }
 }
 

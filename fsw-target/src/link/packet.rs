@@ -17,7 +17,7 @@ use super::frame::MAX_PACKET;
 use super::wire::{Reader, Wire, Writer};
 use arbitrary_int::{u3, u11, u14};
 use core::fmt;
-use crc::Crc;
+use crc::{CRC_16_IBM_3740, Crc, NoTable};
 use spacepackets::{PacketId, PacketSequenceControl, SequenceFlags, SpacePacketHeader};
 
 pub use arbitrary_int::{u11 as Apid, u14 as SequenceCount};
@@ -32,9 +32,9 @@ pub const STATUS: Apid = u11::new(0x1f2);
 /// APID of [`CheckpointPart`](super::telemetry::CheckpointPart).
 pub const CHECKPOINT: Apid = u11::new(0x1f3);
 
-/// CRC-16, polynomial 0x1021, initial value 0xffff, not reflected. Its table of 512 bytes in flash
-/// reduces the cost of a packet to a tenth of the bitwise computation.
-static CHECKSUM: Crc<u16> = spacepackets::crc::CRC_CCITT_FALSE;
+/// CRC-16, polynomial 0x1021, initial value 0xffff, not reflected. Bit by bit: a table would take 512
+/// bytes of flash, and a packet of 200 bytes about 8,000 instructions less, 0.05 ms.
+static CHECKSUM: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_IBM_3740);
 
 /// Length of the checksum, bytes.
 const CHECKSUM_BYTES: usize = 2;

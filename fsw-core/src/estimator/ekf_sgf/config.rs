@@ -7,7 +7,7 @@ use crate::error::{ConfigError, Invalid};
 use crate::estimator::ekf_sgf::rate_ekf;
 use crate::estimator::ekf_sgf::regression::Elements;
 use crate::gate;
-use crate::math::range::{not_negative, positive};
+use crate::math::range::{not_negative, positive, within};
 use crate::math::savgol::{Fit, Growth};
 use crate::math::scalar::Real;
 use crate::monitor::spikes;
@@ -156,6 +156,7 @@ impl<T: Real> Config<T> {
         })?;
         self.rate_ekf.validate()?;
         self.fit.validate(capacity)?;
+        within("order", self.fit.order, 1, self.fit.window - 1)?;
         not_negative("period_tolerance", self.period_tolerance)?;
         match self.readout {
             Readout::EverySample { forgetting } => {
@@ -194,6 +195,7 @@ mod tests {
         let cases = [
             (refused(|c| c.fit.window = 9), ("window", out(2, 8))),
             (refused(|c| c.fit.order = 7), ("order", out(0, 6))),
+            (refused(|c| c.fit.order = 0), ("order", out(1, 6))),
             (
                 refused(|c| c.nominal.sigma_kg_m2[0] = 0.0),
                 ("nominal.sigma_kg_m2", Invalid::NotPositive),

@@ -146,18 +146,34 @@ impl<T: Real, const W: usize, const C: usize> EkfSgf<T, W, C> {
     /// # Errors
     /// Names the configuration's first field that is out of its range.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
+        let rate = Self::check(&config)?;
+        Ok(Self::of_valid(config, &rate, wheels))
+    }
+
+    /// Checks a configuration. Returns its rate filter before the first sample.
+    ///
+    /// # Errors
+    /// Names the configuration's first field that is out of its range.
+    pub fn check(config: &Config<T>) -> Result<RateEkf<T>, ConfigError> {
         config.validate(C)?;
-        let nominal = Inertia::new(config.nominal.inertia_kg_m2);
-        Ok(Self {
+        RateEkf::new(config.rate_ekf, &Inertia::new(config.nominal.inertia_kg_m2))
+    }
+
+    /// As [`new`](Self::new), for a configuration that has passed [`check`](Self::check), and the rate
+    /// filter that this returned. Inlined, so that the estimator is built in its place and not on the
+    /// stack.
+    #[inline(always)]
+    pub fn of_valid(config: Config<T>, rate: &RateEkf<T>, wheels: WheelArray<T, W>) -> Self {
+        Self {
             gate: Gate::new(config.gate),
             drive: DriveHistory::default(),
-            rate: RateEkf::new(config.rate_ekf, &nominal)?,
+            rate: *rate,
             lag: Lag::default(),
-            differentiator: Differentiator::new(
+            differentiator: Differentiator::of_valid(
                 config.fit,
                 config.growth,
                 config.period_tolerance,
-            )?,
+            ),
             batches: Batches::new(&config.nominal, 0),
             spikes: SpikeGate::default(),
             monitor: InnovationMonitor::default(),
@@ -166,7 +182,7 @@ impl<T: Real, const W: usize, const C: usize> EkfSgf<T, W, C> {
             last_delay_s: T::zero(),
             config,
             wheels,
-        })
+        }
     }
 
     /// The equation's terms that the last sample added to the regression: rate, acceleration and

@@ -2,56 +2,115 @@
 //!
 //! ```text
 //!  sample ─► outlier gate ─► alignment ─► solution at the last judged sample
-//!             two samples late                 │ prediction across the two pending ones
+//!             two samples late                 │ rate predicted across the pending ones
 //!                                              ▼
 //!                                          tracking
 //! ```
 //!
 //! One bad reading in the integrals of the alignment would remain in its solution. A refused sample
 //! enters the integrals with its bridged rate, and adds no equation.
+//!
+//! A solution is as expensive as a sample. It is therefore computed at the sample after the one at which
+//! it is due, in place of a verdict, and three samples are pending then. The gate catches up afterwards.
 
 use super::alignment::Alignment;
 use super::start::{self, NoStart, Start};
-use super::{Config, State};
+use super::{Config, Form, State};
 use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::{Drive, Interval};
 use crate::dynamics::step::runge_kutta_4;
 use crate::math::{Vec3, scalar::Real};
 use crate::monitor::outliers::{Judged, OutlierGate};
+use crate::persist::{Archive, Persist};
 use crate::prior::Prior;
 
-/// Samples between the last judged one and the present one, the latter included.
-const PENDING: usize = 2;
+/// Delay of the gate, samples.
+const DELAY: usize = 2;
 
 /// Accumulation of motion for the first state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aligning<T: Real> {
     /// Gate on the raw samples, with the drive of each.
     outliers: OutlierGate<T, Drive<T>>,
-    /// Least squares since the first accepted sample.
-    alignment: Option<Alignment<T>>,
+    /// Least squares since the first accepted sample; empty before it.
+    alignment: Alignment<T>,
+    /// Drive at the last judged sample, where a solution is due.
+    due: Option<Drive<T>>,
     /// The last solution contradicted the model; the alignment has started anew since.
     contradicts_model: bool,
 }
 
-crate::persist!([T: Real] Aligning<T> { outliers, alignment, contradicts_model });
+crate::persist!([T: Real] Aligning<T> { outliers, alignment, due, contradicts_model });
+
+/// Alignment of a filter, absent only between the construction of the filter in its place and that of the
+/// alignment: together they would take a copy of more than a kilobyte on the stack.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed<T: Real>(Option<Aligning<T>>);
+
+impl<T: Real> Placed<T> {
+    /// No alignment.
+    pub(super) fn absent() -> Self {
+        Self(None)
+    }
+
+    /// Constructs the alignment.
+    #[inline(never)]
+    pub(super) fn construct(&mut self) {
+        self.0 = Some(Aligning::new());
+    }
+
+    /// The alignment.
+    pub(super) fn get(&self) -> Option<&Aligning<T>> {
+        self.0.as_ref()
+    }
+
+    /// As [`get`](Self::get), mutable.
+    pub(super) fn get_mut(&mut self) -> Option<&mut Aligning<T>> {
+        self.0.as_mut()
+    }
+}
+
+/// As the alignment itself.
+impl<T: Real> Persist for Placed<T> {
+    fn layout() -> u32 {
+        Aligning::<T>::layout()
+    }
+
+    fn persist(&mut self, archive: &mut Archive<'_>) {
+        if let Some(aligning) = &mut self.0 {
+            aligning.persist(archive);
+        }
+    }
+}
 
 /// Result of one sample.
-pub(super) enum Progress<T: Real> {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Progress {
     /// More motion is needed.
     Continues,
     /// The same, and a sample of two samples ago was refused.
     Refused,
-    /// First state, at the last judged sample, and the way from there to the present one.
-    Aligned(Start<T>, Pending<T>),
 }
 
 impl<T: Real> Aligning<T> {
+    /// Before the first sample.
+    #[inline(always)] // built in its place
+    pub(super) fn new() -> Self {
+        Self {
+            outliers: OutlierGate::new(),
+            alignment: Alignment::empty(),
+            due: None,
+            contradicts_model: false,
+        }
+    }
+
     /// Starts with a first sample.
-    pub(super) fn begin(rate_rad_s: &Vec3<T>, drive: &Drive<T>, noise_rad_s: T) -> Self {
-        let mut outliers = OutlierGate::new();
-        outliers.push(T::zero(), *rate_rad_s, *drive, noise_rad_s);
-        Self { outliers, alignment: None, contradicts_model: false }
+    pub(super) fn begin(&mut self, rate_rad_s: &Vec3<T>, drive: &Drive<T>, noise_rad_s: T) {
+        self.outliers.reset();
+        self.outliers.add(T::zero(), *rate_rad_s, *drive, noise_rad_s);
+        self.alignment.clear();
+        self.due = None;
+        self.contradicts_model = false;
     }
 
     /// True where the last solution contradicted the model: a tensor that no rigid body has, or
@@ -60,26 +119,33 @@ impl<T: Real> Aligning<T> {
         self.contradicts_model
     }
 
-    /// Takes in a sample, `elapsed_s` after the one before. At most two samples leave the gate. `allowed_rad_s`: noise
-    /// that the residuals may have by errors of the hardware, rad/s, for a mean moment (kg m²) and the number of samples.
-    pub(super) fn step(
+    /// Takes in a sample, `elapsed_s` after the one before. [`solve`](Self::solve) follows where a solution
+    /// is due, otherwise [`step`](Self::step).
+    pub(super) fn take_in(
         &mut self,
         (rate_rad_s, drive): (&Vec3<T>, &Drive<T>),
         elapsed_s: T,
         noise_rad_s: T,
-        prior: Option<&Prior<T>>,
-        allowed_rad_s: impl FnOnce(T, u32) -> T,
-    ) -> Progress<T> {
-        let Some(judged) = self.outliers.push(elapsed_s, *rate_rad_s, *drive, noise_rad_s) else {
+    ) {
+        self.outliers.add(elapsed_s, *rate_rad_s, *drive, noise_rad_s);
+    }
+
+    /// Judges samples and adds them. At most two leave the gate, and one where it makes two verdicts: a
+    /// backlog costs one of both more a step.
+    pub(super) fn step(&mut self, noise_rad_s: T, prior: Option<&Prior<T>>) -> Progress {
+        let is_behind = self.outliers.is_behind();
+        let Some(judged) = self.outliers.advance() else {
             return Progress::Continues;
         };
         self.add(&judged, noise_rad_s, prior);
-        let second = self.outliers.ready();
+        let second = if is_behind { None } else { self.outliers.ready() };
         if let Some(second) = &second {
             self.add(second, noise_rad_s, prior);
         }
         if second.is_none() && judged.is_accepted {
-            return self.start(&judged.payload, noise_rad_s, prior, allowed_rad_s);
+            let is_due = start::is_due(&self.alignment) && self.outliers.pending().count() == DELAY;
+            self.due = is_due.then_some(judged.payload);
+            return Progress::Continues;
         }
         let is_refused = !judged.is_accepted || second.is_some_and(|second| !second.is_accepted);
         if is_refused { Progress::Refused } else { Progress::Continues }
@@ -88,50 +154,55 @@ impl<T: Real> Aligning<T> {
     /// Adds a judged sample; the first accepted one starts the integrals.
     fn add(&mut self, judged: &Judged<T, Drive<T>>, noise_rad_s: T, prior: Option<&Prior<T>>) {
         let Judged { elapsed_s, rate_rad_s, payload: drive, is_accepted } = judged;
-        match &mut self.alignment {
-            Some(alignment) => alignment.add(rate_rad_s, drive, *elapsed_s, *is_accepted),
-            None if *is_accepted => {
-                self.alignment = Some(Alignment::new(rate_rad_s, drive, noise_rad_s, prior));
-            }
-            None => {}
+        if self.alignment.samples() > 0 {
+            self.alignment.add(rate_rad_s, drive, *elapsed_s, *is_accepted);
+        } else if *is_accepted {
+            self.alignment.begin(rate_rad_s, drive, noise_rad_s, prior);
         }
     }
 
-    /// First state, where a solution is due and good enough, and only the delay of the gate is
-    /// pending. `drive`: that of the last judged sample.
-    fn start(
-        &mut self,
-        drive: &Drive<T>,
+    /// Drive at the last judged sample, where a solution is due: once.
+    pub(super) fn take_due(&mut self) -> Option<Drive<T>> {
+        self.due.take()
+    }
+
+    /// First state at the last judged sample. `allowed_rad_s`: noise that the residuals may have by errors of the
+    /// hardware, rad/s, for a mean moment (kg m²) and the number of samples.
+    ///
+    /// # Errors
+    /// As [`Start::from_motion`].
+    #[inline(always)] // without a copy of the result
+    pub(super) fn solve(
+        &self,
         noise_rad_s: T,
         prior: Option<&Prior<T>>,
         allowed_rad_s: impl FnOnce(T, u32) -> T,
-    ) -> Progress<T> {
-        let Some(alignment) = self.alignment.as_ref().filter(|a| start::is_due(a)) else {
-            return Progress::Continues;
-        };
-        let mut pending = self.outliers.pending();
-        let steps = [pending.next(), pending.next(), pending.next()];
-        let [Some(first), Some(second), None] = steps else {
-            return Progress::Continues;
-        };
+    ) -> Result<Start<T>, NoStart> {
+        let samples = self.alignment.samples();
         let allowed_rad_s = |mean_moment_kg_m2| {
-            self.outliers.noise_rad_s().max(allowed_rad_s(mean_moment_kg_m2, alignment.samples()))
+            self.outliers.noise_rad_s().max(allowed_rad_s(mean_moment_kg_m2, samples))
         };
-        match Start::from_motion(alignment, prior, noise_rad_s, allowed_rad_s) {
-            Err(reason) => {
-                // These data cannot lead to a start: the next ones may.
-                if reason == NoStart::Contradiction {
-                    self.contradicts_model = true;
-                    self.alignment = None;
-                }
-                Progress::Continues
-            }
-            Ok(start) => {
-                let rate_rad_s = start.state.rate_rad_s;
-                let pending = Pending { rate_rad_s, drive: *drive, steps: [first, second] };
-                Progress::Aligned(start, pending)
-            }
+        Start::from_motion(&self.alignment, prior, noise_rad_s, allowed_rad_s)
+    }
+
+    /// Starts anew after data that contradict the model: they cannot lead to a start, the next ones may.
+    pub(super) fn discard(&mut self) {
+        self.contradicts_model = true;
+        self.alignment.clear();
+    }
+
+    /// Predicts the rate of `state` across the pending samples to the present one, and adds their
+    /// intervals to `way`. `None` where the inertia has no inverse.
+    pub(super) fn predict(&self, state: &mut State<T>, way: &mut Pending<T>) -> Option<()> {
+        let body = Gyrostat::new(&state.inertia)?;
+        let mut start = way.drive;
+        for (step_s, end) in self.outliers.pending() {
+            let interval = linear(step_s, start, end);
+            state.rate_rad_s = runge_kutta_4(&body, &state.rate_rad_s, &interval);
+            way.duration_s += step_s;
+            start = end;
         }
+        Some(())
     }
 }
 
@@ -142,37 +213,34 @@ pub(super) struct Pending<T: Real> {
     rate_rad_s: Vec3<T>,
     /// Drive there.
     drive: Drive<T>,
-    /// Duration (s) and drive at the end of each interval since.
-    steps: [(T, Drive<T>); PENDING],
+    /// Time since then, s.
+    duration_s: T,
 }
 
-crate::persist!([T: Real] Pending<T> { rate_rad_s, drive, steps });
+crate::persist!([T: Real] Pending<T> { rate_rad_s, drive, duration_s });
 
 impl<T: Real> Pending<T> {
-    /// Prediction from the last judged sample to the end of the interval `last`, which follows the
-    /// pending ones: the rate interval by interval, the covariance over all of them at once.
+    /// From a rate, rad/s, and drive at the last judged sample.
+    pub(super) fn new(rate_rad_s: Vec3<T>, drive: Drive<T>) -> Self {
+        Self { rate_rad_s, drive, duration_s: T::zero() }
+    }
+
+    /// Prediction to the end of the interval `last`, which follows the pending ones: the rate over that
+    /// interval, the covariance over all of them at once.
     ///
-    /// `predict` is the prediction of the filter. `None` where the inertia has no inverse.
-    pub(super) fn predict(
+    /// `None` where the inertia has no inverse.
+    pub(super) fn predict<F: Form<T>>(
         &self,
         state: &mut State<T>,
+        form: &mut F,
         last: &Interval<T>,
-        predict: impl FnOnce(&mut State<T>, &Interval<T>, &Config<T>) -> Option<()>,
         config: &Config<T>,
     ) -> Option<()> {
         let body = Gyrostat::new(&state.inertia)?;
-        let (mut rate_rad_s, mut start) = (self.rate_rad_s, self.drive);
-        let mut duration_s = last.duration_s;
-        for (step_s, end) in self.steps {
-            let interval = linear(step_s, start, end);
-            rate_rad_s = runge_kutta_4(&body, &rate_rad_s, &interval);
-            duration_s += step_s;
-            start = end;
-        }
-        rate_rad_s = runge_kutta_4(&body, &rate_rad_s, last);
-        state.rate_rad_s = self.rate_rad_s;
-        predict(state, &linear(duration_s, self.drive, last.end), config)?;
-        state.rate_rad_s = rate_rad_s;
+        state.rate_rad_s = runge_kutta_4(&body, &state.rate_rad_s, last);
+        let rates_rad_s = (&self.rate_rad_s, &state.rate_rad_s);
+        let all = linear(self.duration_s + last.duration_s, self.drive, last.end);
+        form.predict_covariance(&body, rates_rad_s, &all, config);
         Some(())
     }
 }

@@ -111,18 +111,54 @@ impl<T: Real> Alignment<T> {
         noise_rad_s: T,
         prior: Option<&Prior<T>>,
     ) -> Self {
-        let last = Integrands::at(rate_rad_s, drive);
+        let mut this = Self::empty();
+        this.begin(rate_rad_s, drive, noise_rad_s, prior);
+        this
+    }
+
+    /// Before the first sample: all zeros.
+    #[inline(always)] // built in its place
+    pub fn empty() -> Self {
+        let zeros = Vec3::zeros();
         Self {
-            information: prior
-                .map_or_else(SquareRootInformation::default, |p| prior_rows(p, noise_rad_s)),
+            information: SquareRootInformation::default(),
             squares: T::zero(),
-            samples: 1,
-            mean_regressor: regressor(rate_rad_s),
-            mean_impulse_n_m_s: -last.wheel_momentum_n_m_s,
+            samples: 0,
+            mean_regressor: Mat::zeros(),
+            mean_impulse_n_m_s: zeros,
             regressor_integral: Mat::zeros(),
-            impulse_n_m_s: Vec3::zeros(),
-            last,
+            impulse_n_m_s: zeros,
+            last: Integrands {
+                regressor: Mat::zeros(),
+                torque_n_m: zeros,
+                wheel_momentum_n_m_s: zeros,
+            },
         }
+    }
+
+    /// Discards all samples.
+    pub fn clear(&mut self) {
+        self.samples = 0;
+    }
+
+    /// Starts at the first sample, in place. Arguments as of [`new`](Self::new).
+    #[inline(never)]
+    pub fn begin(
+        &mut self,
+        rate_rad_s: &Vec3<T>,
+        drive: &Drive<T>,
+        noise_rad_s: T,
+        prior: Option<&Prior<T>>,
+    ) {
+        self.information =
+            prior.map_or_else(SquareRootInformation::default, |p| prior_rows(p, noise_rad_s));
+        self.squares = T::zero();
+        self.samples = 1;
+        self.last = Integrands::at(rate_rad_s, drive);
+        self.mean_regressor = regressor(rate_rad_s);
+        self.mean_impulse_n_m_s = -drive.wheel_momentum_n_m_s;
+        self.regressor_integral = Mat::zeros();
+        self.impulse_n_m_s = Vec3::zeros();
     }
 
     /// Adds the sample `elapsed_s` after the one before: both integrals by the trapezoidal rule,
@@ -232,6 +268,7 @@ impl<T: Real> Alignment<T> {
 
 impl<T: Real> Integrands<T> {
     /// At a measured rate (rad/s) and the drive of the same instant.
+    #[inline(never)]
     fn at(rate_rad_s: &Vec3<T>, drive: &Drive<T>) -> Self {
         let h = drive.wheel_momentum_n_m_s;
         Self {

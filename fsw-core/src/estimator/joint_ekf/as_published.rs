@@ -61,6 +61,30 @@ impl<T: Real> AsPublished<T> {
     }
 }
 
+impl<T: Real> AsPublished<T> {
+    /// `P⁻ = Φ P⁺ Φᵀ + Q`, with the Jacobians at the start of the interval.
+    fn propagate_covariance(
+        &mut self,
+        body: &Gyrostat<T>,
+        start_rad_s: &Vec3<T>,
+        acceleration_rad_s2: &Vec3<T>,
+        interval: &Interval<T>,
+        config: &Config<T>,
+    ) {
+        let dt = interval.duration_s;
+        let wheels = &interval.start.wheel_momentum_n_m_s;
+        let f = body.jacobians(start_rad_s, acceleration_rad_s2, wheels);
+        let transition = transition(&f, dt);
+        self.covariance = transition * self.covariance * transition.transpose();
+        let q = process_noise(&f.rate, config.rate_walk_rad_s_sqrt_s, dt);
+        for i in 0..3 {
+            for k in 0..3 {
+                self.covariance[(i, k)] += q[(i, k)];
+            }
+        }
+    }
+}
+
 impl<T: Real> Form<T> for AsPublished<T> {
     fn new(covariance: &Ud<T, 9>) -> Self {
         Self { covariance: covariance.covariance(), rule: AdamsBashforth2::default() }
@@ -81,20 +105,22 @@ impl<T: Real> Form<T> for AsPublished<T> {
         let wheels =
             body.inverse() * (interval.end.wheel_momentum_n_m_s - start.wheel_momentum_n_m_s);
         let slope = body.acceleration_rad_s2(&rate, &start.wheel_momentum_n_m_s, &start.torque_n_m);
-        let acceleration = slope - wheels * (T::one() / dt);
-        let f = body.jacobians(&rate, &acceleration, &start.wheel_momentum_n_m_s);
-        let transition = transition(&f, dt);
-
         self.propagate_state(state, &slope, &wheels, dt);
-
-        self.covariance = transition * self.covariance * transition.transpose();
-        let q = process_noise(&f.rate, config.rate_walk_rad_s_sqrt_s, dt);
-        for i in 0..3 {
-            for k in 0..3 {
-                self.covariance[(i, k)] += q[(i, k)];
-            }
-        }
+        let acceleration = slope - wheels * (T::one() / dt);
+        self.propagate_covariance(&body, &rate, &acceleration, interval, config);
         Some(())
+    }
+
+    /// With the mean acceleration of the interval.
+    fn predict_covariance(
+        &mut self,
+        body: &Gyrostat<T>,
+        (start_rad_s, end_rad_s): (&Vec3<T>, &Vec3<T>),
+        interval: &Interval<T>,
+        config: &Config<T>,
+    ) {
+        let acceleration = (end_rad_s - start_rad_s) * (T::one() / interval.duration_s);
+        self.propagate_covariance(body, start_rad_s, &acceleration, interval, config);
     }
 
     /// The first three diagonal elements, rad²/s².

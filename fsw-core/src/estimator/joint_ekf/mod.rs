@@ -25,7 +25,8 @@
 //!
 //! Before that, without a prior or from a vague one, [`alignment`] estimates the first state from
 //! the motion itself. Its samples pass an outlier gate ([`monitor::outliers`](crate::monitor::outliers))
-//! and are two samples late; a refused one is the outcome [`Coasting::Spike`] of that step.
+//! and are two samples late; a refused one is the outcome [`Coasting::Spike`] of that step. Tracking
+//! starts three samples after the last one that the solution contains.
 //!
 //! Two forms of the same filter are chosen by type:
 //!
@@ -130,14 +131,14 @@ pub use considered::{Considered, Gain, Prediction};
 pub use state::{Form, State};
 pub use structured_ud::StructuredUd;
 
-use crate::dynamics::interval::{DriveHistory, Interval};
+use crate::dynamics::interval::{Drive, DriveHistory, Interval};
 use crate::dynamics::wheels::WheelArray;
 use crate::error::ConfigError;
 use crate::estimate::{Estimate, Status};
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
 use crate::hardware::{Disturbance, Finding, Hardware};
-use crate::math::{Mat, Vec3, norm, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
 use crate::monitor::innovation::{Innovation, InnovationMonitor};
 use crate::monitor::shift::{self, ShiftTest};
 use crate::monitor::spikes::{Decision, SpikeGate};
@@ -146,9 +147,9 @@ use crate::outcome::{Coasting, Outcome, Reset};
 use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
-use aligning::{Aligning, Pending, Progress};
+use aligning::{Aligning, Pending, Placed, Progress};
 use delay::Delay;
-use start::{AlignmentError, Start};
+use start::{AlignmentError, NoStart, Start};
 
 /// The filter as printed: AB2 propagation, first-order transition, `(1 − K H) P`.
 pub type JointEkfPublished<T, const W: usize> = JointEkf<T, AsPublished<T>, W>;
@@ -168,7 +169,7 @@ enum Phase<T: Real> {
     /// No usable sample yet.
     Waiting,
     /// No prior, or a vague one: motion is accumulated for the first state.
-    Aligning(Aligning<T>),
+    Aligning,
     /// Aligned: the state is that of the last judged sample.
     Joining(Pending<T>),
     /// Filtering.
@@ -177,7 +178,7 @@ enum Phase<T: Real> {
 
 crate::persist!([T: Real] enum Phase<T> {
     0 => Waiting,
-    1 => Aligning(aligning: Aligning<T>),
+    1 => Aligning,
     2 => Joining(pending: Pending<T>),
     3 => Tracking
 });
@@ -191,6 +192,8 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize, const P: usize = 0> {
     /// Torque and wheel momentum at the last samples.
     drive: DriveHistory<T>,
     phase: Phase<T>,
+    /// Data of the phase of alignment: beside the phase, since a new phase is a copy on the stack.
+    aligning: Placed<T>,
     /// The configuration's prior; none after a lock-out, which disproves it.
     prior: Option<Prior<T>>,
     /// Sigma of each element before the data, kg m²: the yardstick of observability.
@@ -211,7 +214,7 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize, const P: usize = 0> {
 }
 
 crate::persist!([T: Real, F: Form<T> + Persist, const W: usize, const P: usize] JointEkf<T, F, W, P> {
-    config, gate, drive, phase, prior, range_kg_m2, state, form, spikes, shift, monitor, whiteness, innovation,
+    config, gate, drive, phase, aligning, prior, range_kg_m2, state, form, spikes, shift, monitor, whiteness, innovation,
     considered, delay;
     unchanged wheels
 });
@@ -223,6 +226,13 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// Names the configuration's first field that is out of its range.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
         Self::with_columns(config, wheels, Considered::nothing())
+    }
+
+    /// As [`new`](Self::new), for a configuration that has passed [`Config::validate`], and to be completed by
+    /// [`complete`](Self::complete). Inlined, so that the filter is built in its place and not on the stack.
+    #[inline(always)]
+    pub fn in_place(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
+        Self::of_valid(config, wheels, Considered::nothing())
     }
 }
 
@@ -268,11 +278,19 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         considered: Considered<T, P>,
     ) -> Result<Self, ConfigError> {
         config.validate()?;
+        let mut this = Self::of_valid(config, wheels, considered);
+        this.complete();
+        Ok(this)
+    }
+
+    #[inline(always)]
+    fn of_valid(config: Config<T>, wheels: WheelArray<T, W>, considered: Considered<T, P>) -> Self {
         let start = Start::from_prior(config.prior, &config, &Vec3::zeros());
-        Ok(Self {
+        Self {
             gate: Gate::new(config.gate),
             drive: DriveHistory::default(),
             phase: Phase::Waiting,
+            aligning: Placed::absent(),
             prior: config.prior,
             range_kg_m2: start.range_kg_m2,
             state: start.state,
@@ -286,7 +304,13 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             delay: Delay::new(),
             config,
             wheels,
-        })
+        }
+    }
+
+    /// Constructs the alignment in its place: once, after [`in_place`](JointEkf::in_place). A filter without it tracks
+    /// from a prior alone.
+    pub fn complete(&mut self) {
+        self.aligning.construct();
     }
 
     /// The nine states: ω (rad/s), then `jxx jyy jzz jxy jxz jyz` (kg m²).
@@ -364,10 +388,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             });
         };
         self.phase = Phase::Tracking;
-        let predict = |state: &mut State<T>, interval: &Interval<T>, config: &Config<T>| {
-            self.form.predict(state, interval, config, |_| ())
-        };
-        pending.predict(&mut self.state, interval, predict, &self.config)?;
+        pending.predict(&mut self.state, &mut self.form, interval, &self.config)?;
         let rate_rad_s = self.state.rate_rad_s;
         self.restart_rate_of_columns(Some(&rate_rad_s), sample);
         Some(())
@@ -438,10 +459,11 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
     fn align(&mut self, sample: &Sample<T, W>, elapsed_s: T) -> Outcome {
         self.state.rate_rad_s = sample.rate_rad_s;
         let drive = sample.drive(&self.wheels);
-        let Phase::Aligning(aligning) = &mut self.phase else {
+        let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior);
+        let Some(aligning) = self.aligning.get_mut() else {
             return Outcome::Coasting(Coasting::Aligning);
         };
-        let (noise, prior) = (self.config.gyro_noise_rad_s, self.prior.as_ref());
+        aligning.take_in((&sample.rate_rad_s, &drive), elapsed_s, noise);
         let (considered, wheels) = (&self.considered, &self.wheels);
         let error = |mean_moment_kg_m2: T, samples: u32| {
             let of_body = (mean_moment_kg_m2, elapsed_s * T::count(samples));
@@ -451,17 +473,34 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             let error = error(mean_moment_kg_m2, samples);
             (noise * noise + error * error * T::lit(ALLOWED)).sqrt()
         };
-        match aligning.step((&sample.rate_rad_s, &drive), elapsed_s, noise, prior, allowed) {
-            Progress::Continues => Outcome::Coasting(Coasting::Aligning),
-            Progress::Refused => Outcome::Coasting(Coasting::Spike),
-            Progress::Aligned(mut start, pending) => {
-                self.widen_by_hardware(&mut start, sample);
-                self.track_from(start);
-                self.phase = Phase::Joining(pending);
-                self.state.rate_rad_s = sample.rate_rad_s;
-                Outcome::Reset(Reset::Aligned)
+        if let Some(due) = aligning.take_due() {
+            match aligning.solve(noise, prior.as_ref(), allowed) {
+                Ok(start) => return self.end_alignment(start, &due, sample),
+                Err(NoStart::NoSolution) => {}
+                Err(NoStart::TooLittleMotion) => return Outcome::Coasting(Coasting::Aligning),
+                Err(NoStart::Contradiction) => {
+                    aligning.discard();
+                    return Outcome::Coasting(Coasting::Aligning);
+                }
             }
         }
+        match aligning.step(noise, prior.as_ref()) {
+            Progress::Continues => Outcome::Coasting(Coasting::Aligning),
+            Progress::Refused => Outcome::Coasting(Coasting::Spike),
+        }
+    }
+
+    /// Starts tracking from the solution at the last judged sample, with the drive there, `due`.
+    fn end_alignment(&mut self, mut start: Start<T>, due: &Drive<T>, sample: &Sample<T, W>) -> Outcome {
+        self.widen_by_hardware(&mut start, sample);
+        self.track_from(&start);
+        let mut way = Pending::new(self.state.rate_rad_s, *due);
+        let aligning = self.aligning.get();
+        if aligning.and_then(|aligning| aligning.predict(&mut self.state, &mut way)).is_none() {
+            return self.restart_diverged(sample);
+        }
+        self.phase = Phase::Joining(way);
+        Outcome::Reset(Reset::Aligned)
     }
 
     /// Adds the errors of the hardware to the covariance of a start by alignment up to this sample.
@@ -478,20 +517,23 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
     }
 
     /// Starts from the prior and this sample: tracking, or aligning where the prior is vague.
+    #[inline(never)]
     fn begin(&mut self, sample: &Sample<T, W>) {
         let drive = sample.drive(&self.wheels);
         self.drive.restart(drive);
-        self.track_from(Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
+        self.track_from(&Start::from_prior(self.prior, &self.config, &sample.rate_rad_s));
         let is_reading = self.config.initial_rate.is_none();
         self.restart_rate_of_columns(is_reading.then_some(&sample.rate_rad_s), sample);
         if self.prior.is_none_or(|prior| prior.is_vague(self.config.align_above)) {
-            let noise = self.config.gyro_noise_rad_s;
-            self.phase = Phase::Aligning(Aligning::begin(&sample.rate_rad_s, &drive, noise));
+            self.phase = Phase::Aligning;
+            if let Some(aligning) = self.aligning.get_mut() {
+                aligning.begin(&sample.rate_rad_s, &drive, self.config.gyro_noise_rad_s);
+            }
         }
     }
 
     /// Takes over a first state and its covariance.
-    fn track_from(&mut self, start: Start<T>) {
+    fn track_from(&mut self, start: &Start<T>) {
         self.state = start.state;
         self.form = F::new(&start.covariance);
         self.range_kg_m2 = start.range_kg_m2;
@@ -506,7 +548,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
     fn restart_rate(&mut self, sample: &Sample<T, W>) -> Outcome {
         self.drive.restart(sample.drive(&self.wheels));
         match self.phase {
-            Phase::Waiting | Phase::Aligning(_) => self.begin(sample),
+            Phase::Waiting | Phase::Aligning => self.begin(sample),
             Phase::Joining(_) | Phase::Tracking => {
                 self.phase = Phase::Tracking;
                 self.shift.restart();
@@ -548,7 +590,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
                 let duration_s = T::seconds(elapsed_us);
                 let interval = self.drive.advance(sample.drive(&self.wheels), duration_s);
                 match self.phase {
-                    Phase::Aligning(_) => self.align(sample, duration_s),
+                    Phase::Aligning => self.align(sample, duration_s),
                     Phase::Waiting | Phase::Joining(_) | Phase::Tracking => {
                         self.track(sample, &interval)
                     }
@@ -564,8 +606,10 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             return Some(Status::Diverged);
         }
         match &self.phase {
-            Phase::Aligning(aligning) if aligning.contradicts_model() => Some(Status::Diverged),
-            Phase::Waiting | Phase::Aligning(_) => Some(Status::Unobservable),
+            Phase::Aligning if self.aligning.get().is_some_and(Aligning::contradicts_model) => {
+                Some(Status::Diverged)
+            }
+            Phase::Waiting | Phase::Aligning => Some(Status::Unobservable),
             Phase::Joining(_) | Phase::Tracking => None,
         }
     }
@@ -593,8 +637,8 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> Estimator<T, W> for Jo
 
     fn estimate(&self) -> Estimate<T> {
         let p = self.form.covariance();
-        let mut covariance = Mat::from_fn(|i, k| p[(3 + i, 3 + k)]);
-        let random = core::array::from_fn(|i| covariance[(i, i)].max(T::zero()).sqrt());
+        let mut covariance = Mat::<T, 6, 6>::from_fn(|i, k| p.at(3 + i, 3 + k));
+        let random = core::array::from_fn(|i| covariance.at(i, i).max(T::zero()).sqrt());
         self.considered.add_to(&mut covariance, &self.state.inertia);
         let residual = self.monitor.residual_rms_rad_s();
         let estimate =

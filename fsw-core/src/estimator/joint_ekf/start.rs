@@ -33,7 +33,7 @@ const ALIGNMENT_PERIOD: u32 = 16;
 /// True if the alignment is to be solved at this sample: every sixteenth, so that the mean cost of
 /// a step in alignment stays near that of adding a sample.
 pub(super) fn is_due<T: Real>(alignment: &Alignment<T>) -> bool {
-    alignment.samples().is_multiple_of(ALIGNMENT_PERIOD)
+    alignment.samples() > 0 && alignment.samples().is_multiple_of(ALIGNMENT_PERIOD)
 }
 
 /// State and covariance at the start of tracking.
@@ -50,6 +50,8 @@ pub(super) struct Start<T: Real> {
 /// Reason why an alignment gives no start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NoStart {
+    /// The motion does not yet stand out of the noise: no solution, after a tenth of its cost.
+    NoSolution,
     /// The motion does not yet determine all six elements well enough.
     TooLittleMotion,
     /// The motion determines a tensor that no rigid body has, or leaves residuals above the noise:
@@ -90,6 +92,7 @@ impl<T: Real> Start<T> {
     /// The range of each element is the prior's sigma, or that of a body of the estimated size.
     ///
     /// # Errors
+    /// [`NoStart::NoSolution`] while the motion does not stand out of the noise;
     /// [`NoStart::TooLittleMotion`] while an element's sigma exceeds a tenth of the mean moment;
     /// [`NoStart::Contradiction`] where the tensor is then not physical or the residuals are not
     /// explained.
@@ -99,7 +102,7 @@ impl<T: Real> Start<T> {
         noise_rad_s: T,
         allowed_rad_s: impl FnOnce(T) -> T,
     ) -> Result<Self, NoStart> {
-        let solution = alignment.solve(noise_rad_s).ok_or(NoStart::TooLittleMotion)?;
+        let solution = alignment.solve(noise_rad_s).ok_or(NoStart::NoSolution)?;
         let mut covariance = solution.covariance;
         covariance.scale(T::lit(ALIGNMENT_INFLATION));
         let mean_moment = solution.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);

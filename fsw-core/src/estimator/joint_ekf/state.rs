@@ -2,6 +2,7 @@
 
 use super::Config;
 use super::considered::{Gain, Prediction};
+use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::Interval;
 use crate::math::{Mat, Vec3, scalar::Real, ud::Ud};
 use crate::tensor::Inertia;
@@ -44,6 +45,16 @@ pub trait Form<T: Real>: Sized {
         config: &Config<T>,
         visit: impl FnOnce(&Prediction<'_, T>),
     ) -> Option<()>;
+
+    /// Covariance alone, over an interval across which the rate has been integrated. `rates_rad_s`: at its
+    /// start and at its end.
+    fn predict_covariance(
+        &mut self,
+        body: &Gyrostat<T>,
+        rates_rad_s: (&Vec3<T>, &Vec3<T>),
+        interval: &Interval<T>,
+        config: &Config<T>,
+    );
 
     /// Variance of the rate on each axis, rad²/s².
     fn rate_variance(&self) -> Vec3<T>;

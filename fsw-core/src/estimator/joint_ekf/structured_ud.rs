@@ -94,6 +94,17 @@ impl<T: Real> Form<T> for StructuredUd<T> {
         Some(())
     }
 
+    fn predict_covariance(
+        &mut self,
+        body: &Gyrostat<T>,
+        (start_rad_s, end_rad_s): (&Vec3<T>, &Vec3<T>),
+        interval: &Interval<T>,
+        config: &Config<T>,
+    ) {
+        let transition = Transition::between(body, start_rad_s, end_rad_s, interval);
+        self.propagate(&transition, interval.duration_s, config);
+    }
+
     /// `Pᵢᵢ = Dᵢ + Σ Uᵢₖ² Dₖ` over `k > i`, rad²/s².
     fn rate_variance(&self) -> Vec3<T> {
         Vec3::from_fn(|i, _| self.factors.variance(i))

@@ -142,9 +142,9 @@ impl<T: Real, const W: usize> Config<T, W> {
             within(Group::GyroUpper, [h.gyro_axes_rad; 3]),
             within(Group::GyroLower, [h.gyro_axes_rad; 3]),
         ];
-        let of_wheels = (0..W).map(move |i| {
-            let tilt = h.wheel_axis_rad[i];
-            within(Group::Wheel(i as u8), [h.wheel_inertia[i], tilt, tilt])
+        let sigmas = h.wheel_inertia.iter().zip(&h.wheel_axis_rad);
+        let of_wheels = sigmas.enumerate().map(move |(i, (inertia, tilt))| {
+            within(Group::Wheel(i as u8), [*inertia, *tilt, *tilt])
         });
         // Without wheels the scale of the torque is that of the inertia: see `considered_scale`.
         let torque_scale = if W > 0 { h.torque_scale } else { T::zero() };

@@ -21,7 +21,7 @@ use super::trajectory::axes_at;
 use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Vec3, largest_component, scalar::Real};
+use crate::math::{Entries, Vec3, largest_component, scalar::Real};
 
 /// Newton decrement that ends a descent, σ²: a thirtieth of a sigma from the minimum.
 const SETTLED: f64 = 1e-3;
@@ -301,10 +301,10 @@ fn damp<T: Real, const U: usize>(factor: &mut SquareRootInformation<T, U>, dampi
     for (column, of_column) in information.iter_mut().enumerate() {
         *of_column = information_on(factor, column) * (damping * damping);
     }
-    for (column, of_column) in information.into_iter().enumerate() {
+    for column in 0..U {
         let mut row = [T::zero(); U];
         row[column] = T::one();
-        factor.fold(&row, T::zero(), of_column);
+        factor.fold(&row, T::zero(), information[column]);
     }
 }
 
@@ -325,7 +325,7 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
         for axis in 0..3 {
             let row = self.trajectory.rate_at_start(&before, wheels, axis);
             for column in 0..U {
-                rate[axis] += row[column] * step[column];
+                *rate.at_mut(axis, 0) += row[column] * step[column];
             }
         }
         let mut point = self.point.stepped(step);

@@ -21,6 +21,7 @@ use super::belief::Past;
 use super::front::Front;
 use super::pass::{Pass, Residuals};
 use super::unknowns::{scale_of, shape_of};
+use super::work::Work;
 use super::{Closing, Schedule, Window};
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
@@ -102,17 +103,25 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.ask_after();
     }
 
-    /// Fits the blocks after the contradiction, once there are enough of them.
+    /// Asks for a fit of the blocks after the contradiction, once there are enough of them.
     fn ask_after(&mut self) {
         let end = self.end();
         let Some(inquiry) = &mut self.inquiry else { return };
         let rise = inquiry.rise;
         inquiry.has_asked = end >= rise + FEWEST;
-        if inquiry.has_asked {
-            return self.begin_start(rise, end, None);
+        if !inquiry.has_asked {
+            let missing = (rise + FEWEST).saturating_sub(end) as u32;
+            self.schedule.due_at = self.schedule.blocks.saturating_add(missing);
         }
-        let missing = (rise + FEWEST).saturating_sub(end) as u32;
-        self.schedule.due_at = self.schedule.blocks.saturating_add(missing);
+    }
+
+    /// Begins the fit that [`ask_after`](Self::ask_after) asks for. After it and not within: each has a copy
+    /// of a task on the stack.
+    pub(super) fn begin_asked(&mut self) {
+        let rise = self.inquiry.as_ref().filter(|inquiry| inquiry.has_asked).map(|i| i.rise);
+        if let (Some(rise), Work::Idle) = (rise, &self.work) {
+            self.begin_start(rise, self.end(), None);
+        }
     }
 
     /// Takes the result of a fit for the inquiry, over the blocks from `from` on.

@@ -212,7 +212,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         // Field by field: a whole one would be made on the stack first.
         self.groups = config.groups::<U>();
         self.gate = Gate::new(config.gate);
-        self.outliers = OutlierGate::new();
+        self.outliers.reset();
         self.averager = None;
         self.excitation = Excitation::new();
         self.is_quiet = false;

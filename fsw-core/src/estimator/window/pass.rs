@@ -22,7 +22,7 @@ use super::trajectory::{Span, Trajectory};
 use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
-use crate::math::{Mat, Vec3, norm, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
 
 /// K: u² of three normal residuals exceeds its square by chance once in 900 blocks (chi-square).
 const ROBUST: f64 = 4.0;
@@ -325,7 +325,7 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
             core::array::from_fn(|axis| self.trajectory.mean_sensitivity(&crossing, axis));
         let judged = Vec3::from_fn(|axis, _| {
             let explained = rows[axis].iter().zip(&self.offset);
-            explained.fold(apart[axis], |left, (s, step)| left - *s * *step)
+            explained.fold(apart.at(axis, 0), |left, (s, step)| left - *s * *step)
         });
         let n = span.block.weight;
         let square = judged.dot(&judged) * n;
@@ -333,7 +333,7 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
         let weight = n * robust;
         let before = self.residuals.squares;
         for (axis, row) in rows.iter().enumerate() {
-            let left = self.factor.add_weighted(row, apart[axis], weight);
+            let left = self.factor.add_weighted(row, apart.at(axis, 0), weight);
             self.residuals.add(axis, left);
         }
         self.next += 1;

@@ -12,7 +12,7 @@ use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, sh
 use crate::estimate::{Estimate, Status};
 use crate::hardware::{Finding, Parameter, turned_by};
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::monitor::observability::{Observed, observed};
 use crate::monitor::whiteness::{ENOUGH_ROWS, largest_correlation, largest_rms};
@@ -63,8 +63,8 @@ fn is_finite_with_floor<T: Real>(estimate: &mut Estimate<T>) -> bool {
     let covariance = &mut estimate.covariance_kg2_m4;
     for i in 0..6 {
         let rounded = elements[i] * T::EPSILON;
-        covariance[(i, i)] *= T::one() + T::EPSILON * T::lit(16.0);
-        covariance[(i, i)] += rounded * rounded;
+        *covariance.at_mut(i, i) *= T::one() + T::EPSILON * T::lit(16.0);
+        *covariance.at_mut(i, i) += rounded * rounded;
     }
     elements.iter().all(|x| x.is_finite()) && covariance.iter().all(|x| x.is_finite())
 }
@@ -173,7 +173,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         *estimate = Estimate::of_nothing();
         estimate.inertia = Inertia::new(prior.inertia_kg_m2);
         for i in 0..6 {
-            estimate.covariance_kg2_m4[(i, i)] = prior.sigma_kg_m2[i] * prior.sigma_kg_m2[i];
+            *estimate.covariance_kg2_m4.at_mut(i, i) = prior.sigma_kg_m2[i] * prior.sigma_kg_m2[i];
         }
     }
 
@@ -496,8 +496,8 @@ impl<T: Real, const U: usize> Solution<T, U> {
         let factor = one + (curved - one) * share * share;
         if factor.is_finite() {
             for i in 0..6 {
-                self.covariance[(i, 5)] *= factor;
-                self.covariance[(5, i)] *= factor;
+                *self.covariance.at_mut(i, 5) *= factor;
+                *self.covariance.at_mut(5, i) *= factor;
             }
         }
         if has_scale && of_data > T::lit(SCALE_OBSERVED) {
@@ -528,7 +528,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
             of_element[element] = trace;
             let by = by_shape::<T, T>(&of_element);
             for k in 0..5 {
-                jacobian[(element, k)] = by[k];
+                *jacobian.at_mut(element, k) = by[k];
             }
             jacobian[(element, 5)] = -n[element] * trace / self.point.scale();
         }

@@ -19,7 +19,7 @@ use super::block::Block;
 use super::storage::{Rest, Stretch};
 use super::unknowns::{by_shape, over_trace};
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Mat, Vec3, eigen::singular_values, norm, scalar::Real, skew};
+use crate::math::{Entries, Mat, Vec3, eigen::singular_values, norm, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor, regressor_noise_share};
 
 /// Columns: momentum 3, torque 3, inverse trace 1, elements 6.
@@ -164,12 +164,12 @@ impl<T: Real> LinearStart<T> {
             row[i] = -T::one();
             if self.has_torque {
                 for k in 0..3 {
-                    row[TORQUE + k] = -by_torque[(i, k)] / duration_s;
+                    row[TORQUE + k] = -by_torque.at(i, k) / duration_s;
                 }
             }
-            row[SCALE] = drive[i];
+            row[SCALE] = drive.at(i, 0);
             for k in 0..6 {
-                row[ELEMENTS + k] = momentum[(i, k)];
+                row[ELEMENTS + k] = momentum.at(i, k);
             }
             self.factor.fold(&row, T::zero(), weight);
         }
@@ -209,7 +209,7 @@ impl<T: Real> LinearStart<T> {
         let mut system = SquareRootInformation::<T, 5>::default();
         for i in 0..6 {
             let value = (values[i] * values[i] - share).max(T::zero()).sqrt();
-            let of_elements: [T; 6] = core::array::from_fn(|k| v[(k, i)] * root(k) * value);
+            let of_elements: [T; 6] = core::array::from_fn(|k| v.at(k, i) * root(k) * value);
             let trace = of_elements[0] + of_elements[1] + of_elements[2];
             system.fold(&by_shape(&of_elements), -trace * T::lit(1.0 / 3.0), T::one());
         }
@@ -253,9 +253,9 @@ impl<T: Real> LinearStart<T> {
                 value -= row[ELEMENTS + k] * n[k];
             }
             for k in i + 1..3 {
-                value -= row[TORQUE + k] * torque[k];
+                value -= row[TORQUE + k] * torque.at(k, 0);
             }
-            torque[i] = if row[TORQUE + i] > T::lit(1e-12) { value } else { T::zero() };
+            *torque.at_mut(i, 0) = if row[TORQUE + i] > T::lit(1e-12) { value } else { T::zero() };
         }
         torque
     }

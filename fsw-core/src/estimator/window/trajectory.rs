@@ -25,7 +25,7 @@ use super::unknowns::{
 };
 use crate::dynamics::wheels::Momenta;
 use crate::hardware::{axes_with_errors, tilt_directions};
-use crate::math::{Mat, Vec3, column, scalar::Real, skew};
+use crate::math::{Entries, Mat, Vec3, column, rotated, scalar::Real, skew};
 use crate::tensor::Inertia;
 
 /// Largest turn of a step, rad: the Taylor series then errs by `turn⁸ / 40320` of the momentum, 4e-8,
@@ -379,7 +379,7 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         self.last_torque = None;
         self.sensitivity = [Vec3::zeros(); U];
         for i in 0..3 {
-            self.sensitivity[MOMENTUM + i][i] = T::one();
+            *self.sensitivity[MOMENTUM + i].at_mut(i, 0) = T::one();
         }
         true
     }
@@ -483,7 +483,7 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         for k in 0..orders {
             let rate = w.get(k).map_or(coefficient, |w| coefficient - w);
             let (Some(of_p), Some(of_u)) = (p.get_mut(k), u.get_mut(k)) else { break };
-            (*of_p, *of_u) = (coefficient, turn * rate);
+            (*of_p, *of_u) = (coefficient, rotated(&turn, &rate));
             let of_u = *of_u;
             let mut slope = product(p.iter().take(k + 1), &u);
             if k == 0 {
@@ -504,10 +504,11 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         let mean = low.mean + high.mean;
         crossing.mean = mean + g0 + g1 * half + g2 * third;
         crossing.change = change + g1 + g2;
-        crossing.mean_rate = inverse * (crossing.mean - w0 - w1 * half - w2 * third);
-        crossing.rate_change = inverse * (crossing.change - w1 - w2);
+        crossing.mean_rate = rotated(inverse, &(crossing.mean - w0 - w1 * half - w2 * third));
+        crossing.rate_change = rotated(inverse, &(crossing.change - w1 - w2));
         crossing.momentum += mean;
-        crossing.rate += inverse * (self.momentum + g0 - w0) + crossing.rate_change * half;
+        let rate_at_start = rotated(inverse, &(self.momentum + g0 - w0));
+        crossing.rate += rate_at_start + crossing.rate_change * half;
         if crossing.done == 0 {
             crossing.bend = first_slope;
         }
@@ -603,7 +604,7 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         let mut k = across(&crossing.mean, &by_momentum);
         for i in 0..3 {
             for c in 0..3 {
-                k[(i, c)] -= self.model.drag[i] * by_momentum[(i, c)];
+                *k.at_mut(i, c) -= self.model.drag.at(i, 0) * by_momentum.at(i, c);
             }
         }
         let a = k - skew(&(crossing.mean_rate * crossing.step_s));
@@ -679,10 +680,10 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         wheels: &Momenta<T, W>,
         axis: usize,
     ) -> [T; U] {
-        let b = Vec3::from_fn(|k, _| inverse[(axis, k)]);
+        let b = Vec3::from_fn(|k, _| inverse.at(axis.min(2), k));
         let mut row = [T::zero(); U];
         for i in 0..3 {
-            row[MOMENTUM + i] = b[i];
+            row[MOMENTUM + i] = b.at(i, 0);
         }
         self.model.add_body(&mut row, &b, rate, &(self.model.axes * wheels));
         if U > WITHOUT_HARDWARE {
@@ -1032,7 +1033,7 @@ fn times<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
 /// `v^× M`.
 fn across<T: Real>(v: &Vec3<T>, m: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
     Mat::from_columns(&core::array::from_fn::<Vec3<T>, 3, _>(|i| {
-        v.cross(&Vec3::new(m[(0, i)], m[(1, i)], m[(2, i)]))
+        v.cross(&Vec3::new(m.at(0, i), m.at(1, i), m.at(2, i)))
     }))
 }
 

@@ -387,7 +387,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     fn decide(&mut self) {
         match self.after_pass() {
             None => {}
-            Some(After::End { is_settled }) => self.end_fit(is_settled),
+            Some(After::End { is_settled }) => {
+                self.end_fit(is_settled);
+                self.begin_asked();
+            }
             Some(After::Start { has_torque, from, end, chosen }) => {
                 self.begin_start_with(has_torque, from, end, chosen);
             }

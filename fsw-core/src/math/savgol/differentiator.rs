@@ -106,8 +106,14 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
         fit.validate(C)?;
         within("order", fit.order, 1, fit.window - 1)?;
         not_negative("period_tolerance", period_tolerance)?;
+        Ok(Self::of_valid(fit, growth, period_tolerance))
+    }
+
+    /// As [`new`](Self::new), for values that have passed its checks.
+    #[inline(always)] // built in its place
+    pub(crate) fn of_valid(fit: Fit<T>, growth: Growth, period_tolerance: T) -> Self {
         let [smoothing, differentiation] = Kernel::value_and_slope(&fit);
-        Ok(Self {
+        Self {
             fit,
             growth,
             period_tolerance,
@@ -116,7 +122,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
             filled: 0,
             smoothing,
             differentiation,
-        })
+        }
     }
 
     /// Discards all samples.

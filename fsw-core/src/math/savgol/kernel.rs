@@ -165,33 +165,41 @@ impl<T: Real, const C: usize> Kernel<T, C> {
         orders: [usize; K],
     ) -> [Self; K] {
         let n = fit.window;
-        let mut kernels = [Self { weights: [T::zero(); C], window: n }; K];
         let half = periods::<T>(n) * T::lit(0.5);
         let abscissa = |t: T| (t - half) / half;
-        let x_at = abscissa(fit.at);
+        // bₖ², and pₖ⁽ᵈ⁾ at the evaluation point over ‖pₖ‖², for each d of `orders`.
+        let mut terms = [(T::zero(), [T::zero(); K]); ORDERS];
         let mut at = Gram::<T, D>::constant();
-        let mut samples = [Gram::<T, 1>::constant(); C];
         let mut inverse_norm_square = T::one() / T::count(n as u32);
-        for k in 0..=fit.order {
+        for (k, (b_square, there)) in terms.iter_mut().enumerate().take(fit.order + 1) {
             if k > 0 {
-                let b_square = recurrence(n, k);
-                inverse_norm_square /= b_square;
-                at.advance(x_at, b_square);
-                for (i, sample) in samples.iter_mut().enumerate().take(n) {
-                    sample.advance(abscissa(T::count(i as u32)), b_square);
-                }
+                *b_square = recurrence(n, k);
+                inverse_norm_square /= *b_square;
+                at.advance(abscissa(fit.at), *b_square);
             }
-            for (kernel, order) in kernels.iter_mut().zip(orders) {
-                let there =
-                    at.derivatives.get(order).map_or(T::zero(), |d| *d * inverse_norm_square);
-                for (weight, sample) in kernel.weights.iter_mut().zip(&samples).take(n) {
-                    *weight += sample.derivatives[0] * there;
-                }
+            for (there, order) in there.iter_mut().zip(orders) {
+                let derivative = at.derivatives.get(order).copied().unwrap_or(T::zero());
+                *there = derivative * inverse_norm_square;
             }
         }
-        for (kernel, order) in kernels.iter_mut().zip(orders) {
-            for _ in 0..order {
-                kernel.weights = kernel.weights.map(|weight| weight / half);
+        let mut kernels = [Self { weights: [T::zero(); C], window: n }; K];
+        for i in 0..n.min(C) {
+            let x = abscissa(T::count(i as u32));
+            let mut sample = Gram::<T, 1>::constant();
+            let mut weight = [T::zero(); K];
+            for (k, (b_square, there)) in terms.iter().enumerate().take(fit.order + 1) {
+                if k > 0 {
+                    sample.advance(x, *b_square);
+                }
+                for d in 0..K {
+                    weight[d] += sample.derivatives[0] * there[d];
+                }
+            }
+            for d in 0..K {
+                for _ in 0..orders[d] {
+                    weight[d] /= half;
+                }
+                kernels[d].weights[i] = weight[d];
             }
         }
         kernels

@@ -7,7 +7,7 @@
 //! multiplied by the variance of such an equation, for instance by the mean squared residual.
 
 use super::SquareRootInformation;
-use crate::math::{Mat, scalar::Real, ud::Ud};
+use crate::math::{Entries, Mat, identity, scalar::Real, ud::Ud};
 
 impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// Least-squares solution `x = U⁻¹ D^(−½) d`.
@@ -74,7 +74,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
                 return None;
             }
             for i in 0..k + 1 {
-                inverse[(i, k)] *= sigma;
+                *inverse.at_mut(i, k) *= sigma;
             }
         }
         inverse.iter().all(|x| x.is_finite()).then_some(inverse)
@@ -97,7 +97,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         let mut covariance = Ud::diagonal(core::array::from_fn(|i| T::one() / self.factor[i][i]));
         for k in 1..N {
             for i in 0..k {
-                covariance.set_u(i, k, inverse[(i, k)]);
+                covariance.set_u(i, k, inverse.at(i, k));
             }
         }
         covariance.is_valid().then_some(covariance)
@@ -131,10 +131,10 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         for k in 0..M {
             let variance = T::one() / self.factor[first + k][first + k];
             for i in 0..k + 1 {
-                let scaled = inverse[(i, k)] * variance;
+                let scaled = inverse.at(i, k) * variance;
                 for c in i..k + 1 {
-                    covariance[(i, c)] += scaled * inverse[(c, k)];
-                    covariance[(c, i)] = covariance[(i, c)];
+                    *covariance.at_mut(i, c) += scaled * inverse.at(c, k);
+                    *covariance.at_mut(c, i) = covariance.at(i, c);
                 }
             }
         }
@@ -150,7 +150,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         for k in 0..N {
             let variance = T::one() / self.factor[k][k];
             for i in 0..k + 1 {
-                variances[i] += inverse[(i, k)] * inverse[(i, k)] * variance;
+                variances[i] += inverse.at(i, k) * inverse.at(i, k) * variance;
             }
         }
         variances.iter().all(|x| x.is_finite()).then_some(variances)
@@ -164,15 +164,15 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// Inverse of the lower right M×M block of U.
     fn inverse_of_last<const M: usize>(&self) -> Mat<T, M, M> {
         let first = N.saturating_sub(M);
-        let mut inverse = Mat::<T, M, M>::identity();
+        let mut inverse = identity::<T, M>();
         for column in 1..M {
             for i in (0..column).rev() {
                 let above = &self.factor[first + i];
                 let mut sum = T::zero();
                 for k in i + 1..column + 1 {
-                    sum -= above[first + k] * inverse[(k, column)];
+                    sum -= above[first + k] * inverse.at(k, column);
                 }
-                inverse[(i, column)] = sum;
+                *inverse.at_mut(i, column) = sum;
             }
         }
         inverse

@@ -58,7 +58,7 @@ mod tests;
 use crate::math::{Vec3, scalar::Real};
 use crate::persist::{Blank, Persist};
 use noise::Noise;
-use predictor::{History, Predictor, Reading};
+use predictor::{History, Offset, Reading};
 use queue::{PLACES, Queue};
 use scale::Scale;
 
@@ -184,6 +184,7 @@ impl<T: Real, P: Copy + Blank> Default for OutlierGate<T, P> {
 
 impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     /// Gate before the first sample.
+    #[inline(always)] // built in its place
     pub fn new() -> Self {
         Self {
             queue: Queue::empty(),
@@ -199,6 +200,18 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
         }
     }
 
+    /// Returns to the state before the first sample, in place: without a copy of the queue.
+    pub fn reset(&mut self) {
+        self.restart();
+        self.across = Scale::of_variance(T::zero());
+        self.line = self.across;
+        self.samples = 0;
+        self.is_scaled = false;
+        self.floor_rad_s = T::zero();
+        self.refused = 0;
+        self.noise = Noise::unknown();
+    }
+
     /// Takes in a sample and returns one that is ready: normally that of two calls before. None
     /// during the first eight samples, and while a refused sample waits for accepted neighbours;
     /// [`ready`](Self::ready) returns the others afterwards.
@@ -212,8 +225,20 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
         payload: P,
         floor_rad_s: T,
     ) -> Option<Judged<T, P>> {
+        self.add(elapsed_s, rate_rad_s, payload, floor_rad_s);
+        self.advance()
+    }
+
+    /// First half of [`push`](Self::push): takes in a sample. [`advance`](Self::advance) must follow before
+    /// all nine places are in use.
+    #[inline]
+    pub fn add(&mut self, elapsed_s: T, rate_rad_s: Vec3<T>, payload: P, floor_rad_s: T) {
         self.floor_rad_s = floor_rad_s;
         self.queue.add(elapsed_s, rate_rad_s, payload);
+    }
+
+    /// Second half of [`push`](Self::push): up to two verdicts. Returns a sample that is ready.
+    pub fn advance(&mut self) -> Option<Judged<T, P>> {
         if !self.is_scaled && self.queue.len() == START {
             self.start_scales();
         }
@@ -223,6 +248,12 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
             }
         }
         self.queue.take(self.queue.len() == PLACES)
+    }
+
+    /// True while samples wait for a verdict beyond the usual delay and the newest one: the next
+    /// [`advance`](Self::advance) makes two.
+    pub fn is_behind(&self) -> bool {
+        self.queue.unjudged() > DELAY + 1
     }
 
     /// Next sample that is ready beside the one that [`push`](Self::push) returned. To be called
@@ -249,7 +280,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     /// Discards samples and neighbours: after a gap, before its first sample. Scales, counter and
     /// measured noise stay.
     pub fn restart(&mut self) {
-        self.queue = Queue::empty();
+        self.queue.clear();
         self.history = History::empty();
         self.run = 0;
         self.noise.interrupt();
@@ -277,10 +308,12 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     /// First scales, by the readings in the queue.
     #[inline(never)]
     fn start_scales(&mut self) {
-        let (readings, count) = self.queue.readings(|rate| !is_uniform(rate));
-        let (all, number) = self.queue.readings(|_| true);
-        let used = if count > 2 { readings.get(..count) } else { all.get(..number) };
-        let variance = scale::first_variance(used.unwrap_or(&[]));
+        let number = self.queue.len();
+        let (mut readings, mut count) = self.queue.readings(true);
+        if count <= 2 {
+            (readings, count) = self.queue.readings(false);
+        }
+        let variance = scale::first_variance(readings.get(..count).unwrap_or(&[]));
         self.across = Scale::of_variance(variance);
         self.line = self.across;
         self.samples = 0;
@@ -347,37 +380,41 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
 
     /// Squared limit of six scales on each axis, rad²/s²; not below that of the known noise and of
     /// the reading's rounding. An unknown scale has none.
+    #[inline(never)]
     fn limits(&self, scale: &Scale<T>, rate_rad_s: &Vec3<T>) -> Vec3<T> {
         let known = self.floor_rad_s * self.floor_rad_s;
         Vec3::from_fn(|axis, _| {
-            let variance = scale.variance(axis);
-            if !(variance > T::zero() || known > T::zero()) {
-                return T::MAX;
+            let variance = larger(scale.variance(axis), known);
+            if variance > T::zero() {
+                let rounding = T::EPSILON * rate_rad_s[axis];
+                larger(variance, rounding * rounding) * T::lit(LIMIT * LIMIT)
+            } else {
+                T::MAX
             }
-            let rounding = T::EPSILON * rate_rad_s[axis];
-            larger(larger(variance, known), rounding * rounding) * T::lit(LIMIT * LIMIT)
         })
     }
 
     /// Moves the scales by the errors of a reading.
     fn follow(&mut self, prediction: &Prediction<T>) {
-        for axis in 0..3 {
-            if let Some(error) = &prediction.across {
-                self.across.follow(axis, error[axis], self.samples);
-            }
-            if let Some(error) = &prediction.line {
-                self.line.follow(axis, error[axis], self.samples);
-            }
+        if let Some(error) = &prediction.across {
+            self.across.follow(error, self.samples);
+        }
+        if let Some(error) = &prediction.line {
+            self.line.follow(error, self.samples);
         }
         self.samples = scale::count_of_start(self.samples);
     }
 
     /// True for a frame of three equal values beyond the limit from the last accepted reading, or
     /// from the first other frame where there is none. Two readings: twice the variance.
+    #[inline]
     fn is_blank(&self, rate_rad_s: &Vec3<T>) -> bool {
-        if !is_uniform(rate_rad_s) {
-            return false;
-        }
+        is_uniform(rate_rad_s) && self.is_far(rate_rad_s)
+    }
+
+    /// True for a reading beyond the limit from the reference of [`is_blank`](Self::is_blank).
+    #[inline(never)]
+    fn is_far(&self, rate_rad_s: &Vec3<T>) -> bool {
         let latest = self.history.latest().map(|latest| latest.rate_rad_s);
         let reference = latest.or_else(|| self.queue.first_rate(|rate| !is_uniform(rate)));
         reference.is_some_and(|reference| {
@@ -399,30 +436,25 @@ fn is_uniform<T: Real>(rate_rad_s: &Vec3<T>) -> bool {
     rate_rad_s.x == rate_rad_s.y && rate_rad_s.y == rate_rad_s.z
 }
 
-/// Squared error on each axis over the squared gain, rad²/s².
-fn normalised<T: Real>(error: &Vec3<T>, squared_gain: T) -> Vec3<T> {
-    error.component_mul(error) * (T::one() / squared_gain)
-}
-
 /// Prediction by two neighbours on each side, in the order of time.
 fn across<T: Real>(four: [&Reading<T>; 4], rate_rad_s: &Vec3<T>) -> Prediction<T> {
     let [far_left, left, right, far_right] = four;
     let sides = [[left, far_left], [right, far_right]];
     let mut prediction =
         Prediction { across: None, line: None, right: None, is_confirmed: [true; 3] };
-    let Some(cubic) = Predictor::through(four) else {
+    let Some(cubic) = Offset::of_cubic(four, rate_rad_s) else {
         return prediction;
     };
-    let error = cubic.offset_rad_s(four, rate_rad_s);
-    prediction.across = Some(normalised(&error, cubic.squared_gain));
+    let error = cubic.rate_rad_s;
+    prediction.across = Some(cubic.normalised());
     let half = error * T::lit(0.5);
     let [of_left, of_right] = sides.map(|side| {
-        let line = Predictor::through(side)?;
-        let of_side = line.offset_rad_s(side, rate_rad_s);
+        let line = Offset::of_line(side, rate_rad_s)?;
         for axis in 0..3 {
-            prediction.is_confirmed[axis] &= of_side[axis] * error[axis] > half[axis] * error[axis];
+            let of_side = line.rate_rad_s[axis] * error[axis];
+            prediction.is_confirmed[axis] &= of_side > half[axis] * error[axis];
         }
-        Some(normalised(&of_side, line.squared_gain))
+        Some(line.normalised())
     });
     prediction.line = of_left;
     prediction.right = of_right;
@@ -436,10 +468,8 @@ fn on_one_side<T: Real>(
     scale: &Scale<T>,
     rate_rad_s: &Vec3<T>,
 ) -> Prediction<T> {
-    let error = |two: [&Reading<T>; 2]| {
-        let line = Predictor::through(two)?;
-        Some(normalised(&line.offset_rad_s(two, rate_rad_s), line.squared_gain))
-    };
+    let error =
+        |two: [&Reading<T>; 2]| Offset::of_line(two, rate_rad_s).map(|line| line.normalised());
     let mut prediction = Prediction { line: error(nearest), ..Prediction::default() };
     for squared in further.into_iter().flatten().filter_map(error) {
         for axis in 0..3 {

@@ -1,7 +1,7 @@
 //! Prediction of a reading from its neighbours: the interpolating polynomial at one instant.
 //!
 //! Times are relative to that instant, s. Neighbours on both sides interpolate, on one side they
-//! extrapolate.
+//! extrapolate. Line and cubic are functions of their own, which all callers share.
 
 use crate::math::{Vec3, scalar::Real};
 
@@ -23,21 +23,32 @@ impl<T: Real> Reading<T> {
     }
 }
 
-/// Polynomial through N readings, evaluated at time zero.
+/// Prediction at time zero, minus another rate.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Predictor<T: Real, const N: usize> {
-    /// Weight of each reading.
-    weight: [T; N],
+pub(super) struct Offset<T: Real> {
+    /// Difference, rad/s.
+    pub(super) rate_rad_s: Vec3<T>,
     /// Variance of reading minus prediction, relative to that of a reading.
     pub(super) squared_gain: T,
 }
 
-impl<T: Real, const N: usize> Predictor<T, N> {
-    /// Lagrange's weights `cᵢ = Πₖ tₖ / (tₖ − tᵢ)` over `k ≠ i`, gain `1 + Σ cᵢ²`.
-    ///
-    /// `None` where two times are equal.
+impl<T: Real> Offset<T> {
+    /// Line through two readings, minus `about`, rad/s. `None` where the times are equal.
+    #[inline(never)]
+    pub(super) fn of_line(two: [&Reading<T>; 2], about: &Vec3<T>) -> Option<Self> {
+        Self::through(two, about)
+    }
+
+    /// Cubic through four readings, minus `about`, rad/s. `None` where two times are equal.
+    #[inline(never)]
+    pub(super) fn of_cubic(four: [&Reading<T>; 4], about: &Vec3<T>) -> Option<Self> {
+        Self::through(four, about)
+    }
+
+    /// Lagrange's weights `cᵢ = Πₖ tₖ / (tₖ − tᵢ)` over `k ≠ i`, gain `1 + Σ cᵢ²`, difference
+    /// `Σ cᵢ (ωᵢ − about)`. Differences keep it exactly zero for readings that repeat.
     #[inline(always)] // the loops unroll: half of the instructions
-    pub(super) fn through(readings: [&Reading<T>; N]) -> Option<Self> {
+    fn through<const N: usize>(readings: [&Reading<T>; N], about: &Vec3<T>) -> Option<Self> {
         let mut weight = [T::one(); N];
         let mut squared_gain = T::one();
         for i in 0..N {
@@ -51,19 +62,20 @@ impl<T: Real, const N: usize> Predictor<T, N> {
             weight[i] = numerator / denominator;
             squared_gain += weight[i] * weight[i];
         }
-        squared_gain.is_finite().then_some(Self { weight, squared_gain })
+        if !squared_gain.is_finite() {
+            return None;
+        }
+        let mut rate_rad_s = Vec3::zeros();
+        for i in 0..N {
+            rate_rad_s += (readings[i].rate_rad_s - about) * weight[i];
+        }
+        Some(Self { rate_rad_s, squared_gain })
     }
 
-    /// Prediction minus `about`, rad/s: `Σ cᵢ (ωᵢ − about)`.
-    ///
-    /// Differences keep it exactly zero for readings that repeat.
-    #[inline(always)]
-    pub(super) fn offset_rad_s(&self, readings: [&Reading<T>; N], about: &Vec3<T>) -> Vec3<T> {
-        let mut offset = Vec3::zeros();
-        for i in 0..N {
-            offset += (readings[i].rate_rad_s - about) * self.weight[i];
-        }
-        offset
+    /// Squared difference on each axis over the squared gain, rad²/s².
+    #[inline]
+    pub(super) fn normalised(&self) -> Vec3<T> {
+        self.rate_rad_s.component_mul(&self.rate_rad_s) * (T::one() / self.squared_gain)
     }
 }
 
@@ -71,7 +83,7 @@ impl<T: Real, const N: usize> Predictor<T, N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct History<T: Real> {
     /// Number of readings, 0 to 2.
-    count: u8,
+    count: u32,
     readings: [Reading<T>; 2],
 }
 
@@ -121,19 +133,19 @@ mod tests {
     fn four_readings_predict_a_cubic() {
         let x = |t: f64| 1.0 + t * (2.0 + t * (3.0 - t));
         let readings = [-0.3, -0.1, 0.15, 0.2].map(|t| at(t, x(t)));
-        let four = readings.each_ref();
-        let predictor = Predictor::through(four).unwrap();
-        assert!((predictor.offset_rad_s(four, &Vec3::zeros()).x - 1.0).abs() < 1e-12);
+        let cubic = Offset::of_cubic(readings.each_ref(), &Vec3::zeros()).unwrap();
+        assert!((cubic.rate_rad_s.x - 1.0).abs() < 1e-12);
     }
 
     /// Even steps: the fourth difference over 6, gain 70/36; a line on one side has a gain of 6.
     #[test]
     fn gains_are_those_of_even_steps() {
         let readings = [-2.0, -1.0, 1.0, 2.0].map(|t| at(t, 0.0));
-        let across = Predictor::through(readings.each_ref()).unwrap();
+        let about = Vec3::zeros();
+        let across = Offset::of_cubic(readings.each_ref(), &about).unwrap();
         assert!((across.squared_gain - 70.0 / 36.0).abs() < 1e-12);
-        let side = Predictor::through([&readings[1], &readings[0]]).unwrap();
+        let side = Offset::of_line([&readings[1], &readings[0]], &about).unwrap();
         assert!((side.squared_gain - 6.0).abs() < 1e-12);
-        assert!(Predictor::through([&readings[1], &readings[1]]).is_none());
+        assert!(Offset::of_line([&readings[1], &readings[1]], &about).is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! Samples on their way through the gate: not yet judged, or judged and waiting for neighbours.
 
-use super::Judged;
-use super::predictor::{History, Predictor, Reading};
+use super::predictor::{History, Offset, Reading};
+use super::{Judged, is_uniform};
 use crate::math::{Vec3, scalar::Real};
 use crate::persist::Blank;
 
@@ -16,21 +16,28 @@ struct Place<T: Real, P> {
     elapsed_s: T,
     rate_rad_s: Vec3<T>,
     payload: P,
-    is_accepted: bool,
+    /// 1 for an accepted sample, otherwise 0. A word: without padding an empty queue is all zeros.
+    accepted: u32,
 }
 
 crate::persist!([T: Real, P: crate::persist::Persist + Blank] Place<T, P> {
-    elapsed_s, rate_rad_s, payload, is_accepted
+    elapsed_s, rate_rad_s, payload, accepted
 });
+
+impl<T: Real, P> Place<T, P> {
+    fn is_accepted(&self) -> bool {
+        self.accepted != 0
+    }
+}
 
 /// First in, first out, in a circle of places; the first `judged` of `len` samples have a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Queue<T: Real, P> {
     places: [Place<T, P>; PLACES],
     /// Place of the first sample.
-    first: u8,
-    len: u8,
-    judged: u8,
+    first: u32,
+    len: u32,
+    judged: u32,
     /// Accepted readings before the first sample of the queue.
     before: History<T>,
 }
@@ -38,24 +45,31 @@ pub(super) struct Queue<T: Real, P> {
 crate::persist!([T: Real, P: crate::persist::Persist + Blank] Queue<T, P> {
     places, first, len, judged, before
 } if |this| {
-    usize::from(this.first) < PLACES && usize::from(this.len) <= PLACES && this.judged <= this.len
+    (this.first as usize) < PLACES && this.len as usize <= PLACES && this.judged <= this.len
 });
 
 impl<T: Real, P: Copy + Blank> Queue<T, P> {
     /// No sample.
+    #[inline(always)] // built in its place
     pub(super) fn empty() -> Self {
         let place = Place {
             elapsed_s: T::zero(),
             rate_rad_s: Vec3::zeros(),
             payload: P::blank(),
-            is_accepted: false,
+            accepted: 0,
         };
         Self { places: [place; PLACES], first: 0, len: 0, judged: 0, before: History::empty() }
     }
 
+    /// Discards all samples. Their places keep their contents, which are not read.
+    pub(super) fn clear(&mut self) {
+        (self.first, self.len, self.judged) = (0, 0, 0);
+        self.before = History::empty();
+    }
+
     /// Number of samples.
     pub(super) fn len(&self) -> usize {
-        usize::from(self.len).min(PLACES)
+        (self.len as usize).min(PLACES)
     }
 
     /// The samples from one on, in order.
@@ -68,7 +82,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
 
     /// Place of a sample.
     fn index(&self, sample: usize) -> usize {
-        let index = usize::from(self.first).min(PLACES) + sample;
+        let index = (self.first as usize).min(PLACES) + sample;
         if index < PLACES { index } else { index - PLACES }
     }
 
@@ -79,7 +93,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
 
     /// Number of samples with a verdict.
     fn judged(&self) -> usize {
-        usize::from(self.judged).min(self.len())
+        (self.judged as usize).min(self.len())
     }
 
     /// Number of samples without a verdict.
@@ -91,8 +105,8 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
     pub(super) fn add(&mut self, elapsed_s: T, rate_rad_s: Vec3<T>, payload: P) {
         let (len, index) = (self.len(), self.index(self.len()));
         if let Some(place) = self.places.get_mut(index).filter(|_| len < PLACES) {
-            *place = Place { elapsed_s, rate_rad_s, payload, is_accepted: false };
-            self.len = (len + 1) as u8;
+            *place = Place { elapsed_s, rate_rad_s, payload, accepted: 0 };
+            self.len = (len + 1) as u32;
         }
     }
 
@@ -110,28 +124,27 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
     /// Gives the first sample without a verdict its verdict.
     pub(super) fn judge(&mut self, is_accepted: bool) {
         let (judged, index) = (self.judged(), self.index(self.judged()));
-        if let Some(place) = self.places.get_mut(index).filter(|_| judged < usize::from(self.len)) {
-            place.is_accepted = is_accepted;
-            self.judged = (judged + 1) as u8;
+        if let Some(place) = self.places.get_mut(index).filter(|_| judged < (self.len as usize)) {
+            place.accepted = is_accepted.into();
+            self.judged = (judged + 1) as u32;
         }
     }
 
     /// Up to three readings after the first sample without a verdict, as far as `is_usable`. Times
     /// relative to that sample.
+    #[inline]
     pub(super) fn following(
         &self,
         is_usable: impl Fn(&Vec3<T>) -> bool,
     ) -> ([Reading<T>; 3], usize) {
-        collect(self.from(self.judged() + 1).map(|p| (p, is_usable(&p.rate_rad_s))))
+        let marked = self.from(self.judged() + 1).map(|p| (p, is_usable(&p.rate_rad_s)));
+        collect(&self.places[0], marked)
     }
 
-    /// All readings that are `is_usable`, up to the number of places. Times relative to the sample
-    /// before the first.
-    pub(super) fn readings(
-        &self,
-        is_usable: impl Fn(&Vec3<T>) -> bool,
-    ) -> ([Reading<T>; PLACES], usize) {
-        collect(self.from(0).map(|p| (p, is_usable(&p.rate_rad_s))))
+    /// All readings, or those without three equal values. Times relative to the sample before the first.
+    pub(super) fn readings(&self, is_varied: bool) -> ([Reading<T>; PLACES], usize) {
+        let marked = self.from(0).map(|p| (p, !is_varied || !is_uniform(&p.rate_rad_s)));
+        collect(&self.places[0], marked)
     }
 
     /// First rate that is `is_usable`.
@@ -148,7 +161,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
             return None;
         }
         let first = self.sample(0)?;
-        let is_accepted = first.is_accepted && judged > 0;
+        let is_accepted = first.is_accepted() && judged > 0;
         let mut rate_rad_s = first.rate_rad_s;
         let mut before = self.before;
         before.advance(first.elapsed_s);
@@ -156,7 +169,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
             before.add(&rate_rad_s);
         } else {
             let after = self.from(1).take(judged.saturating_sub(1));
-            let (after, count) = collect(after.map(|p| (p, p.is_accepted)));
+            let (after, count) = collect(&self.places[0], after.map(|p| (p, p.is_accepted())));
             if !must && count < 2 {
                 return None;
             }
@@ -165,19 +178,21 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         }
         let (elapsed_s, payload) = (first.elapsed_s, first.payload);
         self.before = before;
-        self.first = self.index(1) as u8;
-        self.judged = judged.saturating_sub(1) as u8;
-        self.len = self.len().saturating_sub(1) as u8;
+        self.first = self.index(1) as u32;
+        self.judged = judged.saturating_sub(1) as u32;
+        self.len = self.len().saturating_sub(1) as u32;
         Some(Judged { elapsed_s, rate_rad_s, payload, is_accepted })
     }
 }
 
-/// Readings of those samples that are marked, up to N.
+/// Readings of those samples that are marked, up to N; those beyond have the rate of another sample.
+#[inline]
 fn collect<'a, T: Real, P: 'a, const N: usize>(
+    other: &Place<T, P>,
     samples: impl Iterator<Item = (&'a Place<T, P>, bool)>,
 ) -> ([Reading<T>; N], usize) {
-    let mut readings = [Reading::zero(); N];
     let (mut count, mut time_s) = (0, T::zero());
+    let mut readings = [Reading { time_s, rate_rad_s: other.rate_rad_s }; N];
     for (place, is_marked) in samples {
         time_s += place.elapsed_s;
         if let (true, Some(reading)) = (is_marked, readings.get_mut(count)) {
@@ -190,6 +205,7 @@ fn collect<'a, T: Real, P: 'a, const N: usize>(
 
 /// Rate at time zero by accepted neighbours, rad/s: a cubic through two on each side, a line
 /// through one on each side, the nearest one where a side has none.
+#[inline(never)]
 fn bridged<T: Real>(before: &History<T>, after: &[Reading<T>; 2], count: usize) -> Option<Vec3<T>> {
     let last = before.latest();
     let next = after.get(..count).and_then(|after| after.first());
@@ -199,15 +215,12 @@ fn bridged<T: Real>(before: &History<T>, after: &[Reading<T>; 2], count: usize) 
     let about = &last.rate_rad_s;
     if let ([second, first], Some([left, far_left])) = (after, before.pair().filter(|_| count >= 2))
     {
-        let four = [far_left, left, second, first];
-        if let Some(cubic) =
-            Predictor::through(four).filter(|p| p.squared_gain < T::lit(CUBIC_GAIN))
-        {
-            return Some(about + cubic.offset_rad_s(four, about));
+        let cubic = Offset::of_cubic([far_left, left, second, first], about);
+        if let Some(cubic) = cubic.filter(|p| p.squared_gain < T::lit(CUBIC_GAIN)) {
+            return Some(about + cubic.rate_rad_s);
         }
     }
-    let two = [last, next];
-    Predictor::through(two).map(|line| about + line.offset_rad_s(two, about))
+    Offset::of_line([last, next], about).map(|line| about + line.rate_rad_s)
 }
 
 /// Largest gain of a bridging cubic: that of a gap of five samples between even neighbours is 4.4.

@@ -1,6 +1,7 @@
 //! Running scale of a prediction error: its median by a recursive tracker, one for each axis.
 
-use super::predictor::{Predictor, Reading};
+use super::predictor::{Offset, Reading};
+use super::queue::PLACES;
 use crate::math::{Vec3, scalar::Real};
 
 /// Squared sigma over squared median of a normal distribution's magnitude, `1 / 0.6745²`.
@@ -50,30 +51,38 @@ impl<T: Real> Scale<T> {
         self.squared_median[axis] * T::lit(SQUARED_SIGMA_OVER_MEDIAN)
     }
 
-    /// Follows the squared error on one axis, rad²/s².
-    ///
-    /// An error of exactly zero is a repeated reading and not a measure of the noise: it is left
-    /// out, so that the scale of quantised readings stays at a quantum.
-    #[inline]
-    pub(super) fn follow(&mut self, axis: usize, squared_error: T, samples: u8) {
-        let is_positive = |x: T| x > T::zero() && x < T::MAX;
-        if !is_positive(squared_error) {
-            return;
+    /// Follows the squared error on each axis, rad²/s².
+    #[inline(never)]
+    pub(super) fn follow(&mut self, squared_error: &Vec3<T>, samples: u8) {
+        for axis in 0..3 {
+            let median = self.squared_median[axis];
+            self.squared_median[axis] = followed(median, squared_error[axis], samples);
         }
-        let median = &mut self.squared_median[axis];
-        if !is_positive(*median) {
-            *median = squared_error;
-            return;
-        }
-        // Literals of both steps: a conversion of the chosen one would be a library call.
-        let [[up_at_first, down_at_first], [up, down]] = STEP;
-        *median *= match (samples < START_SAMPLES, squared_error > *median) {
+    }
+}
+
+/// Next squared median of one axis.
+///
+/// An error of exactly zero is a repeated reading and not a measure of the noise: it is left out, so
+/// that the scale of quantised readings stays at a quantum.
+#[inline(never)]
+fn followed<T: Real>(median: T, squared_error: T, samples: u8) -> T {
+    let is_positive = |x: T| x > T::zero() && x < T::MAX;
+    if !is_positive(squared_error) {
+        return median;
+    }
+    if !is_positive(median) {
+        return squared_error;
+    }
+    // Literals of both steps: a conversion of the chosen one would be a library call.
+    let [[up_at_first, down_at_first], [up, down]] = STEP;
+    median
+        * match (samples < START_SAMPLES, squared_error > median) {
             (true, true) => T::lit(up_at_first),
             (true, false) => T::lit(down_at_first),
             (false, true) => T::lit(up),
             (false, false) => T::lit(down),
-        };
-    }
+        }
 }
 
 /// Next count of samples since the start, up to the change of the step.
@@ -89,36 +98,42 @@ pub(super) fn count_of_start(samples: u8) -> u8 {
 /// variance. Curvature of the motion counts as noise. Fewer than six readings are too few to leave
 /// any out; fewer than three give zero.
 pub(super) fn first_variance<T: Real>(readings: &[Reading<T>]) -> T {
-    let squares = |first: usize| {
-        let three = readings.get(first..first + 3);
-        three.map_or(T::zero(), squared_second_difference)
-    };
+    let mut squares = [T::zero(); PLACES - 2];
+    for (square, three) in squares.iter_mut().zip(readings.windows(3)) {
+        *square = squared_second_difference(three);
+    }
     let count = readings.len().saturating_sub(2);
     let left_out = if count > SPOILT { SPOILT } else { 0 };
     let mut least = T::MAX;
     for spoilt in 0..count - left_out + 1 {
-        let mut sum = T::zero();
-        for i in (0..spoilt).chain(spoilt + left_out..count) {
-            sum += squares(i);
-        }
-        least = least.min(sum);
+        let sum = sum_without(&squares, count, spoilt, left_out);
+        least = if sum < least { sum } else { least };
     }
     least / (T::lit(3.0) * T::count((count - left_out).max(1) as u32))
 }
 
+/// Sum of the first `count` squares without `left_out` from `spoilt` on.
+#[inline(never)]
+fn sum_without<T: Real>(squares: &[T], count: usize, spoilt: usize, left_out: usize) -> T {
+    let mut sum = T::zero();
+    for (i, square) in squares.iter().enumerate().take(count) {
+        if i < spoilt || i >= spoilt + left_out {
+            sum += *square;
+        }
+    }
+    sum
+}
+
 /// Reading minus the line through its two neighbours, squared and normalised to the variance of a
 /// reading, sum of the axes, rad²/s². Zero where two times are equal.
+#[inline(never)]
 fn squared_second_difference<T: Real>(three: &[Reading<T>]) -> T {
     let [before, at, after] = three else {
         return T::zero();
     };
     let relative = |r: &Reading<T>| Reading { time_s: r.time_s - at.time_s, ..*r };
-    let (before, after) = (relative(before), relative(after));
-    let pair = [&before, &after];
-    Predictor::through(pair).map_or(T::zero(), |line| {
-        let offset = line.offset_rad_s(pair, &at.rate_rad_s);
-        offset.dot(&offset) / line.squared_gain
-    })
+    let line = Offset::of_line([&relative(before), &relative(after)], &at.rate_rad_s);
+    line.map_or(T::zero(), |line| line.rate_rad_s.dot(&line.rate_rad_s) / line.squared_gain)
 }
 
 #[cfg(test)]
@@ -131,7 +146,7 @@ mod tests {
         let mut scale = Scale::of_variance(1e6f32);
         let mut samples = 0;
         for k in 0..400 {
-            scale.follow(0, if k % 2 == 0 { 1.0 } else { 4.0 }, samples);
+            scale.follow(&Vec3::repeat(if k % 2 == 0 { 1.0 } else { 4.0 }), samples);
             samples = count_of_start(samples);
         }
         let median = scale.variance(0) / SQUARED_SIGMA_OVER_MEDIAN as f32;
@@ -143,10 +158,9 @@ mod tests {
     fn a_scale_recovers_from_any_value() {
         for broken in [f32::NAN, f32::INFINITY, -1.0, 0.0] {
             let mut scale = Scale::of_variance(broken);
-            scale.follow(1, f32::INFINITY, 0);
-            scale.follow(1, f32::NAN, 0);
-            scale.follow(1, 0.0, 0);
-            scale.follow(1, 0.25, 0);
+            for error in [f32::INFINITY, f32::NAN, 0.0, 0.25] {
+                scale.follow(&Vec3::repeat(error), 0);
+            }
             assert_eq!(scale.squared_median[1], 0.25);
         }
     }

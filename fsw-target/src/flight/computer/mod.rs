@@ -318,7 +318,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         let accepted = self.uplink.last_accepted();
         let uptime_us = now_us.saturating_sub(self.started_us);
         let report = StatusReport {
-            uptime_s: u32::try_from(uptime_us / 1_000_000).unwrap_or(u32::MAX),
+            uptime_s: seconds(uptime_us),
             reset_cause: health.reset_cause,
             failures: health.last_run.failures,
             last_failure: failure.map(|failure| failure.kind),
@@ -362,6 +362,20 @@ impl<'a, P: Parts> Computer<'a, P> {
             self.downlink.send(self.board.now_us(), &part);
         }
     }
+}
+
+/// Whole seconds of a time in µs. Saturates.
+///
+/// Schoolbook division by 15,625 = 10⁶ / 64, 16 bits at a time, in the 32 bits of the core: the library's
+/// division of 64 bits takes 640 bytes and has no other caller.
+fn seconds(time_us: u64) -> u32 {
+    let (mut seconds, mut rest) = (0u64, 0u32);
+    for digit in (time_us >> 6).to_be_bytes().as_chunks::<2>().0 {
+        let part = rest << 16 | u32::from(u16::from_be_bytes(*digit));
+        seconds = seconds << 16 | u64::from(part / 15_625);
+        rest = part % 15_625;
+    }
+    u32::try_from(seconds).unwrap_or(u32::MAX)
 }
 
 impl Gyro {

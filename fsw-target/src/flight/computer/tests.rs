@@ -612,3 +612,14 @@ fn the_computer_runs_without_flash() {
     assert_eq!((status.last_command_done, status.checkpoints_failed), (Some(false), 1));
     assert_eq!(status.checkpoint, CheckpointState::Failed);
 }
+
+/// Against the division of 64 bits, at the limits of each digit and of the result.
+#[test]
+fn seconds_are_whole_and_saturate() {
+    for time_us in
+        [0, 999_999, 1_000_000, 4_294_967_296, 90_061_000_001, u64::from(u32::MAX) * 1_000_000]
+    {
+        assert_eq!(u64::from(seconds(time_us)), time_us / 1_000_000);
+    }
+    assert_eq!(seconds(u64::MAX), u32::MAX);
+}

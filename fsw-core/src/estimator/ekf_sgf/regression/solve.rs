@@ -10,7 +10,7 @@
 use super::unobserved::ElementPrior;
 use super::{Elements, Regression, Solution};
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, scalar::Real};
 use crate::prior::Prior;
 use crate::tensor::{Inertia, regressor_noise_share};
 
@@ -166,9 +166,9 @@ fn with_products<T: Real>(moments: &Mat<T, 3, 3>, sigma: &[T; 6]) -> Mat<T, 6, 6
     let mut full = Mat::<T, 6, 6>::zeros();
     for i in 0..3 {
         for k in 0..3 {
-            full[(i, k)] = moments[(i, k)];
+            *full.at_mut(i, k) = moments.at(i, k);
         }
-        full[(3 + i, 3 + i)] = sigma[3 + i] * sigma[3 + i];
+        *full.at_mut(3 + i, 3 + i) = sigma[3 + i] * sigma[3 + i];
     }
     full
 }
@@ -177,7 +177,7 @@ fn with_products<T: Real>(moments: &Mat<T, 3, 3>, sigma: &[T; 6]) -> Mat<T, 6, 6
 fn add_square<T: Real, const N: usize>(covariance: &mut Mat<T, N, N>, v: &[T; N]) {
     for i in 0..N {
         for k in 0..N {
-            covariance[(i, k)] += v[i] * v[k];
+            *covariance.at_mut(i, k) += v[i] * v[k];
         }
     }
 }

@@ -7,7 +7,7 @@
 //! alike. The division by two sigmas is done one after the other, since the product of two small
 //! sigmas may underflow in single precision.
 
-use crate::math::{Mat, eigen::symmetric_eigen, scalar::Real};
+use crate::math::{Entries, Mat, eigen::symmetric_eigen, scalar::Real};
 
 /// Posterior over prior sigma above which a direction is unobserved. Noise in the regressor alone
 /// makes it 0.9 to 1.1 there, rather than large: noise looks like motion.
@@ -24,9 +24,9 @@ pub(super) struct ElementPrior<T: Real, const N: usize> {
 impl<T: Real, const N: usize> ElementPrior<T, N> {
     /// `diag(σᵢ²)`, kg² m⁴.
     pub(super) fn covariance(&self) -> Mat<T, N, N> {
-        let mut c = Mat::zeros();
+        let mut c = Mat::<T, N, N>::zeros();
         for i in 0..N {
-            c[(i, i)] = self.sigma[i] * self.sigma[i];
+            *c.at_mut(i, i) = self.sigma[i] * self.sigma[i];
         }
         c
     }
@@ -50,7 +50,7 @@ impl<T: Real, const N: usize> ElementPrior<T, N> {
         let mut scaled = Mat::<T, N, N>::zeros();
         for i in 0..N {
             for k in 0..N {
-                scaled[(i, k)] = covariance[(i, k)] / self.sigma[i] / self.sigma[k];
+                *scaled.at_mut(i, k) = covariance.at(i, k) / self.sigma[i] / self.sigma[k];
             }
         }
         if !scaled.iter().chain(x.iter()).all(|v| v.is_finite()) {
@@ -62,16 +62,17 @@ impl<T: Real, const N: usize> ElementPrior<T, N> {
             let is_observed = variance[d] < T::lit(UNOBSERVED * UNOBSERVED);
             let mut along = T::zero();
             for i in 0..N {
-                along += direction[(i, d)] * (x[i] - self.value[i]) / self.sigma[i];
+                along += direction.at(i, d) * (x[i] - self.value[i]) / self.sigma[i];
             }
             let variance = if is_observed { variance[d].max(T::zero()) } else { T::one() };
             for i in 0..N {
-                let axis = direction[(i, d)] * self.sigma[i];
+                let axis = direction.at(i, d) * self.sigma[i];
                 if is_observed {
                     value[i] += axis * along;
                 }
                 for k in 0..N {
-                    combined[(i, k)] += variance * axis * (direction[(k, d)] * self.sigma[k]);
+                    *combined.at_mut(i, k) +=
+                        variance * axis * (direction.at(k, d) * self.sigma[k]);
                 }
             }
         }
