@@ -47,9 +47,9 @@ pub fn runge_kutta_4<T: Real>(
     let (dt, half, sixth) = (interval.duration_s, T::lit(0.5), T::lit(1.0 / 6.0));
     let (start, middle, end) = (&interval.start, &interval.middle, &interval.end);
     let h0 = start.wheel_momentum_n_m_s;
-    let momentum = rotated(&body.inertia_kg_m2(), rate_rad_s) + h0;
+    let momentum = rotated(body.inertia_kg_m2(), rate_rad_s) + h0;
     let turned = |change: &Vec3<T>, wheel_change: &Vec3<T>| {
-        rate_rad_s + rotated(&body.inverse(), &(change - wheel_change))
+        rate_rad_s + rotated(body.inverse(), &(change - wheel_change))
     };
     let slope = |change: &Vec3<T>, wheel_change: &Vec3<T>, torque: &Vec3<T>| {
         torque - turned(change, wheel_change).cross(&(momentum + change))

@@ -491,7 +491,12 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
     }
 
     /// Starts tracking from the solution at the last judged sample, with the drive there, `due`.
-    fn end_alignment(&mut self, mut start: Start<T>, due: &Drive<T>, sample: &Sample<T, W>) -> Outcome {
+    fn end_alignment(
+        &mut self,
+        mut start: Start<T>,
+        due: &Drive<T>,
+        sample: &Sample<T, W>,
+    ) -> Outcome {
         self.widen_by_hardware(&mut start, sample);
         self.track_from(&start);
         let mut way = Pending::new(self.state.rate_rad_s, *due);

@@ -10,7 +10,7 @@ fn keys(document: &Value) -> Vec<&str> {
     keys
 }
 
-const REPLAY_KEYS: [&str; 31] = [
+const REPLAY_KEYS: [&str; 32] = [
     "accepted",
     "changes",
     "covariance_kg2_m4",
