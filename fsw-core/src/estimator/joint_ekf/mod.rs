@@ -225,14 +225,10 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// # Errors
     /// Names the configuration's first field that is out of its range.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
-        Self::with_columns(config, wheels, Considered::nothing())
-    }
-
-    /// As [`new`](Self::new), for a configuration that has passed [`Config::validate`], and to be completed by
-    /// [`complete`](Self::complete). Inlined, so that the filter is built in its place and not on the stack.
-    #[inline(always)]
-    pub fn in_place(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
-        Self::of_valid(config, wheels, Considered::nothing())
+        config.validate()?;
+        let mut this = Self::in_place(config, wheels);
+        this.complete();
+        Ok(this)
     }
 }
 
@@ -266,25 +262,31 @@ impl<T: Real, const W: usize, const P: usize> JointEkfUd<T, W, P> {
         hardware: &Hardware<T, W>,
         disturbance: &Disturbance<T>,
     ) -> Result<Self, ConfigError> {
-        let considered = Considered::new((hardware, disturbance), &wheels)?;
-        Self::with_columns(config, wheels, considered)
-    }
-}
-
-impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
-    fn with_columns(
-        config: Config<T>,
-        wheels: WheelArray<T, W>,
-        considered: Considered<T, P>,
-    ) -> Result<Self, ConfigError> {
         config.validate()?;
-        let mut this = Self::of_valid(config, wheels, considered);
+        let mut this = Self::in_place(config, wheels);
+        this.consider(hardware, disturbance)?;
         this.complete();
         Ok(this)
     }
 
+    /// Considers the stated errors of the hardware and constant disturbances, in place: before the first sample.
+    ///
+    /// # Errors
+    /// As [`considering`](Self::considering); the filter is unchanged then.
+    pub fn consider(
+        &mut self,
+        hardware: &Hardware<T, W>,
+        disturbance: &Disturbance<T>,
+    ) -> Result<(), ConfigError> {
+        self.considered.set((hardware, disturbance), &self.wheels)
+    }
+}
+
+impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
+    /// A filter for a configuration that has passed [`Config::validate`], to be completed by
+    /// [`complete`](Self::complete). Inlined, so that the filter is built in its place and not on the stack.
     #[inline(always)]
-    fn of_valid(config: Config<T>, wheels: WheelArray<T, W>, considered: Considered<T, P>) -> Self {
+    pub fn in_place(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
         let start = Start::from_prior(config.prior, &config, &Vec3::zeros());
         Self {
             gate: Gate::new(config.gate),
@@ -300,14 +302,14 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             monitor: InnovationMonitor::default(),
             whiteness: Whiteness::default(),
             innovation: None,
-            considered,
+            considered: Considered::nothing(),
             delay: Delay::new(),
             config,
             wheels,
         }
     }
 
-    /// Constructs the alignment in its place: once, after [`in_place`](JointEkf::in_place). A filter without it tracks
+    /// Constructs the alignment in its place: once, after [`in_place`](Self::in_place). A filter without it tracks
     /// from a prior alone.
     pub fn complete(&mut self) {
         self.aligning.construct();

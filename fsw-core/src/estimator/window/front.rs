@@ -5,6 +5,21 @@ use super::unknowns::shape_of;
 use crate::math::scalar::Real;
 use crate::monitor::observability::Observed;
 
+/// Judgement of a fit that has ended.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit {
+    /// First block of it.
+    pub from: usize,
+    /// True where the descent ended at a minimum.
+    pub is_settled: bool,
+    /// The same, and the residuals agree with the noise throughout.
+    pub is_good: bool,
+    /// True where the data determine the shape.
+    pub is_shape_observed: bool,
+    /// Directions that it observes, with earlier windows.
+    pub observed: Observed,
+}
+
 /// Fit that takes in further blocks.
 #[derive(Clone, Copy, Debug)]
 pub struct Front<T: Real, const W: usize, const U: usize> {
@@ -27,15 +42,12 @@ crate::persist!([T: Real, const W: usize, const U: usize] Front<T, W, U> { pass,
 const GROWN: u32 = 6;
 
 impl<T: Real, const W: usize, const U: usize> Front<T, W, U> {
-    /// Front at the end of a fit.
-    pub fn new(
-        pass: Pass<T, W, U>,
-        is_settled: bool,
-        is_shape_observed: bool,
-        observed: Observed,
-    ) -> Self {
-        let octaves = octaves(&pass);
-        Self { pass, is_settled, is_shape_observed, observed, octaves }
+    /// Front at the end of a fit. Inlined, so that it is built in its place and not on the stack.
+    #[inline(always)]
+    pub fn new(pass: &Pass<T, W, U>, fit: &Fit) -> Self {
+        let Fit { is_settled, is_shape_observed, observed, .. } = *fit;
+        let octaves = octaves(pass);
+        Self { pass: *pass, is_settled, is_shape_observed, observed, octaves }
     }
 
     /// True where further blocks have changed an estimate that was uncertain.

@@ -272,6 +272,28 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         }
     }
 
+    /// Eliminates the unknowns before `index`: those from it on keep their marginal information, and the others are
+    /// pinned to zero by an equation of unit weight.
+    ///
+    /// ```
+    /// use fsw_core::math::square_root_information::SquareRootInformation;
+    ///
+    /// let mut sum = SquareRootInformation::<f64, 2>::default();
+    /// sum.add([1.0, 1.0], 3.0);
+    /// sum.add([1.0, -1.0], 1.0);
+    /// sum.eliminate(1);
+    /// assert_eq!(sum.solve(), Some([0.0, 1.0]));
+    /// assert_eq!(sum.variances(), Some([1.0, 0.5]));
+    /// ```
+    pub fn eliminate(&mut self, index: usize) {
+        let rows = self.factor.iter_mut().zip(&mut self.right_hand_side).enumerate();
+        for (i, (row, y)) in rows.take(index) {
+            *row = [T::zero(); N];
+            row[i] = T::one();
+            *y = T::zero();
+        }
+    }
+
     /// Number of unknowns that the equations determine: positive elements of D.
     ///
     /// ```
