@@ -137,7 +137,7 @@ macro_rules! in_place {
                 #[inline(never)]
                 fn $function(&mut self, wheels: WheelArray<f32, WHEELS>) -> Option<&mut $window> {
                     if !matches!(self, Self::$variant(_)) {
-                        *self = Self::$variant(<$window>::of_unknown_noise(wheels));
+                        *self = Self::$variant(<$window>::in_place(wheels));
                     }
                     match self {
                         Self::$variant(window) => Some(window),

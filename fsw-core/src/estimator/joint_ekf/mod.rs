@@ -138,7 +138,7 @@ use crate::estimate::{Estimate, Status};
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
 use crate::hardware::{Disturbance, Finding, Hardware};
-use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, norm, scalar::Real, ud::Ud};
 use crate::monitor::innovation::{Innovation, InnovationMonitor};
 use crate::monitor::shift::{self, ShiftTest};
 use crate::monitor::spikes::{Decision, SpikeGate};
@@ -287,16 +287,15 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
     /// [`complete`](Self::complete). Inlined, so that the filter is built in its place and not on the stack.
     #[inline(always)]
     pub fn in_place(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
-        let start = Start::from_prior(config.prior, &config, &Vec3::zeros());
         Self {
             gate: Gate::new(config.gate),
             drive: DriveHistory::default(),
             phase: Phase::Waiting,
             aligning: Placed::absent(),
             prior: config.prior,
-            range_kg_m2: start.range_kg_m2,
-            state: start.state,
-            form: F::new(&start.covariance),
+            range_kg_m2: [T::zero(); 6],
+            state: State::zero(),
+            form: F::new(&Ud::diagonal([T::zero(); 9])),
             spikes: SpikeGate::default(),
             shift: ShiftTest::default(),
             monitor: InnovationMonitor::default(),
@@ -309,10 +308,19 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         }
     }
 
-    /// Constructs the alignment in its place: once, after [`in_place`](Self::in_place). A filter without it tracks
-    /// from a prior alone.
+    /// Constructs the alignment and the state of the prior in their place: once, after [`in_place`](Self::in_place).
     pub fn complete(&mut self) {
         self.aligning.construct();
+        self.take_prior();
+    }
+
+    /// State and covariance of the prior.
+    #[inline(never)]
+    fn take_prior(&mut self) {
+        let start = Start::from_prior(self.prior, &self.config, &Vec3::zeros());
+        self.state = start.state;
+        self.form = F::new(&start.covariance);
+        self.range_kg_m2 = start.range_kg_m2;
     }
 
     /// The nine states: ω (rad/s), then `jxx jyy jzz jxy jxz jyz` (kg m²).
@@ -643,8 +651,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> Estimator<T, W> for Jo
     }
 
     fn estimate(&self) -> Estimate<T> {
-        let p = self.form.covariance();
-        let mut covariance = Mat::<T, 6, 6>::from_fn(|i, k| p.at(3 + i, 3 + k));
+        let mut covariance = self.form.inertia_covariance();
         let random = core::array::from_fn(|i| covariance.at(i, i).max(T::zero()).sqrt());
         self.considered.add_to(&mut covariance, &self.state.inertia);
         let residual = self.monitor.residual_rms_rad_s();

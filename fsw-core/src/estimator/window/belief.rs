@@ -105,8 +105,19 @@ impl<T: Real, const U: usize> Past<T, U> {
             return false;
         }
         let per_kg_m2 = scale * unit_per_kg_m2;
-        let past = past.insert(Self { point: *point, per_kg_m2, information: *window });
-        past.point.set_scale(T::one());
+        match past {
+            // In its place: without a copy on the stack.
+            Some(past) => {
+                (past.point, past.per_kg_m2) = (*point, per_kg_m2);
+                past.information = *window;
+                past.point.set_scale(T::one());
+            }
+            None => {
+                let mut point = *point;
+                point.set_scale(T::one());
+                *past = Some(Self { point, per_kg_m2, information: *window });
+            }
+        }
         true
     }
 

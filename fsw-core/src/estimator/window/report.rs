@@ -95,20 +95,18 @@ struct Solution<T: Real, const U: usize> {
 }
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
-    /// The estimate.
+    /// The estimate, in its place.
     #[inline(never)]
-    pub(super) fn report(&self) -> Estimate<T> {
-        let mut estimate = Estimate::of_nothing();
+    pub(super) fn report(&self, estimate: &mut Estimate<T>) {
         let is_found = match &self.front {
-            Some(front) => self.report_front(front, &mut estimate),
-            None => self.report_past(&mut estimate),
+            Some(front) => self.report_front(front, estimate),
+            None => self.report_past(estimate),
         };
         if is_found {
-            bring_to_nearest_physical(&mut estimate);
+            bring_to_nearest_physical(estimate);
         } else {
-            self.report_nothing(&mut estimate);
+            self.report_nothing(estimate);
         }
-        estimate
     }
 
     /// Estimate of the front; false where it has no finite solution.
@@ -545,7 +543,17 @@ impl<T: Real, const U: usize> Solution<T, U> {
     #[inline(never)]
     fn of_elements(&self, covariance: &mut Mat<T, 6, 6>) {
         let jacobian = self.jacobian();
-        *covariance = jacobian * self.covariance * jacobian.transpose();
+        // Row by row: no further matrix on the stack.
+        for i in 0..6 {
+            let row = jacobian.row(i) * self.covariance;
+            for k in 0..6 {
+                let mut sum = row[0] * jacobian[(k, 0)];
+                for m in 1..6 {
+                    sum += row[m] * jacobian[(k, m)];
+                }
+                *covariance.at_mut(i, k) = sum;
+            }
+        }
     }
 
     /// Inertia and covariance, for the solution of the data alone; false where a number is not finite.

@@ -406,6 +406,8 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         }
     }
 
+    /// A block before its first step. Not inlined: the frames of its courses and of a step must not add up.
+    #[inline(never)]
     fn enter(&self, span: &Span<T, W>) -> Crossing<T, W, U> {
         let (block, model) = (&span.block, &self.model);
         let dt = block.duration_s;

@@ -747,7 +747,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_final = self.closing.is_some();
         self.schedule = Schedule { blocks: further, is_final, ..Schedule::new() };
         self.schedule.reopen();
-        self.groups = self.config.groups::<U>();
+        self.config.set_groups::<U>(&mut self.groups);
     }
 
     /// Adds the information of the front to that of the windows before it, unless these contradict it.

@@ -117,6 +117,7 @@ impl<T: Real> RecursiveResidual<T> {
 }
 
 impl<T: Real, const N: usize> Default for SquareRootInformation<T, N> {
+    #[inline(never)] // its temporary copy is not on the stack of the caller
     fn default() -> Self {
         Self { factor: [[T::zero(); N]; N], right_hand_side: [T::zero(); N] }
     }
@@ -285,6 +286,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// assert_eq!(sum.solve(), Some([0.0, 1.0]));
     /// assert_eq!(sum.variances(), Some([1.0, 0.5]));
     /// ```
+    #[inline(never)]
     pub fn eliminate(&mut self, index: usize) {
         let rows = self.factor.iter_mut().zip(&mut self.right_hand_side).enumerate();
         for (i, (row, y)) in rows.take(index) {
