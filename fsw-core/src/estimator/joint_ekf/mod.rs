@@ -26,7 +26,7 @@
 //! Before that, without a prior or from a vague one, [`alignment`] estimates the first state from
 //! the motion itself. Its samples pass an outlier gate ([`monitor::outliers`](crate::monitor::outliers))
 //! and are two samples late; a refused one is the outcome [`Coasting::Spike`] of that step. Tracking
-//! starts three samples after the last one that the solution contains.
+//! starts five samples after the last one that the solution contains.
 //!
 //! Two forms of the same filter are chosen by type:
 //!
@@ -147,7 +147,7 @@ use crate::outcome::{Coasting, Outcome, Reset};
 use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
-use aligning::{Aligning, Pending, Placed, Progress};
+use aligning::{Aligning, Due, Pending, Placed, Progress};
 use delay::Delay;
 use start::{AlignmentError, NoStart, Start};
 
@@ -170,7 +170,9 @@ enum Phase<T: Real> {
     Waiting,
     /// No prior, or a vague one: motion is accumulated for the first state.
     Aligning,
-    /// Aligned: the state is that of the last judged sample.
+    /// Aligned, the inertia alone: the rate is to be predicted across the pending samples.
+    Solved(Pending<T>),
+    /// Aligned: the state is that of the present sample, the covariance that of the last judged one.
     Joining(Pending<T>),
     /// Filtering.
     Tracking,
@@ -180,7 +182,8 @@ crate::persist!([T: Real] enum Phase<T> {
     0 => Waiting,
     1 => Aligning,
     2 => Joining(pending: Pending<T>),
-    3 => Tracking
+    3 => Tracking,
+    4 => Solved(pending: Pending<T>)
 });
 
 /// The nine-state filter, W wheels, its covariance in form F, up to P considered parameters.
@@ -483,14 +486,23 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             let error = error(mean_moment_kg_m2, samples);
             (noise * noise + error * error * T::lit(ALLOWED)).sqrt()
         };
-        if let Some(due) = aligning.take_due() {
-            match aligning.solve(noise, prior.as_ref(), allowed) {
-                Ok(start) => return self.end_alignment(start, &due, sample),
-                Err(NoStart::NoSolution) => {}
-                Err(NoStart::TooLittleMotion) => return Outcome::Coasting(Coasting::Aligning),
-                Err(NoStart::Contradiction) => {
-                    aligning.discard();
+        match aligning.due() {
+            None => {}
+            Some(Due { inertia: None, .. }) => {
+                if aligning.solve_inertia(noise) {
                     return Outcome::Coasting(Coasting::Aligning);
+                }
+            }
+            Some(Due { inertia: Some(inertia), drive }) => {
+                aligning.end_solution();
+                match aligning.solve(&inertia, noise, prior.as_ref(), allowed) {
+                    Ok(start) => return self.end_alignment(start, drive, sample),
+                    Err(NoStart::NoSolution) => {}
+                    Err(NoStart::TooLittleMotion) => return Outcome::Coasting(Coasting::Aligning),
+                    Err(NoStart::Contradiction) => {
+                        aligning.discard();
+                        return Outcome::Coasting(Coasting::Aligning);
+                    }
                 }
             }
         }
@@ -500,18 +512,32 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         }
     }
 
-    /// Starts tracking from the solution at the last judged sample, with the drive there, `due`.
+    /// Takes over the solution at the last judged sample, with the drive there. The rate remains that of the reading
+    /// until the next sample.
     fn end_alignment(
         &mut self,
         mut start: Start<T>,
-        due: &Drive<T>,
+        drive: Drive<T>,
         sample: &Sample<T, W>,
     ) -> Outcome {
         self.widen_by_hardware(&mut start, sample);
         self.track_from(&start);
-        let mut way = Pending::new(self.state.rate_rad_s, *due);
-        let aligning = self.aligning.get();
-        if aligning.and_then(|aligning| aligning.predict(&mut self.state, &mut way)).is_none() {
+        self.phase = Phase::Solved(Pending::new(self.state.rate_rad_s, drive));
+        self.state.rate_rad_s = sample.rate_rad_s;
+        Outcome::Coasting(Coasting::Aligning)
+    }
+
+    /// Predicts the rate of the solution across the pending samples to this one. Tracking follows.
+    fn join(&mut self, sample: &Sample<T, W>, elapsed_s: T, mut way: Pending<T>) -> Outcome {
+        let drive = sample.drive(&self.wheels);
+        let noise = self.config.gyro_noise_rad_s;
+        self.state.rate_rad_s = way.rate_rad_s;
+        let state = &mut self.state;
+        let predicted = self.aligning.get_mut().and_then(|aligning| {
+            aligning.take_in((&sample.rate_rad_s, &drive), elapsed_s, noise);
+            aligning.predict(state, &mut way)
+        });
+        if predicted.is_none() {
             return self.restart_diverged(sample);
         }
         self.phase = Phase::Joining(way);
@@ -563,7 +589,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
     fn restart_rate(&mut self, sample: &Sample<T, W>) -> Outcome {
         self.drive.restart(sample.drive(&self.wheels));
         match self.phase {
-            Phase::Waiting | Phase::Aligning => self.begin(sample),
+            Phase::Waiting | Phase::Aligning | Phase::Solved(_) => self.begin(sample),
             Phase::Joining(_) | Phase::Tracking => {
                 self.phase = Phase::Tracking;
                 self.shift.restart();
@@ -606,6 +632,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
                 let interval = self.drive.advance(sample.drive(&self.wheels), duration_s);
                 match self.phase {
                     Phase::Aligning => self.align(sample, duration_s),
+                    Phase::Solved(way) => self.join(sample, duration_s, way),
                     Phase::Waiting | Phase::Joining(_) | Phase::Tracking => {
                         self.track(sample, &interval)
                     }
@@ -624,7 +651,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             Phase::Aligning if self.aligning.get().is_some_and(Aligning::contradicts_model) => {
                 Some(Status::Diverged)
             }
-            Phase::Waiting | Phase::Aligning => Some(Status::Unobservable),
+            Phase::Waiting | Phase::Aligning | Phase::Solved(_) => Some(Status::Unobservable),
             Phase::Joining(_) | Phase::Tracking => None,
         }
     }

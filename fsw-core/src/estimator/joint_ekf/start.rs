@@ -85,7 +85,7 @@ impl<T: Real> Start<T> {
         }
     }
 
-    /// From the motion since the start, for gyro noise of `noise_rad_s` (one sigma per sample). The
+    /// From the motion since the start and the inertia that it solves for, for gyro noise of `noise_rad_s` (one sigma per sample). The
     /// residuals may be those of the measured noise instead, or of the noise with errors of the hardware:
     /// `allowed_rad_s`, for a body of a mean moment, kg m².
     ///
@@ -98,11 +98,12 @@ impl<T: Real> Start<T> {
     /// explained.
     pub fn from_motion(
         alignment: &Alignment<T>,
+        inertia: &Inertia<T>,
         prior: Option<&Prior<T>>,
         noise_rad_s: T,
         allowed_rad_s: impl FnOnce(T) -> T,
     ) -> Result<Self, NoStart> {
-        let solution = alignment.solve(noise_rad_s).ok_or(NoStart::NoSolution)?;
+        let solution = alignment.at_last_sample(inertia, noise_rad_s).ok_or(NoStart::NoSolution)?;
         let mut covariance = solution.covariance;
         covariance.scale(T::lit(ALIGNMENT_INFLATION));
         let mean_moment = solution.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
