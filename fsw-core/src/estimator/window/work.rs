@@ -5,7 +5,9 @@
 //! | sweep of storage | a group of sixteen blocks |
 //! | front, pass | a block: up to three steps and three rows |
 //! | linear start | a block, or the singular values of its triangle |
-//! | decision after a pass | up to ten solutions of the factor: damped steps, variances, tests |
+//! | decision after a pass | up to ten solutions of the factor: damped steps, tests |
+//! | judgement of a fit | a report: three solutions of the factor, an eigenproblem of six |
+//! | result of a fit | up to four solutions of the factor: tests against earlier windows |
 //! | begin of a fit | norms of all blocks, or a solution of the factor |
 //! | conclusion of a window | a solution of six unknowns |
 
@@ -48,6 +50,10 @@ pub enum Slice {
     Pass,
     /// Decision after a pass.
     Decision,
+    /// Judgement of a fit.
+    Judgement,
+    /// Result of a fit.
+    Result,
     /// Begin of a fit.
     Fit,
     /// Conclusion of a window.
@@ -147,7 +153,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Work::Start { linear, end, .. } if linear.next < *end => Some(Slice::Start),
             Work::Start { .. } => Some(Slice::StartSolution),
             Work::Descent(descent) if descent.pass.next < descent.end => Some(Slice::Pass),
-            Work::Descent(_) => Some(Slice::Decision),
+            Work::Descent(descent) => match &descent.fit {
+                None => Some(Slice::Decision),
+                Some(Fit { observed: None, .. }) => Some(Slice::Judgement),
+                Some(Fit { observed: Some(_), .. }) => Some(Slice::Result),
+            },
             Work::Idle if self.is_due() => Some(Slice::Fit),
             Work::Idle => self.closing.is_some().then_some(Slice::Conclusion),
         }
@@ -175,6 +185,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Some(Slice::Start | Slice::Pass) => self.take_block(),
             Some(Slice::StartSolution) => self.end_start(),
             Some(Slice::Decision) => self.decide(),
+            Some(Slice::Judgement) => self.judge_fit(),
+            Some(Slice::Result) => {
+                self.end_fit();
+                self.begin_asked();
+            }
         }
         true
     }
@@ -387,8 +402,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         match self.after_pass() {
             None => {}
             Some(After::End { is_settled }) => {
-                self.end_fit(is_settled);
-                self.begin_asked();
+                if let Work::Descent(descent) = &mut self.work {
+                    descent.fit = Some(Fit::ended(descent.from, is_settled));
+                }
             }
             Some(After::Start { has_torque, from, end, chosen }) => {
                 self.begin_start_with(has_torque, from, end, chosen);
@@ -636,10 +652,26 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             && pass.is_finite()
     }
 
+    /// Judges the fit that has ended. Each judgement in sequence: each has a factor of its own on the stack.
+    #[inline(never)]
+    fn judge_fit(&mut self) {
+        let Work::Descent(Descent { pass, fit: Some(fit), .. }) = &self.work else { return };
+        let judged = Fit {
+            is_good: self.is_good(pass, fit.is_settled),
+            is_shape_observed: self.is_shape_observed(pass),
+            observed: Some(self.observed_by(pass)),
+            ..*fit
+        };
+        if let Work::Descent(Descent { fit, .. }) = &mut self.work {
+            *fit = Some(judged);
+        }
+    }
+
     /// Result of all attempts: the new front, or an answer to the inquiry.
     #[inline(never)]
-    fn end_fit(&mut self, is_settled: bool) {
-        let Some(fit) = self.judge_fit(is_settled) else { return };
+    fn end_fit(&mut self) {
+        let Work::Descent(Descent { fit: Some(fit), .. }) = &self.work else { return };
+        let fit = *fit;
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
             self.answer(&fit);
             self.work = Work::Idle;
@@ -657,19 +689,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         } else {
             self.inquire();
         }
-    }
-
-    /// Judges the fit that has ended. Each judgement in sequence: each has a factor of its own on the stack.
-    #[inline(never)]
-    fn judge_fit(&self, is_settled: bool) -> Option<Fit> {
-        let Work::Descent(Descent { pass, from, .. }) = &self.work else { return None };
-        Some(Fit {
-            from: *from,
-            is_settled,
-            is_good: self.is_good(pass, is_settled),
-            is_shape_observed: self.is_shape_observed(pass),
-            observed: self.observed_by(pass),
-        })
     }
 
     /// The fit that has ended becomes the front.
