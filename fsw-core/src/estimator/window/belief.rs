@@ -196,7 +196,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         factor: &mut SquareRootInformation<T, U>,
         point: &Point<T, U>,
     ) -> [T; GROUPS] {
-        self.each_of_places(0..self.groups.hardware, point, |row, y, weight| {
+        self.each_of_places(0..self.groups.hardware, point, &mut |row, y, weight| {
             factor.fold(row, y, weight);
         });
         self.constrain(factor, point)
@@ -206,7 +206,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     #[inline(never)]
     pub fn add_kept(&self, factor: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
         self.add_hardware(factor, point);
-        self.each_of_inertia(point, |row, y, weight| {
+        self.each_of_inertia(point, &mut |row, y, weight| {
             factor.fold(row, y, weight);
         });
     }
@@ -214,7 +214,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     /// Adds the rows of earlier windows and of the prior to the information of a window.
     #[inline(never)]
     pub fn add_known(&self, window: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
-        self.each_known(point, |row, y, weight| {
+        self.each_known(point, &mut |row, y, weight| {
             window.fold(row, y, weight);
         });
     }
@@ -222,7 +222,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     /// Adds the rows on the hardware alone.
     #[inline(never)]
     pub fn add_hardware(&self, factor: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
-        self.each_of_places(self.groups.hardware..GROUPS, point, |row, y, weight| {
+        self.each_of_places(self.groups.hardware..GROUPS, point, &mut |row, y, weight| {
             factor.fold(row, y, weight);
         });
     }
@@ -237,7 +237,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         point: &Point<T, U>,
     ) -> T {
         let mut sum = T::zero();
-        self.each_known(point, |row: &[T; U], y, weight| {
+        self.each_known(point, &mut |row: &[T; U], y, weight| {
             sum += window.fold(row, y, weight).square();
         });
         sum / (self.noise_rad_s * self.noise_rad_s)
@@ -245,6 +245,9 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
 
     /// Value of the [`contradiction`](Self::contradiction) that chance exceeds once in 10⁵.
     pub fn contradicted(&self) -> T {
+        if groups_of(U) == 0 {
+            return T::lit(CONTRADICTED);
+        }
         let of_place = |place: usize| self.groups.active_bits(place).count_ones();
         let hardware: u32 = (self.groups.hardware..GROUPS).map(of_place).sum();
         if hardware == 0 { T::lit(CONTRADICTED) } else { rare_chi_square(6 + hardware) }
@@ -254,17 +257,18 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     #[inline(never)]
     pub fn cost(&self, point: &Point<T, U>) -> T {
         let mut sum = T::zero();
-        self.each_of_places(0..GROUPS, point, |_, y, weight| sum += y * y * weight);
-        self.each_of_inertia(point, |_, y, weight| sum += y * y * weight);
+        self.each_of_places(0..GROUPS, point, &mut |_, y, weight| sum += y * y * weight);
+        self.each_of_inertia(point, &mut |_, y, weight| sum += y * y * weight);
         sum
     }
 
     /// Calls `add` with each row on the groups in these places, its right-hand side and weight.
+    #[inline(never)]
     fn each_of_places(
         &self,
         places: core::ops::Range<usize>,
         point: &Point<T, U>,
-        mut add: impl FnMut(&[T; U], T, T),
+        add: &mut dyn FnMut(&[T; U], T, T),
     ) {
         let variance = self.noise_rad_s * self.noise_rad_s;
         for place in places.start..places.end.min(groups_of(U)) {
@@ -290,7 +294,9 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     }
 
     /// Calls `add` with each row of earlier windows and of the prior, its right-hand side and weight.
-    fn each_known(&self, point: &Point<T, U>, mut add: impl FnMut(&[T; U], T, T)) {
+    /// Not inlined, as the others: one function for all that add them.
+    #[inline(never)]
+    fn each_known(&self, point: &Point<T, U>, add: &mut dyn FnMut(&[T; U], T, T)) {
         let variance = self.noise_rad_s * self.noise_rad_s;
         if let Some(past) = self.past {
             for index in self.groups.first_kept::<U>()..U {
@@ -308,9 +314,10 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     }
 
     /// Calls `add` with each row on the inertia, its right-hand side and weight.
-    fn each_of_inertia(&self, point: &Point<T, U>, mut add: impl FnMut(&[T; U], T, T)) {
+    #[inline(never)]
+    fn each_of_inertia(&self, point: &Point<T, U>, add: &mut dyn FnMut(&[T; U], T, T)) {
         let variance = self.noise_rad_s * self.noise_rad_s;
-        self.each_known(point, &mut add);
+        self.each_known(point, add);
         let centre = self.prior.map_or([T::zero(); 5], shape_of_prior);
         for k in 0..5 {
             let mut row = [T::zero(); U];

@@ -347,6 +347,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// One sigma of a gyro sample, rad/s: stated or measured, and at least the rounding of the largest rate.
+    #[inline(never)]
     fn noise_rad_s(&self) -> T {
         let floor = self.largest_rad_s * (T::EPSILON + T::EPSILON);
         let noise = self.config.gyro_noise_rad_s.unwrap_or_else(|| self.outliers.noise_rad_s());
@@ -355,6 +356,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Noise against which residuals are judged, rad/s: the larger of stated and measured, up to
     /// [`MOST_UNDERSTATED`] times the stated one.
+    #[inline(never)]
     fn reference_rad_s(&self) -> T {
         let noise = self.noise_rad_s();
         let measured = self.outliers.noise_rad_s();

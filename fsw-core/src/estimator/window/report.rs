@@ -244,7 +244,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         let is_considered = self.config.hardware.mount_rad != [T::zero(); 3]
             || self.config.considered_scale() > T::zero();
-        if self.groups.has_hardware() || is_considered {
+        if groups_of(U) > 0 && self.groups.has_hardware() || is_considered {
             self.report_random(window, point, &all, &mut solution, estimate);
         }
         if is_considered {
@@ -378,7 +378,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Torque and bias where the data determine them.
     #[inline(never)]
     fn report_groups(&self, pass: &Pass<T, W, U>, estimate: &mut Estimate<T>) {
-        if self.groups.place.iter().all(|at| !matches!(at, Some((_, Belief::Within(_))))) {
+        let is_asked_for = |at: &Option<_>| matches!(at, Some((_, Belief::Within(_))));
+        if groups_of(U) == 0 || !self.groups.place.iter().any(is_asked_for) {
             return;
         }
         let (unit, sigma) = (pass.unit_per_kg_m2, self.sigma_of_sample(pass));
@@ -419,6 +420,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
     /// block to block, so that fewer of them are independent;
     /// and by the distance to the minimum that rounding leaves.
+    #[inline(never)]
     pub(super) fn sigma_of_sample(&self, pass: &Pass<T, W, U>) -> T {
         let residuals = &pass.residuals;
         let unsettled = T::one() + pass.decrement / T::count(U as u32);
@@ -442,6 +444,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Result of the tests for white residuals: of their size against the noise, of their correlation,
     /// and of a torque that is not among the unknowns.
+    #[inline(never)]
     fn is_white(&self, front: &Front<T, W, U>) -> Option<bool> {
         let residuals = &front.pass.residuals;
         if residuals.rows < ENOUGH_ROWS {
@@ -457,6 +460,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Statistics of a window that ends with this front.
+    #[inline(never)]
     pub(super) fn ended_with(&self, front: &Front<T, W, U>) -> Ended<T> {
         Ended {
             residual_rms_rad_s: rms(&front.pass.residuals, U),

@@ -18,7 +18,7 @@ use super::pass::Pass;
 use super::start::{FirstPoint, LinearStart};
 use super::storage::{Marks, PairLimits, Stretch};
 use super::trajectory::axes_at;
-use super::unknowns::{Belief, GROUPS, Group, Point};
+use super::unknowns::{Belief, GROUPS, Group, Point, groups_of};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::SquareRootInformation;
@@ -445,7 +445,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let unit = first.per_kg_m2.unwrap_or_else(|| self.known_scale());
         let mut point = Point::sphere(Vec3::zeros());
         point.set_shape(&first.shape);
-        for place in 0..GROUPS {
+        for place in 0..groups_of(U) {
             if self.groups.is_at(place, Group::Torque) {
                 point.set_place(place, &first.torque);
             }
@@ -620,6 +620,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     fn solves_for_torque(&self) -> bool {
+        if groups_of(U) == 0 {
+            return false;
+        }
         let is_solved = |at: &Option<(Group, Belief<T>)>| {
             matches!(at, Some((Group::Torque, Belief::Within(_))))
         };
@@ -644,6 +647,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// True where the residuals of a pass agree with the noise, but for outliers: those at the point, or
     /// those at the solution of the blocks alone, from which earlier windows and the prior may differ.
+    #[inline(never)]
     pub(super) fn is_explained(&self, pass: &Pass<T, W, U>) -> bool {
         let at_point = pass.residuals.typical(pass.unit_rad_s);
         let typical = at_point.min(super::report::rms(&pass.residuals, U));
@@ -719,6 +723,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// of freedom. A stated noise that is too small does not exaggerate it.
     #[inline(never)]
     pub(super) fn contradictions(&self, pass: &Pass<T, W, U>) -> [T; GROUPS] {
+        if groups_of(U) == 0 {
+            return [T::zero(); GROUPS];
+        }
         let mut factor = pass.factor;
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(pass));
@@ -728,6 +735,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Drag becomes an unknown where the blocks of the front contradict its absence.
     #[inline(never)]
     fn lets_drag_loose(&mut self) -> bool {
+        if groups_of(U) == 0 {
+            return false;
+        }
         let Some(drag) = self.config.drag_per_s else { return false };
         let Some(Front { pass, .. }) = &self.front else { return false };
         let contradiction = self.contradictions(pass);
