@@ -79,7 +79,7 @@
 //!
 //! # Cost
 //!
-//! About 110 multiplications and 500 instructions of a Cortex-M4F a step for each parameter, and 1,000 instructions
+//! About 110 multiplications and 510 instructions of a Cortex-M4F a step for each parameter, and 1,000 instructions
 //! for the factors. The number P of columns is part of the type;
 //! without columns nothing of this is compiled.
 
