@@ -15,8 +15,8 @@
 //!
 //! | sample | part of the solution | pending samples |
 //! |---|---|---|
-//! | first | inertia | 3 |
-//! | second | rate and covariance at the last judged sample, acceptance | 4 |
+//! | first | inertia, acceptance | 3 |
+//! | second | rate and covariance at the last judged sample | 4 |
 //! | third | rate predicted across the pending samples | 5 |
 //!
 //! After a solution that is not accepted the gate catches up.
@@ -186,37 +186,36 @@ impl<T: Real> Aligning<T> {
         self.due
     }
 
-    /// Solves for the inertia of the solution that is due. False where the motion does not stand out of the noise: after
-    /// a tenth of the cost, and none is due then.
-    pub(super) fn solve_inertia(&mut self, noise_rad_s: T) -> bool {
-        let inertia = self.alignment.solve_inertia(noise_rad_s);
-        self.due = self.due.filter(|_| inertia.is_some()).map(|due| Due { inertia, ..due });
-        inertia.is_some()
-    }
-
-    /// Ends the solution that is due.
-    pub(super) fn end_solution(&mut self) {
-        self.due = None;
-    }
-
-    /// First state at the last judged sample for the solved inertia. `allowed_rad_s`: noise that the residuals may have by errors of the
-    /// hardware, rad/s, for a mean moment (kg m²) and the number of samples.
+    /// Solves for the inertia of the solution that is due. `allowed_rad_s`: noise that the residuals may have by errors of
+    /// the hardware, rad/s, for a mean moment (kg m²) and the number of samples.
     ///
     /// # Errors
-    /// As [`Start::from_motion`].
+    /// As [`start::inertia_of`]: none is due then.
+    pub(super) fn solve_inertia(
+        &mut self,
+        noise_rad_s: T,
+        allowed_rad_s: impl FnOnce(T, u32) -> T,
+    ) -> Result<(), NoStart> {
+        let samples = self.alignment.samples();
+        let measured_rad_s = self.outliers.noise_rad_s();
+        let solved = start::inertia_of(&self.alignment, noise_rad_s, |mean_moment_kg_m2| {
+            measured_rad_s.max(allowed_rad_s(mean_moment_kg_m2, samples))
+        });
+        let inertia = solved.ok();
+        self.due = self.due.filter(|_| inertia.is_some()).map(|due| Due { inertia, ..due });
+        solved.map(|_| ())
+    }
+
+    /// First state at the last judged sample for the solved inertia, once. `None` where that has no inverse.
     #[inline(always)] // without a copy of the result
-    pub(super) fn solve(
-        &self,
+    pub(super) fn start(
+        &mut self,
         inertia: &Inertia<T>,
         noise_rad_s: T,
         prior: Option<&Prior<T>>,
-        allowed_rad_s: impl FnOnce(T, u32) -> T,
-    ) -> Result<Start<T>, NoStart> {
-        let samples = self.alignment.samples();
-        let allowed_rad_s = |mean_moment_kg_m2| {
-            self.outliers.noise_rad_s().max(allowed_rad_s(mean_moment_kg_m2, samples))
-        };
-        Start::from_motion(&self.alignment, inertia, prior, noise_rad_s, allowed_rad_s)
+    ) -> Option<Start<T>> {
+        self.due = None;
+        Start::from_motion(&self.alignment, inertia, prior, noise_rad_s)
     }
 
     /// Starts anew after data that contradict the model: they cannot lead to a start, the next ones may.

@@ -202,7 +202,7 @@ impl<T: Real> Alignment<T> {
         self.samples
     }
 
-    /// Inertia with the expected noise taken out of the regressor:
+    /// Inertia with the expected noise taken out of the regressor, and the largest formal variance of an element, kg² m⁴:
     ///
     /// `j = (MᵀM − N)⁻¹ Mᵀy`, `N = n σ² diag(1 1 1 2 2 2)`,
     ///
@@ -213,12 +213,18 @@ impl<T: Real> Alignment<T> {
     /// `None` while the motion, with the prior if there is one, does not determine every element
     /// above the noise: `Nᵢᵢ (MᵀM)⁻¹ᵢᵢ` must stay below `LARGEST_CORRECTION`.
     #[inline(never)]
-    pub fn solve_inertia(&self, noise_rad_s: T) -> Option<Inertia<T>> {
+    pub fn solve_inertia(&self, noise_rad_s: T) -> Option<(Inertia<T>, T)> {
         let covariance = self.information.covariance_ud()?;
         let noise_information = noise_rad_s * noise_rad_s * T::count(self.samples);
         let share = |i: usize| noise_information * regressor_noise_share(i);
-        if !(0..6).all(|i| share(i) * covariance.variance(i) < T::lit(LARGEST_CORRECTION)) {
-            return None;
+        let mut largest = T::zero();
+        for i in 0..6 {
+            let variance = covariance.variance(i);
+            let is_above_noise = share(i) * variance < T::lit(LARGEST_CORRECTION);
+            if !is_above_noise {
+                return None;
+            }
+            largest = largest.max(variance);
         }
         let biased = self.information.solve()?;
         let mut j = biased;
@@ -226,13 +232,14 @@ impl<T: Real> Alignment<T> {
             let correction = covariance.times(&core::array::from_fn(|i| share(i) * j[i]));
             j = core::array::from_fn(|i| biased[i] + correction[i]);
         }
-        Some(Inertia::new(j))
+        let inertia = Inertia::new(j);
+        Some((inertia, largest * row_variance(&inertia, noise_rad_s)))
     }
 
     /// Rate and inertia at the last sample: [`solve_inertia`](Self::solve_inertia), then
     /// [`at_last_sample`](Self::at_last_sample).
     pub fn solve(&self, noise_rad_s: T) -> Option<Solution<T>> {
-        self.at_last_sample(&self.solve_inertia(noise_rad_s)?, noise_rad_s)
+        self.at_last_sample(&self.solve_inertia(noise_rad_s)?.0, noise_rad_s)
     }
 
     /// True if the residuals are those of gyro noise, for this solution: their mean square is below

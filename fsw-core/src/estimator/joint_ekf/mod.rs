@@ -488,21 +488,19 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         };
         match aligning.due() {
             None => {}
-            Some(Due { inertia: None, .. }) => {
-                if aligning.solve_inertia(noise) {
+            Some(Due { inertia: None, .. }) => match aligning.solve_inertia(noise, allowed) {
+                Err(NoStart::NoSolution) => {}
+                Ok(()) | Err(NoStart::TooLittleMotion) => {
                     return Outcome::Coasting(Coasting::Aligning);
                 }
-            }
+                Err(NoStart::Contradiction) => {
+                    aligning.discard();
+                    return Outcome::Coasting(Coasting::Aligning);
+                }
+            },
             Some(Due { inertia: Some(inertia), drive }) => {
-                aligning.end_solution();
-                match aligning.solve(&inertia, noise, prior.as_ref(), allowed) {
-                    Ok(start) => return self.end_alignment(start, drive, sample),
-                    Err(NoStart::NoSolution) => {}
-                    Err(NoStart::TooLittleMotion) => return Outcome::Coasting(Coasting::Aligning),
-                    Err(NoStart::Contradiction) => {
-                        aligning.discard();
-                        return Outcome::Coasting(Coasting::Aligning);
-                    }
+                if let Some(start) = aligning.start(&inertia, noise, prior.as_ref()) {
+                    return self.end_alignment(start, drive, sample);
                 }
             }
         }
