@@ -6,8 +6,8 @@
 //! | front, pass | a block: up to three steps and three rows |
 //! | linear start | a block, or the singular values of its triangle |
 //! | decision after a pass | up to ten solutions of the factor: damped steps, tests |
-//! | judgement of a fit | a report: three solutions of the factor, an eigenproblem of six |
-//! | result of a fit | up to four solutions of the factor: tests against earlier windows |
+//! | judgement of a fit | a report: two solutions of the factor, an eigenproblem of six |
+//! | result of a fit | up to five solutions of the factor: observed shape, tests against earlier windows |
 //! | begin of a fit | norms of all blocks, or a solution of the factor |
 //! | conclusion of a window | a solution of six unknowns |
 
@@ -656,26 +656,31 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             && pass.is_finite()
     }
 
-    /// Judges the fit that has ended. Each judgement in sequence: each has a factor of its own on the stack.
+    /// Judges what the fit that has ended observes.
     #[inline(never)]
     fn judge_fit(&mut self) {
-        let Work::Descent(Descent { pass, fit: Some(fit), .. }) = &self.work else { return };
-        let judged = Fit {
-            is_good: self.is_good(pass, fit.is_settled),
-            is_shape_observed: self.is_shape_observed(pass),
-            observed: Some(self.observed_by(pass)),
-            ..*fit
-        };
-        if let Work::Descent(Descent { fit, .. }) = &mut self.work {
-            *fit = Some(judged);
+        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        let observed = self.observed_by(pass);
+        if let Work::Descent(Descent { fit: Some(fit), .. }) = &mut self.work {
+            fit.observed = Some(observed);
         }
     }
 
-    /// Result of all attempts: the new front, or an answer to the inquiry.
+    /// The fit that has ended, with all judgements.
+    fn judged_fit(&self) -> Option<Fit> {
+        let Work::Descent(Descent { pass, fit: Some(fit), .. }) = &self.work else { return None };
+        Some(Fit {
+            is_good: self.is_good(pass, fit.is_settled),
+            is_shape_observed: self.is_shape_observed(pass),
+            ..*fit
+        })
+    }
+
+    /// Result of all attempts: the new front, or an answer to the inquiry. Calls in sequence: each has a factor of its
+    /// own on the stack.
     #[inline(never)]
     fn end_fit(&mut self) {
-        let Work::Descent(Descent { fit: Some(fit), .. }) = &self.work else { return };
-        let fit = *fit;
+        let Some(fit) = self.judged_fit() else { return };
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
             self.answer(&fit);
             self.work = Work::Idle;
