@@ -24,6 +24,7 @@ pub mod hardware {}
 pub mod window {}
 
 /// [theory]: crate::docs::theory
+/// [hardware]: crate::docs::hardware
 ///
 #[doc = include_str!("../docs/accuracy.md")]
 pub mod accuracy {}
