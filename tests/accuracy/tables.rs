@@ -66,7 +66,9 @@ impl Table {
     pub fn row_start(&self, row: &Row) -> String {
         match self.columns {
             Columns::Summary => format!("| {} | `{}` |", row.title, row.command()),
-            Columns::Full | Columns::Hardware | Columns::Verdicts => format!("| `{}` |", row.command()),
+            Columns::Full | Columns::Hardware | Columns::Verdicts => {
+                format!("| `{}` |", row.command())
+            }
             Columns::WhiteResiduals => {
                 format!("| `{}`, {}, {} |", row.scenario, row.title, row.runs)
             }

@@ -6,9 +6,9 @@
 //!
 //! so a prediction leaves the inertia's factors as they are, and a measurement is three scalar
 //! updates of \[Bierman1977\] (see [`Ud`]). No square root, and no full 9×9 product. Prediction and
-//! correction of the covariance take 2,132 instructions of a Cortex-M4F, 3,635 with a random walk
+//! correction of the covariance take 2,181 instructions of a Cortex-M4F, 3,684 with a random walk
 //! of the inertia; a dense filter in the same bench
-//! takes 15,434.
+//! takes 15,432.
 //!
 //! `P = U D Uᵀ` with U unit upper triangular, D diagonal. In blocks, rate first,
 //!

@@ -137,8 +137,9 @@ crate::persist!([T: Real] Groups<T> { place, hardware, delay_s } if |this| this.
 
 impl<T: Real> Groups<T> {
     /// No groups.
+    #[inline(always)] // built in its place
     pub fn none() -> Self {
-        Self { place: [None; GROUPS], hardware: GROUPS, delay_s: T::zero() }
+        Self { place: const { [None; GROUPS] }, hardware: GROUPS, delay_s: T::zero() }
     }
 
     /// True if the group in this place, if any, is `group`.
