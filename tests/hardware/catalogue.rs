@@ -124,7 +124,7 @@ fn bias(rows: &mut Rows) {
     for deg_h in [2.0, 8.0, 24.0] {
         rows.add(format!("{deg_h} deg/h"), move |s| {
             ask(s, 1e-3);
-            s.true_hardware.gyro.flicker_rad_s = deg_h * DEG_PER_HOUR;
+            s.hardware.bias_instability_rad_s = deg_h * DEG_PER_HOUR;
         });
     }
 }

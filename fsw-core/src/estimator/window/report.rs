@@ -408,8 +408,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             .max(self.largest_rad_s * (T::EPSILON + T::EPSILON))
     }
 
-    /// Result of the tests for white residuals: of their size against the noise, of their correlation,
-    /// and of a torque that is not among the unknowns.
+    /// Result of the tests for white residuals: of their size against the noise, alone and in groups, of their
+    /// correlation, and of a torque that is not among the unknowns.
     fn is_white(&self, front: &Front<T, W, U>) -> Option<bool> {
         let residuals = &front.pass.residuals;
         if residuals.rows < ENOUGH_ROWS {
@@ -424,8 +424,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(&front.pass));
         let contradiction = beliefs.add(&mut factor, &front.pass.point);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
-        let is_alarmed = residuals.is_alarmed();
-        Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_alarmed)
+        let is_found = !is_correlated && !shows_torque && !residuals.is_alarmed();
+        Some(is_small && is_found && self.are_groups_white(&front.pass) && front.is_settled)
+    }
+
+    /// True where groups of residuals have the size of white noise.
+    fn are_groups_white(&self, pass: &Pass<T, W, U>) -> bool {
+        let share = self.reference_rad_s() / pass.unit_rad_s;
+        pass.residuals.whiteness.is_white_of(share * share) != Some(false)
     }
 
     /// Statistics of a window that ends with this front.

@@ -10,6 +10,7 @@
 //! | conclusion of a window | a solution of six unknowns |
 
 use super::belief::kept;
+use super::drift::Drift;
 use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::Front;
 use super::pass::Pass;
@@ -480,7 +481,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             (_, 0) => noise * T::lit(super::fit::UNKNOWN_SCALE),
             _ => pass.residuals.typical(pass.unit_rad_s),
         };
+        let walked = self.bias_walked_rad_s();
+        let rest_s = stretch.rest.weight * self.period_s;
         let Work::Descent(Descent { pass, from, end, .. }) = &mut self.work else { return };
+        pass.drift = Drift::new(walked, noise, stretch.duration_s, rest_s);
         pass.scale_rad_s = typical.max(noise);
         pass.watch_rad_s = pass.scale_rad_s.max(reference);
         pass.unit_rad_s = noise;

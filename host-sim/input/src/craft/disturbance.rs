@@ -31,11 +31,14 @@ pub struct SolveFor {
 }
 
 impl SolveFor {
-    /// The unknowns that are asked for by a flag, or by the sigma of their prior.
+    /// The unknowns that are asked for by a flag, by the sigma of their prior, or by their drift.
     pub fn with_priors(self, hardware: &StatedHardware) -> Self {
         Self {
             torque: self.torque || hardware.torque_sigma_n_m.is_some(),
-            gyro_bias: self.gyro_bias || hardware.bias_sigma_rad_s.is_some(),
+            gyro_bias: self.gyro_bias
+                || hardware.bias_sigma_rad_s.is_some()
+                || hardware.bias_walk_rad_s_sqrt_s > 0.0
+                || hardware.bias_instability_rad_s > 0.0,
         }
     }
 

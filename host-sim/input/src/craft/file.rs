@@ -195,6 +195,7 @@ mod tests {
             gyro_noise_tolerance: 0.2,
             bias_sigma_rad_s: None,
             bias_walk_rad_s_sqrt_s: 1e-6,
+            bias_instability_rad_s: 5e-6,
             wheel_spin_inertia_sigma: vec![0.02],
             wheel_axis_sigma_rad: vec![0.3f64.to_radians()],
             common_spin_inertia_sigma: 0.004,
@@ -229,7 +230,7 @@ mod tests {
                 inertia_walk_kg_m2_sqrt_hour: Some(0.25),
                 is_torque_smooth: true,
             },
-            solve_for: SolveFor { torque: true, gyro_bias: false },
+            solve_for: SolveFor { torque: true, gyro_bias: true },
             initial_estimate: None,
         };
         let again = Craft::from_toml("craft.toml", &craft.to_toml()).unwrap();

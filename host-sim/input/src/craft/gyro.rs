@@ -4,8 +4,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::hardware::{
-    AVERAGED, AXES_SIGMA, BIAS_SIGMA, BIAS_WALK, DELAY, DELAY_SIGMA, GyroStatements, KNOWN_AXES,
-    KNOWN_SCALE, NOISE_TOLERANCE, SCALE_SIGMA, StatedHardware,
+    AVERAGED, AXES_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, DELAY, DELAY_SIGMA,
+    GyroStatements, KNOWN_AXES, KNOWN_SCALE, NOISE_TOLERANCE, SCALE_SIGMA, StatedHardware,
 };
 use crate::error::InputError;
 use crate::key::{Key, NUMBER, POSITIVE, Table};
@@ -47,6 +47,7 @@ pub const TABLE: Table = Table {
         AVERAGED,
         BIAS_SIGMA,
         BIAS_WALK,
+        BIAS_INSTABILITY,
         NOISE_TOLERANCE,
     ],
 };
@@ -109,6 +110,7 @@ pub(super) struct GyroFile {
     averaged: bool,
     bias_sigma_rad_s: Option<Spanned<f64>>,
     bias_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
+    bias_instability_rad_s: Option<Spanned<f64>>,
     noise_tolerance: Option<Spanned<f64>>,
 }
 
@@ -125,6 +127,7 @@ impl GyroFile {
             averaged: self.averaged,
             bias_sigma_rad_s: self.bias_sigma_rad_s,
             bias_walk_rad_s_sqrt_s: self.bias_walk_rad_s_sqrt_s,
+            bias_instability_rad_s: self.bias_instability_rad_s,
             noise_tolerance: self.noise_tolerance,
         }
     }

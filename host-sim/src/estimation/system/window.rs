@@ -72,6 +72,8 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
     let bias_sigma_rad_s = hardware.bias_sigma_rad_s.unwrap_or(BIAS_SIGMA_RAD_S);
     config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(torque_sigma_n_m));
     config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(bias_sigma_rad_s));
+    config.bias_walk_rad_s_sqrt_s = T::lit(hardware.bias_walk_rad_s_sqrt_s);
+    config.bias_instability_rad_s = T::lit(hardware.bias_instability_rad_s);
     config.drag_per_s = solve_for.torque.then_some(T::lit(DRAG_SIGMA_PER_S));
     config.hardware = setup.hardware();
     config.slices_per_step = SLICES_PER_STEP;

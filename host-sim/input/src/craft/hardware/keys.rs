@@ -99,6 +99,15 @@ pub const BIAS_WALK: Key = Key::required(
     "Random walk of the bias: one sigma per axis after 1 s",
 )
 .or("0");
+/// Bias instability.
+pub const BIAS_INSTABILITY: Key = Key::required(
+    "bias_instability_rad_s",
+    NUMBER,
+    "rad/s",
+    NOT_NEGATIVE,
+    "Bias instability: floor of the Allan deviation. 1 deg/h is 4.848e-6 rad/s",
+)
+.or("0");
 /// Error of the stated noise.
 pub const NOISE_TOLERANCE: Key = Key::required(
     "noise_tolerance",

@@ -37,10 +37,11 @@ mod write;
 use nalgebra::{Matrix3, Vector3};
 
 pub use keys::{
-    AVERAGED, AXES_SIGMA, AXIS_SIGMA, Assumption, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA,
-    DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA, EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES,
-    KNOWN_SCALE, MODE_TABLE, MOUNT_SIGMA, MOUNT_TABLE, NOISE_TOLERANCE, SCALE_SIGMA,
-    SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA, TORQUE_TABLE, WHEELS_TABLE,
+    AVERAGED, AXES_SIGMA, AXIS_SIGMA, Assumption, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK,
+    COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA,
+    EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_TABLE, MOUNT_SIGMA, MOUNT_TABLE,
+    NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
+    TORQUE_TABLE, WHEELS_TABLE,
 };
 pub use read::{
     GyroStatements, ModeFile, MountFile, Statements, TorqueScaleFile, Unstated, WheelStatements,
@@ -72,6 +73,8 @@ pub struct StatedHardware {
     pub bias_sigma_rad_s: Option<f64>,
     /// Random walk of the bias: one sigma per axis after 1 s, (rad/s)/√s.
     pub bias_walk_rad_s_sqrt_s: f64,
+    /// Instability of the bias, floor of its Allan deviation, rad/s.
+    pub bias_instability_rad_s: f64,
     /// Error of each wheel's spin inertia, one sigma, share; independent from wheel to wheel.
     pub wheel_spin_inertia_sigma: Vec<f64>,
     /// Tilt of each wheel's axis along each of its two [`tilt_directions`], one sigma, rad.

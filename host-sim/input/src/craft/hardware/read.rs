@@ -4,10 +4,10 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::keys::{
-    AXES_SIGMA, AXIS_SIGMA, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY,
-    DELAY_SIGMA, EACH_AXIS_SIGMA, EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING,
-    MODE_FREQUENCY, MOUNT_SIGMA, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA,
-    TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
+    AXES_SIGMA, AXIS_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA,
+    DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA, EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES,
+    KNOWN_SCALE, MODE_DAMPING, MODE_FREQUENCY, MOUNT_SIGMA, NOISE_TOLERANCE, SCALE_SIGMA,
+    SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
 };
 use super::{Mode, StatedHardware};
 use crate::error::InputError;
@@ -46,6 +46,8 @@ pub struct GyroStatements {
     pub bias_sigma_rad_s: Number,
     /// `bias_walk_rad_s_sqrt_s`.
     pub bias_walk_rad_s_sqrt_s: Number,
+    /// `bias_instability_rad_s`.
+    pub bias_instability_rad_s: Number,
     /// `noise_tolerance`.
     pub noise_tolerance: Number,
 }
@@ -240,6 +242,9 @@ impl GyroStatements {
             bias_sigma_rad_s: section.optional_number(&BIAS_SIGMA, &self.bias_sigma_rad_s)?,
             bias_walk_rad_s_sqrt_s: section
                 .optional_number(&BIAS_WALK, &self.bias_walk_rad_s_sqrt_s)?
+                .unwrap_or(0.0),
+            bias_instability_rad_s: section
+                .optional_number(&BIAS_INSTABILITY, &self.bias_instability_rad_s)?
                 .unwrap_or(0.0),
             ..StatedHardware::default()
         })

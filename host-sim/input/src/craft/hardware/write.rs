@@ -3,9 +3,10 @@
 
 use super::StatedHardware;
 use super::keys::{
-    AVERAGED, AXES_SIGMA, AXIS_SIGMA, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET,
-    DELAY, DELAY_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING, MODE_FREQUENCY, MOUNT_SIGMA,
-    NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
+    AVERAGED, AXES_SIGMA, AXIS_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK,
+    COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY, DELAY_SIGMA, KNOWN_AXES, KNOWN_SCALE,
+    MODE_DAMPING, MODE_FREQUENCY, MOUNT_SIGMA, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA,
+    TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
 };
 use crate::key::Key;
 
@@ -41,6 +42,9 @@ impl StatedHardware {
         }
         if self.bias_walk_rad_s_sqrt_s != 0.0 {
             *text += &format!("{} = {:?}\n", BIAS_WALK.name, self.bias_walk_rad_s_sqrt_s);
+        }
+        if self.bias_instability_rad_s != 0.0 {
+            *text += &format!("{} = {:?}\n", BIAS_INSTABILITY.name, self.bias_instability_rad_s);
         }
         let tolerance = self.gyro_noise_tolerance;
         self.write_assumable(text, "gyro.noise_tolerance", &NOISE_TOLERANCE, tolerance);

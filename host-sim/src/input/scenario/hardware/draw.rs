@@ -74,6 +74,7 @@ impl Scenario {
             *axis += draw * stated.gyro_axes_sigma_rad;
         }
         gyro.delay_s += stated.gyro_delay_s + draws.delay * stated.gyro_delay_sigma_s;
+        gyro.flicker_rad_s = gyro.flicker_rad_s.hypot(stated.bias_instability_rad_s);
         gyro.averaged |= stated.gyro_averaged;
         gyro.noise_factor *= (draws.noise * stated.gyro_noise_tolerance).exp();
         let bias_sigma = stated.bias_sigma_rad_s.unwrap_or(0.0);
