@@ -160,6 +160,8 @@ pub struct Beliefs<'a, T: Real, const U: usize> {
     /// One sigma of the gyro bias' walk over the window, rad/s: the unknown is the newest bias, and its range is
     /// that of the first one.
     pub bias_walked_rad_s: T,
+    /// True where the last pass of a descent lets the torque walk.
+    pub has_varying_torque: bool,
 }
 
 impl<T: Real, const U: usize> Beliefs<'_, T, U> {
@@ -420,6 +422,7 @@ mod tests {
             noise_rad_s: 1e-3,
             holds_hardware: false,
             bias_walked_rad_s: 0.0,
+            has_varying_torque: false,
         };
         let mut covariance = Mat::<f64, 6, 6>::zeros();
         for _ in 0..20 {

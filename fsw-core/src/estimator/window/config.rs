@@ -28,6 +28,10 @@ pub struct Config<T: Real, const W: usize> {
     /// One sigma of a constant disturbance torque, N m, each axis. Default none: zero, and where U
     /// leaves a place the residuals are tested for one.
     pub disturbance_torque_n_m: Option<T>,
+    /// One sigma of a torque of fields, which varies as the body turns against them, N m, each axis: of a magnetic
+    /// dipole, of the gravity gradient, of drag. Default zero. It needs `disturbance_torque_n_m`, the sigma of both
+    /// together.
+    pub varying_torque_n_m: T,
     /// One sigma of a constant gyro bias, rad/s, each axis. Default none: zero.
     pub gyro_bias_rad_s: Option<T>,
     /// Random walk of the gyro bias, one sigma after a second, (rad/s)/√s, each axis. Default zero: a constant
@@ -65,7 +69,7 @@ pub struct Config<T: Real, const W: usize> {
 // A command may set the prior.
 crate::persist!([T: Real, const W: usize] Config<T, W> {
     prior;
-    unchanged gyro_noise_rad_s, disturbance_torque_n_m, gyro_bias_rad_s, bias_walk_rad_s_sqrt_s, bias_instability_rad_s,
+    unchanged gyro_noise_rad_s, disturbance_torque_n_m, varying_torque_n_m, gyro_bias_rad_s, bias_walk_rad_s_sqrt_s, bias_instability_rad_s,
     drag_per_s, inertia_walk_kg_m2_sqrt_s, block_samples, block_turn_rad, is_torque_smooth, slices_per_step, quiet_s,
     hardware, gate
 });
@@ -82,6 +86,7 @@ impl<T: Real, const W: usize> Config<T, W> {
             prior: None,
             gyro_noise_rad_s: None,
             disturbance_torque_n_m: None,
+            varying_torque_n_m: T::zero(),
             gyro_bias_rad_s: None,
             bias_walk_rad_s_sqrt_s: T::zero(),
             bias_instability_rad_s: T::zero(),
@@ -115,6 +120,11 @@ impl<T: Real, const W: usize> Config<T, W> {
                 continue;
             }
             places = places.checked_sub(1).ok_or(ConfigError { field, reason: Invalid::NoRoom })?;
+        }
+        not_negative("varying_torque_n_m", self.varying_torque_n_m)?;
+        if self.varying_torque_n_m > T::zero() && self.disturbance_torque_n_m.is_none() {
+            let (field, reason) = ("disturbance_torque_n_m", Invalid::NotPositive);
+            return Err(ConfigError { field, reason });
         }
         not_negative("bias_walk_rad_s_sqrt_s", self.bias_walk_rad_s_sqrt_s)?;
         not_negative("bias_instability_rad_s", self.bias_instability_rad_s)?;

@@ -1,4 +1,4 @@
-//! Gyro bias that walks: process noise of the bias among the unknowns, and the residuals without the bias.
+//! Gyro bias and disturbance torque that walk: process noise of two groups of unknowns, and residuals without the bias.
 //!
 //! The bias `b` of each axis takes independent steps of variance `q² Δt` from block to block, with q in (rad/s)/√s.
 //! A reading is linear in the bias and the motion does not depend on it, so that one nominal bias serves the whole
@@ -25,6 +25,28 @@
 //! The walk over the window has the sigma 3.77 B then. Faster flicker exceeds that of the walk, and where it exceeds the
 //! gyro noise too the residuals are not white.
 //!
+//! # Torque of fields
+//!
+//! A magnetic dipole, the gravity gradient and air exert torques that are fixed neither in body nor in inertial axes. About
+//! each body axis they vary like the cosine of the angle Φ by which the field turns in body axes: by the turn of the body
+//! and by that of the field along the orbit. The torque d over the trace takes steps of variance `q² ΔΦ`. With the torque
+//! d' after a step w, and the momentum m' at the start of the window that leads to the present one under d',
+//!
+//! ```text
+//! d = d' − w,   m₀ = m' + S w,   S = (∂m/∂m₀)⁻¹ ∂m/∂d
+//! ```
+//!
+//! holds in the equations of the blocks before, and rotations eliminate w again. Over a window of angle Φ a cosine of
+//! variance σ² has the variance `σ² Φ² / (12 + Φ²)` about its mean, exact for small and for large angles and within
+//! 30 % between, and the walk `q² Φ / 6`. Equal variances are the choice:
+//!
+//! ```text
+//! q² = 6 σ² Φ / (12 + Φ²)
+//! ```
+//!
+//! The model of the motion has a constant torque. A descent therefore ends with the solution for that, and the torque
+//! walks in one more pass about it, to first order.
+//!
 //! # Residuals at the point
 //!
 //! Robust weights and the cost of a point need residuals there. Those of a constant bias would contain the walk. A
@@ -50,6 +72,20 @@ pub fn walked_rad_s<T: Real>(walk_rad_s_sqrt_s: T, instability_rad_s: T, duratio
         return T::zero();
     }
     (q * q * duration_s + b * b * T::lit(FLICKER)).sqrt()
+}
+
+/// Rate of the field of a low orbit against inertial space, rad/s: the magnetic field turns twice in an orbit of 95
+/// minutes, and so does the gravity gradient.
+const FIELD_RAD_S: f64 = 2.2e-3;
+
+/// Angle by which a field turns in axes of a body that turns by `turn_rad` in a time, rad.
+pub fn turn_against_field<T: Real>(turn_rad: T, duration_s: T) -> T {
+    turn_rad + duration_s * T::lit(FIELD_RAD_S)
+}
+
+/// `q² / σ²` of the torque of fields over a window of angle Φ, 1/rad.
+pub fn per_rad<T: Real>(angle_rad: T) -> T {
+    T::lit(6.0) * angle_rad / (T::lit(12.0) + angle_rad * angle_rad)
 }
 
 /// Walk of the bias over a pass. Variances are those of a sample, σ².

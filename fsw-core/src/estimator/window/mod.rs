@@ -47,6 +47,8 @@ mod start;
 mod storage;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_drift;
 mod trajectory;
 mod work;
 
@@ -385,6 +387,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             noise_rad_s: self.noise_rad_s(),
             holds_hardware: false,
             bias_walked_rad_s: self.bias_walked_rad_s(),
+            has_varying_torque: self.config.varying_torque_n_m > T::zero(),
         }
     }
 

@@ -17,7 +17,7 @@
 //! `E exp(θ (min(u², 16) − 4)) = 1` for chi-square of three degrees of freedom: with h = 75 once in 7·10⁷. The
 //! block at which it began to rise estimates the instant of the change.
 
-use super::drift::Drift;
+use super::drift::{Drift, turn_against_field};
 use super::storage::Rest;
 use super::trajectory::{Span, Trajectory};
 use super::unknowns::{FIRST_GROUP, Group, Groups, Point, shape_of};
@@ -244,11 +244,14 @@ pub struct Pass<T: Real, const W: usize, const U: usize> {
     pub decrement: T,
     /// Walk of the bias, in units of `unit_rad_s` squared.
     pub drift: Drift<T>,
+    /// Walk of the torque over the trace, in units of `unit_rad_s` squared: variance for each radian of turn, 1/s². Zero
+    /// for a constant torque.
+    pub torque_per_rad: T,
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize] Pass<T, W, U> {
     point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
-    watch_rad_s, decrement, drift
+    watch_rad_s, decrement, drift, torque_per_rad
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
 impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
@@ -267,6 +270,7 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
             watch_rad_s: T::one(),
             decrement: T::zero(),
             drift: Drift::none(),
+            torque_per_rad: T::zero(),
         }
     }
 
@@ -339,9 +343,43 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
         }
     }
 
+    /// The torque of each axis changes by a step over a turn, from now on.
+    ///
+    /// With the torque d' after the step w, and the momentum m' at the start of the window that leads to the present one
+    /// under d', `d = d' − w` and `m₀ = m' + S w` ([`start_for_torque`](Trajectory::start_for_torque)).
+    #[inline(never)]
+    fn walk_torque(&mut self, turn_rad: T) {
+        let Some((first, start)) = self.trajectory.start_for_torque() else { return };
+        let variance = self.torque_per_rad * turn_rad;
+        for (axis, start) in start.iter().enumerate() {
+            let mut along = [T::zero(); U];
+            for (of_momentum, s) in along.iter_mut().zip(start.as_slice()) {
+                *of_momentum = -*s;
+            }
+            if let Some(of_torque) = along.get_mut(first + axis) {
+                *of_torque = T::one();
+            }
+            self.factor.walk_along(&along, first + axis, variance);
+        }
+    }
+
+    /// Square of a block's innovations by the factor, over its variance of a sample, rad²/s².
+    #[inline(never)]
+    fn square_by_factor(&self, rows: &[[T; U]; 3], apart: &Vec3<T>, n: T) -> T {
+        let axes = rows.iter().zip(apart.as_slice());
+        axes.fold(T::zero(), |sum, (row, apart)| {
+            sum + self.factor.would_leave(row, *apart, n).square()
+        })
+    }
+
     /// Takes in the next block.
     #[inline(never)]
     pub fn take(&mut self, span: &Span<T, W>) {
+        let is_torque_walking = self.torque_per_rad > T::zero();
+        if is_torque_walking {
+            let turn = span.block.turn_square().sqrt();
+            self.walk_torque(turn_against_field(turn, span.block.duration_s));
+        }
         let crossing = self.trajectory.cross(span);
         let apart = span.block.rate_rad_s - self.trajectory.mean_rate_rad_s(&crossing);
         let rows: [[T; U]; 3] =
@@ -355,7 +393,11 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
             self.walk_bias(variance);
         }
         let (judged, of_innovation) = self.drift.innovation(&judged, n);
-        let square = judged.dot(&judged) * of_innovation;
+        let square = if is_torque_walking {
+            self.square_by_factor(&rows, &apart, n)
+        } else {
+            judged.dot(&judged) * of_innovation
+        };
         let robust = self.residuals.weigh(self.next, square, self.unit_rad_s, self.scale_rad_s);
         self.drift.update(&judged, of_innovation * robust);
         let weight = n * robust;

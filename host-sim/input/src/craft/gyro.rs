@@ -4,7 +4,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::hardware::{
-    AVERAGED, AXES_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, DELAY, DELAY_SIGMA,
+    AVERAGED, AXES_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, CLOCK_SIGMA, DELAY, DELAY_SIGMA,
     GyroStatements, KNOWN_AXES, KNOWN_SCALE, NOISE_TOLERANCE, SCALE_SIGMA, StatedHardware,
 };
 use crate::error::InputError;
@@ -48,6 +48,7 @@ pub const TABLE: Table = Table {
         BIAS_SIGMA,
         BIAS_WALK,
         BIAS_INSTABILITY,
+        CLOCK_SIGMA,
         NOISE_TOLERANCE,
     ],
 };
@@ -111,6 +112,7 @@ pub(super) struct GyroFile {
     bias_sigma_rad_s: Option<Spanned<f64>>,
     bias_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
     bias_instability_rad_s: Option<Spanned<f64>>,
+    clock_sigma: Option<Spanned<f64>>,
     noise_tolerance: Option<Spanned<f64>>,
 }
 
@@ -128,6 +130,7 @@ impl GyroFile {
             bias_sigma_rad_s: self.bias_sigma_rad_s,
             bias_walk_rad_s_sqrt_s: self.bias_walk_rad_s_sqrt_s,
             bias_instability_rad_s: self.bias_instability_rad_s,
+            clock_sigma: self.clock_sigma,
             noise_tolerance: self.noise_tolerance,
         }
     }

@@ -2,8 +2,8 @@
 
 use flight_input::InputError;
 use flight_input::craft::hardware::{
-    AVERAGED, AXES_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, DELAY, DELAY_SIGMA, GyroStatements,
-    NOISE_TOLERANCE, SCALE_SIGMA,
+    AVERAGED, AXES_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, CLOCK_SIGMA, DELAY, DELAY_SIGMA,
+    GyroStatements, NOISE_TOLERANCE, SCALE_SIGMA,
 };
 use flight_input::key::{FINITE, Key, NOT_NEGATIVE, NUMBER, POSITIVE, Range, Table, VECTOR};
 use flight_input::section::{List, Section};
@@ -70,6 +70,7 @@ pub(super) const TABLE: Table = Table {
         AVERAGED,
         BIAS_SIGMA,
         BIAS_INSTABILITY,
+        CLOCK_SIGMA,
         NOISE_TOLERANCE.or("0"),
     ],
 };
@@ -129,6 +130,7 @@ pub(super) struct GyroErrorsFile {
     averaged: bool,
     bias_sigma_rad_s: Option<Spanned<f64>>,
     bias_instability_rad_s: Option<Spanned<f64>>,
+    clock_sigma: Option<Spanned<f64>>,
     noise_tolerance: Option<Spanned<f64>>,
 }
 
@@ -143,6 +145,7 @@ impl GyroErrorsFile {
             averaged: self.averaged,
             bias_sigma_rad_s: self.bias_sigma_rad_s.clone(),
             bias_instability_rad_s: self.bias_instability_rad_s.clone(),
+            clock_sigma: self.clock_sigma.clone(),
             noise_tolerance: self.noise_tolerance.clone(),
             ..GyroStatements::default()
         }
@@ -166,6 +169,7 @@ pub(super) struct GyroFile {
     averaged: bool,
     bias_sigma_rad_s: Option<Spanned<f64>>,
     bias_instability_rad_s: Option<Spanned<f64>>,
+    clock_sigma: Option<Spanned<f64>>,
     noise_tolerance: Option<Spanned<f64>>,
 }
 
@@ -183,6 +187,7 @@ impl GyroFile {
             bias_sigma_rad_s: self.bias_sigma_rad_s.clone(),
             bias_instability_rad_s: self.bias_instability_rad_s.clone(),
             bias_walk_rad_s_sqrt_s: self.bias_walk_rad_s_sqrt_s.clone(),
+            clock_sigma: self.clock_sigma.clone(),
             noise_tolerance: self.noise_tolerance.clone(),
         }
     }

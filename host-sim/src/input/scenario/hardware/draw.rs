@@ -53,6 +53,11 @@ impl Draws {
         }
     }
 
+    /// A further number.
+    fn normal(&mut self) -> f64 {
+        StandardNormal.sample(&mut self.random)
+    }
+
     /// A direction, uniform over the sphere.
     fn direction(&mut self) -> Unit<Vector3<f64>> {
         let vector = Vector3::from_fn(|_, _| StandardNormal.sample(&mut self.random));
@@ -94,6 +99,9 @@ impl Scenario {
         for mode in &mut errors.modes {
             let drawn = draws.direction();
             mode.axis.get_or_insert(drawn);
+        }
+        if stated.clock_sigma > 0.0 {
+            errors.clock.drift += draws.normal() * stated.clock_sigma;
         }
         self
     }
