@@ -49,25 +49,30 @@ const fn worst_slice(name: &'static str, at_most: f64) -> Budget {
     Budget { name, figure: Figure::WorstSlice, at_most, held: at_most }
 }
 
+/// Not met: held at the measured value.
+const fn worst_slice_held(name: &'static str, at_most: f64, held: f64) -> Budget {
+    Budget { name, figure: Figure::WorstSlice, at_most, held }
+}
+
 /// Instruction budgets, counted in QEMU.
 pub const INSTRUCTIONS: [Budget; 17] = [
     worst_step("covariance-ud", 3_600.0),
     worst_step("covariance-ud-walk", 4_600.0),
-    worst_step_held("joint-ekf", 6_000.0, 6_100.0),
-    worst_step_held("joint-ekf-prior", 6_000.0, 6_100.0),
-    worst_step_held("joint-ekf-walk", 6_000.0, 7_400.0),
+    worst_step_held("joint-ekf", 6_000.0, 6_450.0),
+    worst_step_held("joint-ekf-prior", 6_000.0, 6_450.0),
+    worst_step_held("joint-ekf-walk", 6_000.0, 6_450.0),
     spread_held("joint-ekf", 1.5, 1.75),
     spread_held("joint-ekf-prior", 1.5, 1.75),
     spread("joint-ekf-walk", 1.5),
-    worst_step_held("ekf-sgf-rls", 4_000.0, 4_100.0),
+    worst_step("ekf-sgf-rls", 4_000.0),
     worst_step("window-9", 6_000.0),
     worst_step("window-12", 6_000.0),
     worst_step("window-15", 6_000.0),
     worst_step("window-18", 6_000.0),
     worst_slice("window-9", 100_000.0),
-    worst_slice("window-12", 100_000.0),
+    worst_slice_held("window-12", 100_000.0, 108_000.0),
     worst_slice("window-15", 150_000.0),
-    worst_slice("window-18", 150_000.0),
+    worst_slice_held("window-18", 150_000.0, 166_000.0),
 ];
 
 /// Limit in bytes; fields as in [`Budget`].
@@ -80,12 +85,12 @@ pub struct Bytes {
 }
 
 /// Flash of the flight image with all estimators.
-pub const FLIGHT_FLASH: Bytes = Bytes { at_most: 128 * 1024, held: 156 * 1024 };
+pub const FLIGHT_FLASH: Bytes = Bytes { at_most: 128 * 1024, held: 163 * 1024 };
 
 /// Flash of flight images with one estimator, by the feature of fsw-target.
 pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
-    ("window", Bytes { at_most: 96 * 1024, held: 108 * 1024 }),
-    ("joint-ekf", Bytes { at_most: 64 * 1024, held: 72 * 1024 }),
+    ("window", Bytes { at_most: 96 * 1024, held: 112 * 1024 }),
+    ("joint-ekf", Bytes { at_most: 64 * 1024, held: 67 * 1024 }),
     ("ekf-sgf-rls", Bytes { at_most: 64 * 1024, held: 64 * 1024 }),
 ];
 

@@ -16,6 +16,7 @@
 //! | [`Attempt::Prior`] | the prior, or earlier windows |
 
 use super::belief::{Beliefs, information_on};
+use super::front::Fit;
 use super::pass::Pass;
 use super::trajectory::axes_at;
 use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
@@ -86,10 +87,13 @@ pub struct Descent<T: Real, const W: usize, const U: usize> {
     /// True in the last pass, in which a torque of fields walks about the solution for a constant one.
     pub has_walk: bool,
     passes: u8,
+    /// The fit once it has ended, with the pass of the descent.
+    pub fit: Option<Fit>,
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize] Descent<T, W, U> {
-    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, has_walk, passes
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, has_walk,
+    passes, fit
 });
 
 /// Consequence of a completed pass.
@@ -125,6 +129,7 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
             is_final: false,
             has_walk: false,
             passes: 0,
+            fit: None,
         }
     }
 

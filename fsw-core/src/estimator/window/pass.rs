@@ -20,7 +20,7 @@
 use super::drift::{Drift, turn_against_field};
 use super::storage::Rest;
 use super::trajectory::{Span, Trajectory};
-use super::unknowns::{FIRST_GROUP, Group, Groups, Point, shape_of};
+use super::unknowns::{FIRST_GROUP, Group, Groups, Point, groups_of, shape_of};
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
@@ -142,6 +142,7 @@ impl<T: Real> Residuals<T> {
 
     /// Residual of a sample as the median of the blocks has it, one axis, rad/s, for the unit in which
     /// the histogram was filled.
+    #[inline(never)]
     pub fn typical(&self, unit_rad_s: T) -> T {
         let half = self.blocks / 2;
         let (mut below, mut octave) = (0, 0);
@@ -302,7 +303,9 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
                 let row = self.trajectory.reading_at_start(&rate, wheels, axis);
                 self.factor.fold(&row, apart[axis], rest.weight);
             }
-            if let Some(variance) = self.drift.after_rest() {
+            if groups_of(U) > 0
+                && let Some(variance) = self.drift.after_rest()
+            {
                 self.walk_bias(variance);
             }
         }
@@ -375,7 +378,7 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
     /// Takes in the next block.
     #[inline(never)]
     pub fn take(&mut self, span: &Span<T, W>) {
-        let is_torque_walking = self.torque_per_rad > T::zero();
+        let is_torque_walking = groups_of(U) > 0 && self.torque_per_rad > T::zero();
         if is_torque_walking {
             let turn = span.block.turn_square().sqrt();
             self.walk_torque(turn_against_field(turn, span.block.duration_s));
@@ -389,7 +392,9 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
             explained.fold(apart.at(axis, 0), |left, (s, step)| left - *s * *step)
         });
         let n = span.block.weight;
-        if let Some(variance) = self.drift.advance(span.block.duration_s) {
+        if groups_of(U) > 0
+            && let Some(variance) = self.drift.advance(span.block.duration_s)
+        {
             self.walk_bias(variance);
         }
         let (judged, of_innovation) = self.drift.innovation(&judged, n);
@@ -402,11 +407,11 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
         self.drift.update(&judged, of_innovation * robust);
         let weight = n * robust;
         let before = self.residuals.squares;
-        let mut value = Vec3::zeros();
+        let (mut value, one_over) = (Vec3::zeros(), T::one() / self.unit_rad_s);
         for (axis, row) in rows.iter().enumerate() {
             let left = self.factor.add_weighted(row, apart.at(axis, 0), weight);
             self.residuals.add(axis, left);
-            *value.at_mut(axis, 0) = left.residual() / self.unit_rad_s;
+            *value.at_mut(axis, 0) = left.residual() * one_over;
         }
         self.residuals.whiteness.add_value(&value);
         self.next += 1;
