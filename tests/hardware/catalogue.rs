@@ -124,7 +124,7 @@ fn bias(rows: &mut Rows) {
     for deg_h in [2.0, 8.0, 24.0] {
         rows.add(format!("{deg_h} deg/h"), move |s| {
             ask(s, 1e-3);
-            s.true_hardware.gyro.flicker_rad_s = deg_h * DEG_PER_HOUR;
+            s.hardware.bias_instability_rad_s = deg_h * DEG_PER_HOUR;
         });
     }
 }
@@ -164,7 +164,7 @@ fn clock(rows: &mut Rows) {
     }
     rows.group("clock drift", None);
     for ppm in [100.0, 300.0, 10_000.0] {
-        rows.add(format!("{ppm} ppm"), move |s| s.true_hardware.clock.drift = ppm * 1e-6);
+        rows.add(format!("{ppm} ppm"), move |s| s.hardware.clock_sigma = ppm * 1e-6);
     }
 }
 
@@ -253,12 +253,17 @@ fn torques(rows: &mut Rows) {
             };
             s.true_hardware.orbit = Some(orbit(times * dipole));
             ask(s, times * dipole * 4e-5);
+            // A dipole of length 1.27 in a field of 35 µT, RMS of an axis over all directions.
+            s.hardware.varying_torque_sigma_n_m = times * dipole * 2e-5;
         });
     }
     rows.group("gravity gradient", None).add("500 km", move |s| {
         s.true_hardware.orbit = Some(orbit(0.0));
         let spread = 0.3 * s.spacecraft.inertia_kg_m2[2];
-        ask(s, 1.5 * 1.1e-3 * 1.1e-3 * spread);
+        let torque = 1.5 * 1.1e-3 * 1.1e-3 * spread;
+        ask(s, torque);
+        // RMS of an axis over all attitudes, of 3 n² (J₂ − J₃) y z for a unit vector: a third of the largest one.
+        s.hardware.varying_torque_sigma_n_m = torque / 3.0;
     });
     rows.group("3 pulses not in the log", None);
     for times in [1.0, 3.0, 10.0] {

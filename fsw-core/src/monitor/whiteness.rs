@@ -6,17 +6,24 @@
 //! |---|---|---|
 //! | RMS over the noise ([`largest_rms`]) | `1.05 + 5.4 / √(6 n)` | sampling error `1 / √(2 · 3 n)` |
 //! | correlation with the one before ([`largest_correlation`]) | `0.1 + 4 / √(3 n)` | sampling error `1 / √(3 n)` |
+//! | RMS of n groups of residuals | `1.05 √(χ² / 3 n)` | chi-square of 3 n degrees of freedom that chance exceeds once in 1,000 |
 //!
-//! # Innovations
+//! # Groups
 //!
-//! Input: innovation ν with its variance S, and the share of it that stated errors of the hardware
-//! explain. Output: white or not, from 30 values on.
+//! Input: values z of three axes, of unit variance if white: innovations of a filter, recursive residuals of a fit.
+//! Output: white or not, from 30 values on, one axis each.
 //!
-//! A model error is slow beside the samples and small beside their noise. The innovations of a
-//! consistent filter are white, and `z = ν σ / S` has at most the variance 1, less while the filter's own
-//! uncertainty is part of S ([`shift`](super::shift)). Sums of m of them over √m have the same variance,
-//! and a slow error grows by √m. Three levels are tested: single innovations, groups of 4 and
-//! groups of 16.
+//! A model error is slow beside the samples and small beside their noise. Sums of m values over √m have the variance 1
+//! too, and a slow error grows by √m. Each level holds groups of four of the level before it: L levels reach groups of
+//! `4^(L − 1)` values.
+//!
+//! | values | L | largest group |
+//! |---|---|---|
+//! | innovations of `joint-ekf` | 3 | 16 samples |
+//! | blocks of `window` | 5 | 256 blocks, half of its storage |
+//!
+//! Innovations ν of variance S enter as `z = ν σ / S`, which has at most the variance 1: less while the filter's own
+//! uncertainty is part of S ([`shift`](super::shift)).
 //!
 //! Means are exponential once they hold 4,096 values, `m ← m + (x − m) / n`, `n ≤ 4096`.
 //!
@@ -36,11 +43,16 @@ const CORRELATED: f64 = 0.1;
 const CORRELATED_SIGMA: f64 = 4.0;
 /// Fewest residuals, each of one axis, that are tested.
 pub const ENOUGH_ROWS: u32 = 30;
+/// Fewest groups of a level that are tested.
+const ENOUGH_GROUPS: u16 = 2;
+/// Normal variable that chance exceeds once in 1,000: a flight has four levels of groups at most, and with the margin of
+/// [`EXCESS`] none of 300 ideal flights came closer than once in 100.
+const GROUP_SIGMA: f64 = 3.09;
 
 /// Members of a group of the next level; `GROUP_SCALE` is `1 / √GROUP`.
 const GROUP: u8 = 4;
 const GROUP_SCALE: f64 = 0.5;
-/// Levels: groups of 1, 4 and 16.
+/// Levels of a filter's innovations: groups of 1, 4 and 16.
 const LEVELS: usize = 3;
 /// Values in the memory of a mean: of the groups of 16, two hours at 10 Hz.
 const MEMORY: u16 = 4096;
@@ -54,6 +66,15 @@ pub fn largest_rms<T: Real>(triples: u32) -> T {
 /// Largest correlation between `rows` white residuals, each of one axis, and those before, either sign.
 pub fn largest_correlation<T: Real>(rows: u32) -> T {
     T::lit(CORRELATED) + T::lit(CORRELATED_SIGMA) / T::count(rows.max(1)).sqrt()
+}
+
+/// Chi-square of these degrees of freedom that chance exceeds as rarely as a normal variable `sigma`, by the cube of a
+/// normal variable \[Wilson1931\]: `n (1 − 2/9n + sigma √(2/9n))³`, within 3 % from three degrees on.
+pub fn chi_square<T: Real>(degrees: u32, sigma: f64) -> T {
+    let n = T::count(degrees.max(1));
+    let spread = T::lit(2.0 / 9.0) / n;
+    let root = T::one() - spread + T::lit(sigma) * spread.sqrt();
+    n * root * root * root
 }
 
 /// Statistics of one level. Values have the variance 1 if white.
@@ -99,16 +120,23 @@ impl<T: Real> Level<T> {
         Some(group)
     }
 
-    /// True where size and correlation are those of white noise and of an explained mean square of
+    /// True where size and correlation are those of white noise of this variance and of an explained mean square of
     /// `explained`; `None` with too few values.
-    fn is_white(&self, explained: T) -> Option<bool> {
+    fn is_white(&self, variance: T, explained: T, is_grouped: bool) -> Option<bool> {
         let rows = u32::from(self.count) * 3;
-        if rows < ENOUGH_ROWS {
+        let is_enough = if is_grouped { self.count >= ENOUGH_GROUPS } else { rows >= ENOUGH_ROWS };
+        if !is_enough {
             return None;
         }
-        let rms: T = largest_rms(u32::from(self.count));
+        let most = if is_grouped {
+            let margin = T::lit((1.0 + EXCESS) * (1.0 + EXCESS));
+            chi_square::<T>(rows, GROUP_SIGMA) / T::count(rows) * margin
+        } else {
+            let rms: T = largest_rms(u32::from(self.count));
+            rms * rms
+        };
         let correlated = largest_correlation::<T>(rows) * self.square + explained;
-        Some(self.square <= rms * rms + explained && self.product.abs() <= correlated)
+        Some(self.square <= most * variance + explained && self.product.abs() <= correlated)
     }
 }
 
@@ -132,21 +160,21 @@ impl<T: Real> Level<T> {
 /// assert_eq!(Whiteness::<f32>::default().is_white(), None);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Whiteness<T: Real> {
-    levels: [Level<T>; LEVELS],
+pub struct Whiteness<T: Real, const L: usize = LEVELS> {
+    levels: [Level<T>; L],
     /// Mean square of an innovation, over S, that errors of the hardware explain.
     explained: T,
 }
 
-crate::persist!([T: Real] Whiteness<T> { levels, explained });
+crate::persist!([T: Real, const L: usize] Whiteness<T, L> { levels, explained });
 
-impl<T: Real> Default for Whiteness<T> {
+impl<T: Real, const L: usize> Default for Whiteness<T, L> {
     fn default() -> Self {
-        Self { levels: [Level::nothing(); LEVELS], explained: T::zero() }
+        Self { levels: [Level::nothing(); L], explained: T::zero() }
     }
 }
 
-impl<T: Real> Whiteness<T> {
+impl<T: Real, const L: usize> Whiteness<T, L> {
     /// Discards all values, as after a restart of the filter.
     pub fn restart(&mut self) {
         for level in &mut self.levels {
@@ -161,27 +189,40 @@ impl<T: Real> Whiteness<T> {
     #[inline]
     pub fn add(&mut self, innovation: &Innovation<T>, noise_rad_s: T, explained: T) {
         let share = |axis: usize| noise_rad_s / innovation.variance_rad2_s2[axis];
-        let mut value =
-            innovation.rate_rad_s.component_mul(&Vec3::new(share(0), share(1), share(2)));
+        let value = innovation.rate_rad_s.component_mul(&Vec3::new(share(0), share(1), share(2)));
         if !(value.dot(&value) + explained).is_finite() {
             return; // The filter is about to be reset.
         }
-        for level in &mut self.levels {
-            let Some(group) = level.add(&value) else { break };
-            value = group;
-        }
+        self.add_value(&value);
         let weight = T::one() / T::count(u32::from(self.levels[0].count));
         self.explained += (explained - self.explained) * weight;
     }
 
-    /// True where the innovations are white at each level that has 30 values, a value one axis of an
-    /// innovation; `None` before the first level has.
+    /// Adds a value of three axes, each of variance 1 if white.
+    #[inline]
+    pub fn add_value(&mut self, value: &Vec3<T>) {
+        let mut value = *value;
+        for level in &mut self.levels {
+            let Some(group) = level.add(&value) else { break };
+            value = group;
+        }
+    }
+
+    /// True where the values are white at each level that has enough of them; `None` before the first level has 30, a
+    /// value of one axis each.
     pub fn is_white(&self) -> Option<bool> {
+        self.is_white_of(T::one())
+    }
+
+    /// The same for values of this variance instead of 1.
+    pub fn is_white_of(&self, variance: T) -> Option<bool> {
         let mut explained = self.explained;
         let mut is_white = None;
-        for level in &self.levels {
-            if let Some(of_level) = level.is_white(explained) {
-                is_white = Some(is_white.unwrap_or(true) && of_level);
+        for (index, level) in self.levels.iter().enumerate() {
+            match (level.is_white(variance, explained, index > 0), index) {
+                (None, 0) => return None,
+                (None, _) => {}
+                (Some(of_level), _) => is_white = Some(is_white.unwrap_or(true) && of_level),
             }
             explained *= T::count(u32::from(GROUP));
         }

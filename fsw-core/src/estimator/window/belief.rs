@@ -17,6 +17,7 @@ use super::unknowns::{
 };
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
+use crate::monitor::whiteness::chi_square;
 use crate::prior::Prior;
 
 /// Sigma of each coordinate of the shape over all physical tensors: principal moments over the trace
@@ -27,6 +28,8 @@ pub const SCALE_SIGMA: f64 = 2.3;
 /// Chi-square of six degrees of freedom that chance exceeds once in 10⁵: two tensors contradict each
 /// other.
 pub const CONTRADICTED: f64 = 33.0;
+/// Normal variable that chance exceeds once in 10⁵.
+const RARE: f64 = 4.265;
 /// Sigma of hardware that is held over the stated one.
 const HELD: f64 = 1e-3;
 /// Information of a constraint over that of the data on the same unknown.
@@ -174,6 +177,11 @@ pub struct Beliefs<'a, T: Real, const U: usize> {
     /// True where the hardware is held at its point: at first a descent is far from the solution, and errors of
     /// the hardware would take part in that.
     pub holds_hardware: bool,
+    /// One sigma of the gyro bias' walk over the window, rad/s: the unknown is the newest bias, and its range is
+    /// that of the first one.
+    pub bias_walked_rad_s: T,
+    /// True where the last pass of a descent lets the torque walk.
+    pub has_varying_torque: bool,
 }
 
 impl<T: Real, const U: usize> Beliefs<'_, T, U> {
@@ -250,7 +258,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         }
         let of_place = |place: usize| self.groups.active_bits(place).count_ones();
         let hardware: u32 = (self.groups.hardware..GROUPS).map(of_place).sum();
-        if hardware == 0 { T::lit(CONTRADICTED) } else { rare_chi_square(6 + hardware) }
+        if hardware == 0 { T::lit(CONTRADICTED) } else { chi_square(6 + hardware, RARE) }
     }
 
     /// Sum of squares of all rows at a point, rad²/s²: zero where each belief is met.
@@ -278,6 +286,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
                     Some((Group::Torque, Belief::Within(sigma))) => {
                         sigma[i] * self.unit_per_kg_m2 * point.scale()
                     }
+                    Some((Group::Bias, Belief::Within(sigma))) => self.of_bias(sigma[i]),
                     Some((_, Belief::Within(sigma))) => sigma[i],
                     None => T::zero(),
                 };
@@ -291,6 +300,12 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
                 add(&row, -point.value(column), weight);
             }
         }
+    }
+
+    /// Sigma of the newest bias for that of the first one, rad/s.
+    fn of_bias(&self, sigma: T) -> T {
+        let walked = self.bias_walked_rad_s;
+        if walked > T::zero() { (sigma * sigma + walked * walked).sqrt() } else { sigma }
     }
 
     /// Calls `add` with each row of earlier windows and of the prior, its right-hand side and weight.
@@ -376,15 +391,6 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     }
 }
 
-/// Chi-square of these degrees of freedom that chance exceeds once in 10⁵, by the cube of a normal variable
-/// \[Wilson1931\]: `n (1 − 2/9n + 4.265 √(2/9n))³`, within 3 % from three degrees on.
-fn rare_chi_square<T: Real>(degrees: u32) -> T {
-    let n = T::count(degrees.max(1));
-    let spread = T::lit(2.0 / 9.0) / n;
-    let root = T::one() - spread + T::lit(4.265) * spread.sqrt();
-    n * root * root * root
-}
-
 /// Squared norm of a column of R: the information on one unknown with all others known.
 pub fn information_on<T: Real, const U: usize>(
     factor: &SquareRootInformation<T, U>,
@@ -437,6 +443,8 @@ mod tests {
             unit_per_kg_m2: UNIT,
             noise_rad_s: 1e-3,
             holds_hardware: false,
+            bias_walked_rad_s: 0.0,
+            has_varying_torque: false,
         };
         let mut covariance = Mat::<f64, 6, 6>::zeros();
         for _ in 0..20 {

@@ -28,8 +28,18 @@ pub struct Config<T: Real, const W: usize> {
     /// One sigma of a constant disturbance torque, N m, each axis. Default none: zero, and where U
     /// leaves a place the residuals are tested for one.
     pub disturbance_torque_n_m: Option<T>,
+    /// One sigma of a torque of fields, which varies as the body turns against them, N m, each axis: of a magnetic
+    /// dipole, of the gravity gradient, of drag. Default zero. It needs `disturbance_torque_n_m`, the sigma of both
+    /// together.
+    pub varying_torque_n_m: T,
     /// One sigma of a constant gyro bias, rad/s, each axis. Default none: zero.
     pub gyro_bias_rad_s: Option<T>,
+    /// Random walk of the gyro bias, one sigma after a second, (rad/s)/√s, each axis. Default zero: a constant
+    /// bias. A walk needs `gyro_bias_rad_s`, the sigma of the bias at the start of a window.
+    pub bias_walk_rad_s_sqrt_s: T,
+    /// Instability of the gyro bias, floor of its Allan deviation, rad/s, each axis. Default zero. It needs
+    /// `gyro_bias_rad_s` too.
+    pub bias_instability_rad_s: T,
     /// One sigma of the drag rates of a body in air, 1/s, each axis. Default none: zero. Otherwise the
     /// drag is estimated once the residuals show it.
     pub drag_per_s: Option<T>,
@@ -59,8 +69,8 @@ pub struct Config<T: Real, const W: usize> {
 // A command may set the prior.
 crate::persist!([T: Real, const W: usize] Config<T, W> {
     prior;
-    unchanged gyro_noise_rad_s, disturbance_torque_n_m, gyro_bias_rad_s, drag_per_s,
-    inertia_walk_kg_m2_sqrt_s, block_samples, block_turn_rad, is_torque_smooth, slices_per_step, quiet_s,
+    unchanged gyro_noise_rad_s, disturbance_torque_n_m, varying_torque_n_m, gyro_bias_rad_s, bias_walk_rad_s_sqrt_s, bias_instability_rad_s,
+    drag_per_s, inertia_walk_kg_m2_sqrt_s, block_samples, block_turn_rad, is_torque_smooth, slices_per_step, quiet_s,
     hardware, gate
 });
 
@@ -76,7 +86,10 @@ impl<T: Real, const W: usize> Config<T, W> {
             prior: None,
             gyro_noise_rad_s: None,
             disturbance_torque_n_m: None,
+            varying_torque_n_m: T::zero(),
             gyro_bias_rad_s: None,
+            bias_walk_rad_s_sqrt_s: T::zero(),
+            bias_instability_rad_s: T::zero(),
             drag_per_s: None,
             inertia_walk_kg_m2_sqrt_s: T::zero(),
             block_samples: 4,
@@ -107,6 +120,19 @@ impl<T: Real, const W: usize> Config<T, W> {
                 continue;
             }
             places = places.checked_sub(1).ok_or(ConfigError { field, reason: Invalid::NoRoom })?;
+        }
+        not_negative("varying_torque_n_m", self.varying_torque_n_m)?;
+        if self.varying_torque_n_m > T::zero() && self.disturbance_torque_n_m.is_none() {
+            let (field, reason) = ("disturbance_torque_n_m", Invalid::NotPositive);
+            return Err(ConfigError { field, reason });
+        }
+        not_negative("bias_walk_rad_s_sqrt_s", self.bias_walk_rad_s_sqrt_s)?;
+        not_negative("bias_instability_rad_s", self.bias_instability_rad_s)?;
+        let is_walking =
+            self.bias_walk_rad_s_sqrt_s > T::zero() || self.bias_instability_rad_s > T::zero();
+        if is_walking && self.gyro_bias_rad_s.is_none() {
+            // A walk begins at a bias of this sigma.
+            return Err(ConfigError { field: "gyro_bias_rad_s", reason: Invalid::NotPositive });
         }
         self.hardware.validate()?;
         if self.hardware_groups().count() > places {

@@ -84,13 +84,16 @@ pub struct Descent<T: Real, const W: usize, const U: usize> {
     is_repeated: bool,
     /// True in the pass that judges the residuals at the solution.
     is_final: bool,
+    /// True in the last pass, in which a torque of fields walks about the solution for a constant one.
+    pub has_walk: bool,
     passes: u8,
     /// The fit once it has ended, with the pass of the descent.
     pub fit: Option<Fit>,
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize] Descent<T, W, U> {
-    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, passes, fit
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, has_walk,
+    passes, fit
 });
 
 /// Consequence of a completed pass.
@@ -124,6 +127,7 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
             holds_hardware: attempt != Attempt::Carried,
             is_repeated: false,
             is_final: false,
+            has_walk: false,
             passes: 0,
             fit: None,
         }
@@ -139,6 +143,7 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         self.holds_hardware = true;
         self.is_repeated = false;
         self.is_final = false;
+        self.has_walk = false;
         self.passes = 0;
     }
 
@@ -150,6 +155,9 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         wheels: &Momenta<T, W>,
     ) -> Next<T, U> {
         self.passes = self.passes.saturating_add(1);
+        if self.has_walk {
+            return Next::End { is_settled: true };
+        }
         self.holds_hardware &= beliefs.groups.has_hardware();
         let beliefs = &Beliefs { holds_hardware: self.holds_hardware, ..*beliefs };
         let cost = self.cost(beliefs);
@@ -180,6 +188,10 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         }
         if is_settled && is_first {
             // Once more, with weights.
+            return Next::Pass(self.pass.point);
+        }
+        if is_settled && beliefs.has_varying_torque {
+            self.has_walk = true;
             return Next::Pass(self.pass.point);
         }
         if is_settled && !self.is_final && decrement > T::lit(SETTLED) {

@@ -36,6 +36,7 @@ pub mod unknowns;
 
 mod belief;
 mod block;
+mod drift;
 mod excitation;
 mod fit;
 mod front;
@@ -46,6 +47,8 @@ mod start;
 mod storage;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_drift;
 mod trajectory;
 mod work;
 
@@ -380,7 +383,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             unit_per_kg_m2,
             noise_rad_s: self.noise_rad_s(),
             holds_hardware: false,
+            bias_walked_rad_s: self.bias_walked_rad_s(),
+            has_varying_torque: self.config.varying_torque_n_m > T::zero(),
         }
+    }
+
+    /// One sigma of the gyro bias' walk over the present window, rad/s.
+    fn bias_walked_rad_s(&self) -> T {
+        let (walk, instability) =
+            (self.config.bias_walk_rad_s_sqrt_s, self.config.bias_instability_rad_s);
+        drift::walked_rad_s(walk, instability, self.stretch().duration_s)
     }
 
     /// Passes a sample to the outlier gate, and takes in what is ready.

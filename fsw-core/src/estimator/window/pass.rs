@@ -5,7 +5,7 @@
 //!
 //! # Robust weights
 //!
-//! With `u² = n |r|² / s²` of a block's three residuals and s the typical residual, a block has the weight
+//! With `u² = n |r|² / s²` of a block's three residuals, or of its innovations where the bias walks (module `drift`), and s the typical residual, a block has the weight
 //! `min(1, K² / u²)`: an influence bounded by K. s is σ, or the median of the last pass where that is
 //! larger: far from the solution all residuals are large, and none of them is an outlier.
 //!
@@ -17,12 +17,14 @@
 //! `E exp(θ (min(u², 16) − 4)) = 1` for chi-square of three degrees of freedom: with h = 75 once in 7·10⁷. The
 //! block at which it began to rise estimates the instant of the change.
 
+use super::drift::{Drift, turn_against_field};
 use super::storage::Rest;
 use super::trajectory::{Span, Trajectory};
-use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
+use super::unknowns::{FIRST_GROUP, Group, Groups, Point, groups_of, shape_of};
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
+use crate::monitor::whiteness::Whiteness;
 
 /// K: u² of three normal residuals exceeds its square by chance once in 900 blocks (chi-square).
 const ROBUST: f64 = 4.0;
@@ -45,6 +47,8 @@ const CONTRADICTED: f64 = 75.0;
 /// Sum above which the newest residuals are not called white: by chance at `exp(−0.24 · 40)`, one instant in
 /// 15,000. Four blocks beyond [`MOST`] exceed it.
 const ALARMED: f64 = 40.0;
+/// Levels of groups: up to 256 blocks, which is half of a storage of 512.
+const LEVELS: usize = 5;
 /// Range of the seed over that of an unknown.
 const SEED: f64 = 100.0;
 
@@ -71,10 +75,13 @@ pub struct Residuals<T: Real> {
     pub is_contradicted: bool,
     last: [RecursiveResidual<T>; 3],
     histogram: [u16; OCTAVES],
+    /// Groups of recursive residuals, over the unit of the histogram.
+    pub whiteness: Whiteness<T, LEVELS>,
 }
 
 crate::persist!([T: Real] Residuals<T> {
-    blocks, rows, squares, products, cost, low, run, longest, sum, rise, is_contradicted, last, histogram
+    blocks, rows, squares, products, cost, low, run, longest, sum, rise, is_contradicted, last, histogram,
+    whiteness
 } if |this| this.squares >= T::zero());
 
 /// Run of blocks at reduced weight, with gaps of up to three blocks.
@@ -124,6 +131,7 @@ impl<T: Real> Residuals<T> {
             is_contradicted: false,
             last: [RecursiveResidual::nothing(); 3],
             histogram: [0; OCTAVES],
+            whiteness: Whiteness::default(),
         }
     }
 
@@ -235,11 +243,16 @@ pub struct Pass<T: Real, const W: usize, const U: usize> {
     pub watch_rad_s: T,
     /// Newton decrement with which the descent ended, σ²: distance to the minimum that rounding leaves.
     pub decrement: T,
+    /// Walk of the bias, in units of `unit_rad_s` squared.
+    pub drift: Drift<T>,
+    /// Walk of the torque over the trace, in units of `unit_rad_s` squared: variance for each radian of turn, 1/s². Zero
+    /// for a constant torque.
+    pub torque_per_rad: T,
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize] Pass<T, W, U> {
     point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
-    watch_rad_s, decrement
+    watch_rad_s, decrement, drift, torque_per_rad
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
 impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
@@ -257,6 +270,8 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
             scale_rad_s: T::one(),
             watch_rad_s: T::one(),
             decrement: T::zero(),
+            drift: Drift::none(),
+            torque_per_rad: T::zero(),
         }
     }
 
@@ -288,8 +303,22 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
                 let row = self.trajectory.reading_at_start(&rate, wheels, axis);
                 self.factor.fold(&row, apart[axis], rest.weight);
             }
+            if groups_of(U) > 0
+                && let Some(variance) = self.drift.after_rest()
+            {
+                self.walk_bias(variance);
+            }
         }
         true
+    }
+
+    /// The bias of each axis changes by a step of this variance, σ² of a sample.
+    #[inline(never)]
+    fn walk_bias(&mut self, variance: T) {
+        let Some(first) = self.trajectory.model.offset_of(Group::Bias) else { return };
+        for column in first..first + 3 {
+            self.factor.walk(column, variance);
+        }
     }
 
     /// Seeds the factor with next to no information, at the point itself.
@@ -317,9 +346,43 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
         }
     }
 
+    /// The torque of each axis changes by a step over a turn, from now on.
+    ///
+    /// With the torque d' after the step w, and the momentum m' at the start of the window that leads to the present one
+    /// under d', `d = d' − w` and `m₀ = m' + S w` ([`start_for_torque`](Trajectory::start_for_torque)).
+    #[inline(never)]
+    fn walk_torque(&mut self, turn_rad: T) {
+        let Some((first, start)) = self.trajectory.start_for_torque() else { return };
+        let variance = self.torque_per_rad * turn_rad;
+        for (axis, start) in start.iter().enumerate() {
+            let mut along = [T::zero(); U];
+            for (of_momentum, s) in along.iter_mut().zip(start.as_slice()) {
+                *of_momentum = -*s;
+            }
+            if let Some(of_torque) = along.get_mut(first + axis) {
+                *of_torque = T::one();
+            }
+            self.factor.walk_along(&along, first + axis, variance);
+        }
+    }
+
+    /// Square of a block's innovations by the factor, over its variance of a sample, rad²/s².
+    #[inline(never)]
+    fn square_by_factor(&self, rows: &[[T; U]; 3], apart: &Vec3<T>, n: T) -> T {
+        let axes = rows.iter().zip(apart.as_slice());
+        axes.fold(T::zero(), |sum, (row, apart)| {
+            sum + self.factor.would_leave(row, *apart, n).square()
+        })
+    }
+
     /// Takes in the next block.
     #[inline(never)]
     pub fn take(&mut self, span: &Span<T, W>) {
+        let is_torque_walking = groups_of(U) > 0 && self.torque_per_rad > T::zero();
+        if is_torque_walking {
+            let turn = span.block.turn_square().sqrt();
+            self.walk_torque(turn_against_field(turn, span.block.duration_s));
+        }
         let crossing = self.trajectory.cross(span);
         let apart = span.block.rate_rad_s - self.trajectory.mean_rate_rad_s(&crossing);
         let rows: [[T; U]; 3] =
@@ -329,14 +392,28 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
             explained.fold(apart.at(axis, 0), |left, (s, step)| left - *s * *step)
         });
         let n = span.block.weight;
-        let square = judged.dot(&judged) * n;
+        if groups_of(U) > 0
+            && let Some(variance) = self.drift.advance(span.block.duration_s)
+        {
+            self.walk_bias(variance);
+        }
+        let (judged, of_innovation) = self.drift.innovation(&judged, n);
+        let square = if is_torque_walking {
+            self.square_by_factor(&rows, &apart, n)
+        } else {
+            judged.dot(&judged) * of_innovation
+        };
         let robust = self.residuals.weigh(self.next, square, self.unit_rad_s, self.scale_rad_s);
+        self.drift.update(&judged, of_innovation * robust);
         let weight = n * robust;
         let before = self.residuals.squares;
+        let (mut value, one_over) = (Vec3::zeros(), T::one() / self.unit_rad_s);
         for (axis, row) in rows.iter().enumerate() {
             let left = self.factor.add_weighted(row, apart.at(axis, 0), weight);
             self.residuals.add(axis, left);
+            *value.at_mut(axis, 0) = left.residual() * one_over;
         }
+        self.residuals.whiteness.add_value(&value);
         self.next += 1;
         let square = (self.residuals.squares - before).max(T::zero());
         self.residuals.watch(square / (self.watch_rad_s * self.watch_rad_s), self.next);

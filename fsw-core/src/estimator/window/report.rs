@@ -442,8 +442,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             .max(self.largest_rad_s * (T::EPSILON + T::EPSILON))
     }
 
-    /// Result of the tests for white residuals: of their size against the noise, of their correlation,
-    /// and of a torque that is not among the unknowns.
+    /// Result of the tests for white residuals: of their size against the noise, alone and in groups, of their
+    /// correlation, and of a torque that is not among the unknowns.
     #[inline(never)]
     fn is_white(&self, front: &Front<T, W, U>) -> Option<bool> {
         let residuals = &front.pass.residuals;
@@ -455,8 +455,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_correlated = residuals.correlation().abs() > largest_correlation(residuals.rows);
         let contradiction = self.contradictions(&front.pass);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
-        let is_alarmed = residuals.is_alarmed();
-        Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_alarmed)
+        let is_found = !is_correlated && !shows_torque && !residuals.is_alarmed();
+        Some(is_small && is_found && self.are_groups_white(&front.pass) && front.is_settled)
+    }
+
+    /// True where groups of residuals have the size of white noise.
+    fn are_groups_white(&self, pass: &Pass<T, W, U>) -> bool {
+        let share = self.reference_rad_s() / pass.unit_rad_s;
+        pass.residuals.whiteness.is_white_of(share * share) != Some(false)
     }
 
     /// Statistics of a window that ends with this front.

@@ -633,6 +633,21 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
         }
     }
 
+    /// Change of the momentum at the start of the window that has the effect, from now on, of a change of the unknown
+    /// torque by one along each axis until now: `S = (∂m/∂m₀)⁻¹ ∂m/∂d`, s, by columns. The place of the torque among
+    /// the unknowns comes first; none where the torque is no unknown.
+    pub fn start_for_torque(&self) -> Option<(usize, [Vec3<T>; 3])> {
+        let first = self.model.offset_of(Group::Torque)?;
+        let [a, b, c] = [0, 1, 2].map(|i| self.sensitivity[MOMENTUM + i]);
+        let (by_a, by_b, by_c) = (b.cross(&c), c.cross(&a), a.cross(&b));
+        let one_over = T::one() / a.dot(&by_a);
+        let columns = [0, 1, 2].map(|i| {
+            let d = self.sensitivity.get(first + i).copied().unwrap_or(Vec3::zeros());
+            Vec3::new(by_a.dot(&d), by_b.dot(&d), by_c.dot(&d)) * one_over
+        });
+        one_over.is_finite().then_some((first, columns))
+    }
+
     /// Mean reading predicted over the samples of a block that is crossed, bias included, rad/s.
     ///
     /// The mean of N samples in a row lacks 1/24 N² of the change of slope that the mean over time has.

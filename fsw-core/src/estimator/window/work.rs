@@ -12,6 +12,7 @@
 //! | conclusion of a window | a solution of six unknowns |
 
 use super::belief::{Beliefs, Past, information_from};
+use super::drift::{Drift, per_rad, turn_against_field};
 use super::fit::{Attempt, Descent, Next, momentum_of};
 use super::front::{Fit, Front};
 use super::pass::Pass;
@@ -485,17 +486,25 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Begins a pass about a point.
     #[inline(never)]
     fn begin_pass(&mut self, point: &Point<T, U>, unit: T) {
-        let Work::Descent(Descent { pass, from, attempt, .. }) = &self.work else { return };
+        let Work::Descent(Descent { pass, from, attempt, has_walk, .. }) = &self.work else {
+            return;
+        };
         let stretch = self.start_of(*from);
         let (noise, reference) = (self.noise_rad_s(), self.reference_rad_s());
         let typical = match (&self.front, pass.residuals.blocks) {
             (Some(front), 0) if *attempt == Attempt::Carried => {
                 front.pass.residuals.typical(front.pass.unit_rad_s)
             }
+            _ if *has_walk => noise,
             (_, 0) => noise * T::lit(super::fit::UNKNOWN_SCALE),
             _ => pass.residuals.typical(pass.unit_rad_s),
         };
+        let walked = self.bias_walked_rad_s();
+        let torque_per_rad = if *has_walk { self.torque_per_rad(point, unit) } else { T::zero() };
+        let rest_s = stretch.rest.weight * self.period_s;
         let Work::Descent(Descent { pass, from, end, .. }) = &mut self.work else { return };
+        pass.torque_per_rad = torque_per_rad;
+        pass.drift = Drift::new(walked, noise, stretch.duration_s, rest_s);
         pass.scale_rad_s = typical.max(noise);
         pass.watch_rad_s = pass.scale_rad_s.max(reference);
         pass.unit_rad_s = noise;
@@ -508,15 +517,32 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
+    /// Walk of the torque of fields over the trace at a point, over the noise: variance for each radian, 1/s².
+    fn torque_per_rad(&self, point: &Point<T, U>, unit: T) -> T {
+        let of_trace = self.config.varying_torque_n_m * unit * point.scale();
+        let share = of_trace / self.noise_rad_s();
+        let stretch = self.stretch();
+        share * share * per_rad(turn_against_field(stretch.turn_rad, stretch.duration_s))
+    }
+
     /// Present task, and all knowledge beside the blocks.
     fn task(&mut self, unit_per_kg_m2: T) -> (Beliefs<'_, T, U>, &mut Work<T, W, U>) {
         let noise_rad_s = self.noise_rad_s();
         let has_prior = self.has_prior && !self.is_doubtful;
+        let bias_walked_rad_s = self.bias_walked_rad_s();
         let Self { groups, config, past, work, .. } = self;
         let prior = config.prior.as_ref().filter(|_| has_prior);
         let past = past.as_ref();
-        let beliefs =
-            Beliefs { groups, prior, past, unit_per_kg_m2, noise_rad_s, holds_hardware: false };
+        let beliefs = Beliefs {
+            groups,
+            prior,
+            past,
+            unit_per_kg_m2,
+            noise_rad_s,
+            holds_hardware: false,
+            bias_walked_rad_s,
+            has_varying_torque: config.varying_torque_n_m > T::zero(),
+        };
         (beliefs, work)
     }
 

@@ -208,25 +208,23 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// chi-square of one degree of freedom.
     #[inline(never)]
     pub fn would_leave(&self, row: &[T; N], mut y: T, mut weight: T) -> RecursiveResidual<T> {
-        const { assert!(N <= UNROLLED, "more unknowns than are unrolled") };
         let mut rest = *row;
-        unroll!(N, I => {
-            let x = rest[I];
-            let above = &self.factor[I];
-            let pivot = above[I] + weight * x * x;
+        for i in 0..N {
+            let (x, above) = (rest[i], &self.factor[i]);
+            let pivot = above[i] + weight * x * x;
             let is_in_range = pivot < T::MAX;
             if !is_in_range {
                 return RecursiveResidual::nothing();
             }
             let one_over = T::one() / pivot;
             if x != T::zero() && one_over < T::MAX {
-                weight *= above[I] * one_over;
-                for k in I + 1..N {
+                weight *= above[i] * one_over;
+                for k in i + 1..N {
                     rest[k] -= x * above[k];
                 }
-                y -= x * self.right_hand_side[I];
+                y -= x * self.right_hand_side[i];
             }
-        });
+        }
         RecursiveResidual { value: y, weight }
     }
 
@@ -326,12 +324,32 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// assert_eq!(known.variances(), Some([2.0]));
     /// ```
     pub fn walk(&mut self, index: usize, variance: T) {
+        let mut along = [T::zero(); N];
+        let index = index.min(N.saturating_sub(1));
+        along[index] = T::one();
+        self.walk_along(&along, index, variance);
+    }
+
+    /// The same of several unknowns at once, which change by c times a direction: `along`, zero beyond unknown `last`.
+    ///
+    /// ```
+    /// use fsw_core::math::square_root_information::SquareRootInformation;
+    ///
+    /// let mut known = SquareRootInformation::of_each([2.0f64, 3.0], [1.0, 1.0]);
+    /// known.walk_along(&[0.5, 1.0], 1, 4.0);
+    /// let covariance = known.covariance().unwrap();
+    /// assert_eq!((covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]), (2.0, 2.0, 5.0));
+    /// ```
+    pub fn walk_along(&mut self, along: &[T; N], last: usize, variance: T) {
         let mut weight = T::one() / variance;
         let (mut of_change, mut y) = ([T::zero(); N], T::zero());
-        let index = index.min(N.saturating_sub(1));
-        for i in (0..index + 1).rev() {
+        let last = last.min(N.saturating_sub(1));
+        for i in (0..last + 1).rev() {
             let above = &mut self.factor[i];
-            let x = if i == index { -T::one() } else { -above[index] };
+            let mut x = -along[i];
+            for k in i + 1..last + 1 {
+                x -= above[k] * along[k];
+            }
             let d = above[i];
             let pivot = weight + d * x * x;
             let share = d * x / pivot;

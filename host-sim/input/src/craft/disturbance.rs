@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::hardware::{StatedHardware, TORQUE_SIGMA};
+use super::hardware::{StatedHardware, TORQUE_SIGMA, VARYING_TORQUE_SIGMA};
 use crate::key::{ANY, FLAG, Key, Table};
 
 /// Torque among the unknowns.
@@ -18,7 +18,7 @@ pub const GYRO_BIAS: Key =
 pub const TABLE: Table = Table {
     header: "[disturbance]",
     about: "Unknowns estimated besides the inertia. Optional.",
-    keys: &[TORQUE, GYRO_BIAS, TORQUE_SIGMA],
+    keys: &[TORQUE, GYRO_BIAS, TORQUE_SIGMA, VARYING_TORQUE_SIGMA],
 };
 
 /// Unknowns besides the inertia.
@@ -31,11 +31,16 @@ pub struct SolveFor {
 }
 
 impl SolveFor {
-    /// The unknowns that are asked for by a flag, or by the sigma of their prior.
+    /// The unknowns that are asked for by a flag, by the sigma of their prior, or by their drift.
     pub fn with_priors(self, hardware: &StatedHardware) -> Self {
         Self {
-            torque: self.torque || hardware.torque_sigma_n_m.is_some(),
-            gyro_bias: self.gyro_bias || hardware.bias_sigma_rad_s.is_some(),
+            torque: self.torque
+                || hardware.torque_sigma_n_m.is_some()
+                || hardware.varying_torque_sigma_n_m > 0.0,
+            gyro_bias: self.gyro_bias
+                || hardware.bias_sigma_rad_s.is_some()
+                || hardware.bias_walk_rad_s_sqrt_s > 0.0
+                || hardware.bias_instability_rad_s > 0.0,
         }
     }
 
@@ -56,4 +61,5 @@ pub(super) struct DisturbanceFile {
     #[serde(default)]
     pub gyro_bias: bool,
     pub torque_sigma_n_m: Option<Spanned<f64>>,
+    pub varying_torque_sigma_n_m: Option<Spanned<f64>>,
 }

@@ -127,13 +127,15 @@ impl Craft {
         let gyro = file.gyro.read(&root.table("gyro"))?;
         let prior = file.prior.map(|prior| prior.read(&root)).transpose()?;
         let filter = file.filter.read(&root)?;
-        let DisturbanceFile { torque, gyro_bias, torque_sigma_n_m } = file.disturbance;
+        let DisturbanceFile { torque, gyro_bias, torque_sigma_n_m, varying_torque_sigma_n_m } =
+            file.disturbance;
         let hardware = Statements {
             gyro: file.gyro.statements(),
             each_wheel: file.wheel.iter().map(|wheel| wheel.get_ref().statements()).collect(),
             wheels: file.wheels,
             torque_scale_sigma: file.torque.scale_sigma,
             torque_sigma_n_m,
+            varying_torque_sigma_n_m,
             mount: file.mount,
             modes: file.mode,
         }
@@ -195,11 +197,14 @@ mod tests {
             gyro_noise_tolerance: 0.2,
             bias_sigma_rad_s: None,
             bias_walk_rad_s_sqrt_s: 1e-6,
+            bias_instability_rad_s: 5e-6,
+            clock_sigma: 1e-4,
             wheel_spin_inertia_sigma: vec![0.02],
             wheel_axis_sigma_rad: vec![0.3f64.to_radians()],
             common_spin_inertia_sigma: 0.004,
             torque_scale_sigma: 0.1,
             torque_sigma_n_m: Some(1e-5),
+            varying_torque_sigma_n_m: 2e-6,
             mount_sigma_rad: [0.0, 0.0, 2f64.to_radians()],
             modes: vec![Mode { frequency_hz: 0.5, damping: 0.01 }],
             assumed: vec!["gyro.axes_sigma_deg", "gyro.noise_tolerance"],
@@ -229,7 +234,7 @@ mod tests {
                 inertia_walk_kg_m2_sqrt_hour: Some(0.25),
                 is_torque_smooth: true,
             },
-            solve_for: SolveFor { torque: true, gyro_bias: false },
+            solve_for: SolveFor { torque: true, gyro_bias: true },
             initial_estimate: None,
         };
         let again = Craft::from_toml("craft.toml", &craft.to_toml()).unwrap();

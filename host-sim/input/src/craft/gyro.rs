@@ -4,8 +4,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::hardware::{
-    AVERAGED, AXES_SIGMA, BIAS_SIGMA, BIAS_WALK, DELAY, DELAY_SIGMA, GyroStatements, KNOWN_AXES,
-    KNOWN_SCALE, NOISE_TOLERANCE, SCALE_SIGMA, StatedHardware,
+    AVERAGED, AXES_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, CLOCK_SIGMA, DELAY, DELAY_SIGMA,
+    GyroStatements, KNOWN_AXES, KNOWN_SCALE, NOISE_TOLERANCE, SCALE_SIGMA, StatedHardware,
 };
 use crate::error::InputError;
 use crate::key::{Key, NUMBER, POSITIVE, Table};
@@ -47,6 +47,8 @@ pub const TABLE: Table = Table {
         AVERAGED,
         BIAS_SIGMA,
         BIAS_WALK,
+        BIAS_INSTABILITY,
+        CLOCK_SIGMA,
         NOISE_TOLERANCE,
     ],
 };
@@ -109,6 +111,8 @@ pub(super) struct GyroFile {
     averaged: bool,
     bias_sigma_rad_s: Option<Spanned<f64>>,
     bias_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
+    bias_instability_rad_s: Option<Spanned<f64>>,
+    clock_sigma: Option<Spanned<f64>>,
     noise_tolerance: Option<Spanned<f64>>,
 }
 
@@ -125,6 +129,8 @@ impl GyroFile {
             averaged: self.averaged,
             bias_sigma_rad_s: self.bias_sigma_rad_s,
             bias_walk_rad_s_sqrt_s: self.bias_walk_rad_s_sqrt_s,
+            bias_instability_rad_s: self.bias_instability_rad_s,
+            clock_sigma: self.clock_sigma,
             noise_tolerance: self.noise_tolerance,
         }
     }

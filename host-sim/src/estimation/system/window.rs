@@ -68,10 +68,18 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
         config.inertia_walk_kg_m2_sqrt_s = walk;
     }
     let hardware = &setup.craft.hardware;
-    let torque_sigma_n_m = hardware.torque_sigma_n_m.unwrap_or(TORQUE_SIGMA_N_M);
+    let of_fields = hardware.varying_torque_sigma_n_m;
+    let torque_sigma_n_m = match hardware.torque_sigma_n_m {
+        Some(sigma) => sigma.hypot(of_fields),
+        None if of_fields > 0.0 => of_fields,
+        None => TORQUE_SIGMA_N_M,
+    };
     let bias_sigma_rad_s = hardware.bias_sigma_rad_s.unwrap_or(BIAS_SIGMA_RAD_S);
     config.disturbance_torque_n_m = solve_for.torque.then_some(T::lit(torque_sigma_n_m));
+    config.varying_torque_n_m = T::lit(of_fields);
     config.gyro_bias_rad_s = solve_for.gyro_bias.then_some(T::lit(bias_sigma_rad_s));
+    config.bias_walk_rad_s_sqrt_s = T::lit(hardware.bias_walk_rad_s_sqrt_s);
+    config.bias_instability_rad_s = T::lit(hardware.bias_instability_rad_s);
     config.drag_per_s = solve_for.torque.then_some(T::lit(DRAG_SIGMA_PER_S));
     config.hardware = setup.hardware();
     config.slices_per_step = SLICES_PER_STEP;

@@ -3,7 +3,7 @@
 use flight_input::InputError;
 use flight_input::craft::SolveFor;
 use flight_input::craft::disturbance::{GYRO_BIAS, TORQUE};
-use flight_input::craft::hardware::TORQUE_SIGMA;
+use flight_input::craft::hardware::{TORQUE_SIGMA, VARYING_TORQUE_SIGMA};
 use flight_input::key::{FINITE, Key, Table, VECTOR};
 use flight_input::section::{List, Section};
 use nalgebra::Vector3;
@@ -23,7 +23,7 @@ const TORQUE_N_M: Key = Key::required(
 pub(super) const TABLE: Table = Table {
     header: "[disturbance]",
     about: "A torque unknown to the estimator, and the unknowns besides the inertia. Optional.",
-    keys: &[TORQUE, GYRO_BIAS, TORQUE_N_M, TORQUE_SIGMA],
+    keys: &[TORQUE, GYRO_BIAS, TORQUE_N_M, TORQUE_SIGMA, VARYING_TORQUE_SIGMA],
 };
 
 #[derive(Default, Deserialize)]
@@ -35,6 +35,7 @@ pub(super) struct DisturbanceFile {
     gyro_bias: bool,
     torque_n_m: Option<List>,
     pub(super) torque_sigma_n_m: Option<Spanned<f64>>,
+    pub(super) varying_torque_sigma_n_m: Option<Spanned<f64>>,
 }
 
 /// The disturbance torque, and the unknowns besides the inertia.

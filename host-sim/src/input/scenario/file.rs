@@ -190,6 +190,7 @@ impl RandomFile {
             wheels: self.wheels.clone(),
             torque_scale_sigma: self.torque.scale_sigma.clone(),
             torque_sigma_n_m: self.disturbance.torque_sigma_n_m.clone(),
+            varying_torque_sigma_n_m: self.disturbance.varying_torque_sigma_n_m.clone(),
             modes: self.mode.clone(),
             ..Statements::default()
         }
@@ -282,6 +283,7 @@ impl ScenarioFile {
             wheels: self.wheels.clone(),
             torque_scale_sigma: torque.and_then(|profile| profile.get_ref().scale_sigma.clone()),
             torque_sigma_n_m: self.disturbance.torque_sigma_n_m.clone(),
+            varying_torque_sigma_n_m: self.disturbance.varying_torque_sigma_n_m.clone(),
             modes: self.mode.clone(),
             ..Statements::default()
         }

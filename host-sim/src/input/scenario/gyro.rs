@@ -2,8 +2,8 @@
 
 use flight_input::InputError;
 use flight_input::craft::hardware::{
-    AVERAGED, AXES_SIGMA, BIAS_SIGMA, DELAY, DELAY_SIGMA, GyroStatements, NOISE_TOLERANCE,
-    SCALE_SIGMA,
+    AVERAGED, AXES_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, CLOCK_SIGMA, DELAY, DELAY_SIGMA,
+    GyroStatements, NOISE_TOLERANCE, SCALE_SIGMA,
 };
 use flight_input::key::{FINITE, Key, NOT_NEGATIVE, NUMBER, POSITIVE, Range, Table, VECTOR};
 use flight_input::section::{List, Section};
@@ -69,6 +69,8 @@ pub(super) const TABLE: Table = Table {
         DELAY_SIGMA.or("0"),
         AVERAGED,
         BIAS_SIGMA,
+        BIAS_INSTABILITY,
+        CLOCK_SIGMA,
         NOISE_TOLERANCE.or("0"),
     ],
 };
@@ -127,6 +129,8 @@ pub(super) struct GyroErrorsFile {
     #[serde(default)]
     averaged: bool,
     bias_sigma_rad_s: Option<Spanned<f64>>,
+    bias_instability_rad_s: Option<Spanned<f64>>,
+    clock_sigma: Option<Spanned<f64>>,
     noise_tolerance: Option<Spanned<f64>>,
 }
 
@@ -140,6 +144,8 @@ impl GyroErrorsFile {
             delay_sigma_s: self.delay_sigma_s.clone(),
             averaged: self.averaged,
             bias_sigma_rad_s: self.bias_sigma_rad_s.clone(),
+            bias_instability_rad_s: self.bias_instability_rad_s.clone(),
+            clock_sigma: self.clock_sigma.clone(),
             noise_tolerance: self.noise_tolerance.clone(),
             ..GyroStatements::default()
         }
@@ -162,6 +168,8 @@ pub(super) struct GyroFile {
     #[serde(default)]
     averaged: bool,
     bias_sigma_rad_s: Option<Spanned<f64>>,
+    bias_instability_rad_s: Option<Spanned<f64>>,
+    clock_sigma: Option<Spanned<f64>>,
     noise_tolerance: Option<Spanned<f64>>,
 }
 
@@ -177,7 +185,9 @@ impl GyroFile {
             delay_sigma_s: self.delay_sigma_s.clone(),
             averaged: self.averaged,
             bias_sigma_rad_s: self.bias_sigma_rad_s.clone(),
+            bias_instability_rad_s: self.bias_instability_rad_s.clone(),
             bias_walk_rad_s_sqrt_s: self.bias_walk_rad_s_sqrt_s.clone(),
+            clock_sigma: self.clock_sigma.clone(),
             noise_tolerance: self.noise_tolerance.clone(),
         }
     }

@@ -99,6 +99,24 @@ pub const BIAS_WALK: Key = Key::required(
     "Random walk of the bias: one sigma per axis after 1 s",
 )
 .or("0");
+/// Bias instability.
+pub const BIAS_INSTABILITY: Key = Key::required(
+    "bias_instability_rad_s",
+    NUMBER,
+    "rad/s",
+    NOT_NEGATIVE,
+    "Bias instability: floor of the Allan deviation. 1 deg/h is 4.848e-6 rad/s",
+)
+.or("0");
+/// Error of the clock.
+pub const CLOCK_SIGMA: Key = Key::required(
+    "clock_sigma",
+    NUMBER,
+    "",
+    SHARE_SIGMA,
+    "Error of the rate of the clock that stamps the samples, one sigma, share. 100 ppm is 1e-4",
+)
+.or("0");
 /// Error of the stated noise.
 pub const NOISE_TOLERANCE: Key = Key::required(
     "noise_tolerance",
@@ -172,6 +190,16 @@ pub const TORQUE_SIGMA: Key = Key::required(
     "Constant disturbance torque about each axis, one sigma; estimated if present",
 )
 .or("that of the estimator");
+/// Torque of fields.
+pub const VARYING_TORQUE_SIGMA: Key = Key::required(
+    "varying_torque_sigma_n_m",
+    NUMBER,
+    "N m",
+    NOT_NEGATIVE,
+    "Torque that varies as the body turns (magnetic dipole, gravity gradient, air), one sigma about each axis; estimated \
+     if above zero",
+)
+.or("0");
 /// Turn of gyro and wheels as one.
 pub const MOUNT_SIGMA: Key = Key::required(
     "sigma_deg",

@@ -37,10 +37,11 @@ mod write;
 use nalgebra::{Matrix3, Vector3};
 
 pub use keys::{
-    AVERAGED, AXES_SIGMA, AXIS_SIGMA, Assumption, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA,
-    DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA, EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES,
-    KNOWN_SCALE, MODE_TABLE, MOUNT_SIGMA, MOUNT_TABLE, NOISE_TOLERANCE, SCALE_SIGMA,
-    SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA, TORQUE_TABLE, WHEELS_TABLE,
+    AVERAGED, AXES_SIGMA, AXIS_SIGMA, Assumption, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK,
+    CLOCK_SIGMA, COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA,
+    EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_TABLE, MOUNT_SIGMA, MOUNT_TABLE,
+    NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
+    TORQUE_TABLE, VARYING_TORQUE_SIGMA, WHEELS_TABLE,
 };
 pub use read::{
     GyroStatements, ModeFile, MountFile, Statements, TorqueScaleFile, Unstated, WheelStatements,
@@ -68,10 +69,14 @@ pub struct StatedHardware {
     pub gyro_averaged: bool,
     /// Error of the stated gyro noise, one sigma, share.
     pub gyro_noise_tolerance: f64,
+    /// Error of the rate of the clock that stamps the samples, one sigma, share.
+    pub clock_sigma: f64,
     /// Gyro bias of each axis, one sigma, rad/s; an unknown of the estimator if present.
     pub bias_sigma_rad_s: Option<f64>,
     /// Random walk of the bias: one sigma per axis after 1 s, (rad/s)/√s.
     pub bias_walk_rad_s_sqrt_s: f64,
+    /// Instability of the bias, floor of its Allan deviation, rad/s.
+    pub bias_instability_rad_s: f64,
     /// Error of each wheel's spin inertia, one sigma, share; independent from wheel to wheel.
     pub wheel_spin_inertia_sigma: Vec<f64>,
     /// Tilt of each wheel's axis along each of its two [`tilt_directions`], one sigma, rad.
@@ -83,6 +88,9 @@ pub struct StatedHardware {
     /// Constant disturbance torque about each axis, one sigma, N m; an unknown of the estimator if
     /// present.
     pub torque_sigma_n_m: Option<f64>,
+    /// Torque of fields about each axis, which varies as the body turns against them, one sigma, N m; an unknown of the
+    /// estimator if not zero.
+    pub varying_torque_sigma_n_m: f64,
     /// Turn of gyro and wheels as one against the axes of the tensor, about each axis, one sigma, rad.
     pub mount_sigma_rad: [f64; 3],
     /// Flexible modes and sloshing liquids, each an unknown of the estimator.

@@ -4,10 +4,11 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::keys::{
-    AXES_SIGMA, AXIS_SIGMA, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY,
-    DELAY_SIGMA, EACH_AXIS_SIGMA, EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING,
-    MODE_FREQUENCY, MOUNT_SIGMA, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA,
-    TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
+    AXES_SIGMA, AXIS_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, CLOCK_SIGMA,
+    COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA,
+    EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING, MODE_FREQUENCY, MOUNT_SIGMA,
+    NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
+    VARYING_TORQUE_SIGMA,
 };
 use super::{Mode, StatedHardware};
 use crate::error::InputError;
@@ -46,6 +47,10 @@ pub struct GyroStatements {
     pub bias_sigma_rad_s: Number,
     /// `bias_walk_rad_s_sqrt_s`.
     pub bias_walk_rad_s_sqrt_s: Number,
+    /// `bias_instability_rad_s`.
+    pub bias_instability_rad_s: Number,
+    /// `clock_sigma`.
+    pub clock_sigma: Number,
     /// `noise_tolerance`.
     pub noise_tolerance: Number,
 }
@@ -104,6 +109,8 @@ pub struct Statements {
     pub torque_scale_sigma: Number,
     /// `torque_sigma_n_m` of `[disturbance]`.
     pub torque_sigma_n_m: Number,
+    /// `varying_torque_sigma_n_m` of `[disturbance]`.
+    pub varying_torque_sigma_n_m: Number,
     /// `[mount]`.
     pub mount: MountFile,
     /// Each `[[mode]]`.
@@ -161,6 +168,9 @@ impl Statements {
         )?;
         hardware.torque_sigma_n_m =
             disturbance.optional_number(&TORQUE_SIGMA, &self.torque_sigma_n_m)?;
+        hardware.varying_torque_sigma_n_m = disturbance
+            .optional_number(&VARYING_TORQUE_SIGMA, &self.varying_torque_sigma_n_m)?
+            .unwrap_or(0.0);
         let mount_deg = root.table("mount").vector_or_zero(&MOUNT_SIGMA, &self.mount.sigma_deg)?;
         hardware.mount_sigma_rad = mount_deg.map(f64::to_radians).into();
         let modes = self.modes.iter().enumerate();
@@ -237,9 +247,13 @@ impl GyroStatements {
                 "gyro.noise_tolerance",
                 &self.noise_tolerance,
             )?,
+            clock_sigma: section.optional_number(&CLOCK_SIGMA, &self.clock_sigma)?.unwrap_or(0.0),
             bias_sigma_rad_s: section.optional_number(&BIAS_SIGMA, &self.bias_sigma_rad_s)?,
             bias_walk_rad_s_sqrt_s: section
                 .optional_number(&BIAS_WALK, &self.bias_walk_rad_s_sqrt_s)?
+                .unwrap_or(0.0),
+            bias_instability_rad_s: section
+                .optional_number(&BIAS_INSTABILITY, &self.bias_instability_rad_s)?
                 .unwrap_or(0.0),
             ..StatedHardware::default()
         })

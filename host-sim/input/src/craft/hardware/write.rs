@@ -3,9 +3,10 @@
 
 use super::StatedHardware;
 use super::keys::{
-    AVERAGED, AXES_SIGMA, AXIS_SIGMA, BIAS_SIGMA, BIAS_WALK, COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET,
-    DELAY, DELAY_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING, MODE_FREQUENCY, MOUNT_SIGMA,
-    NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
+    AVERAGED, AXES_SIGMA, AXIS_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, CLOCK_SIGMA,
+    COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY, DELAY_SIGMA, KNOWN_AXES, KNOWN_SCALE,
+    MODE_DAMPING, MODE_FREQUENCY, MOUNT_SIGMA, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA,
+    TORQUE_SCALE_SIGMA, TORQUE_SIGMA, VARYING_TORQUE_SIGMA,
 };
 use crate::key::Key;
 
@@ -42,6 +43,12 @@ impl StatedHardware {
         if self.bias_walk_rad_s_sqrt_s != 0.0 {
             *text += &format!("{} = {:?}\n", BIAS_WALK.name, self.bias_walk_rad_s_sqrt_s);
         }
+        if self.bias_instability_rad_s != 0.0 {
+            *text += &format!("{} = {:?}\n", BIAS_INSTABILITY.name, self.bias_instability_rad_s);
+        }
+        if self.clock_sigma != 0.0 {
+            *text += &format!("{} = {:?}\n", CLOCK_SIGMA.name, self.clock_sigma);
+        }
         let tolerance = self.gyro_noise_tolerance;
         self.write_assumable(text, "gyro.noise_tolerance", &NOISE_TOLERANCE, tolerance);
     }
@@ -74,10 +81,14 @@ impl StatedHardware {
         }
     }
 
-    /// The line of `[disturbance]`, below its header.
+    /// The lines of `[disturbance]` on sigmas, below its header.
     pub(in crate::craft) fn write_disturbance(&self, text: &mut String) {
         if let Some(sigma) = self.torque_sigma_n_m {
             *text += &format!("{} = {sigma:?}\n", TORQUE_SIGMA.name);
+        }
+        if self.varying_torque_sigma_n_m != 0.0 {
+            let key = VARYING_TORQUE_SIGMA.name;
+            *text += &format!("{key} = {:?}\n", self.varying_torque_sigma_n_m);
         }
     }
 

@@ -53,6 +53,11 @@ impl Draws {
         }
     }
 
+    /// A further number.
+    fn normal(&mut self) -> f64 {
+        StandardNormal.sample(&mut self.random)
+    }
+
     /// A direction, uniform over the sphere.
     fn direction(&mut self) -> Unit<Vector3<f64>> {
         let vector = Vector3::from_fn(|_, _| StandardNormal.sample(&mut self.random));
@@ -74,6 +79,7 @@ impl Scenario {
             *axis += draw * stated.gyro_axes_sigma_rad;
         }
         gyro.delay_s += stated.gyro_delay_s + draws.delay * stated.gyro_delay_sigma_s;
+        gyro.flicker_rad_s = gyro.flicker_rad_s.hypot(stated.bias_instability_rad_s);
         gyro.averaged |= stated.gyro_averaged;
         gyro.noise_factor *= (draws.noise * stated.gyro_noise_tolerance).exp();
         let bias_sigma = stated.bias_sigma_rad_s.unwrap_or(0.0);
@@ -93,6 +99,9 @@ impl Scenario {
         for mode in &mut errors.modes {
             let drawn = draws.direction();
             mode.axis.get_or_insert(drawn);
+        }
+        if stated.clock_sigma > 0.0 {
+            errors.clock.drift += draws.normal() * stated.clock_sigma;
         }
         self
     }
