@@ -80,7 +80,11 @@ use crate::sample::Sample;
 
 /// W wheels; up to N blocks, at least 64; U unknowns: 9 for momentum, shape and scale, and three for each
 /// further group, up to 18.
+///
+/// Fields in the order written: built in its place, a part with content takes a copy on the stack together with an
+/// absent one beside it.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     config: Config<T, W>,
     wheels: WheelArray<T, W>,
