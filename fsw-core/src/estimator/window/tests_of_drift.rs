@@ -106,11 +106,15 @@ fn a_walk_of_the_bias_that_is_not_stated_is_not_white() {
 /// Torque of a field: a fraction of a per cent of the known one.
 const FIELD_N_M: f64 = 1e-4;
 
+/// A walk is rougher than a cosine, and the covariance larger than the errors: by up to two in sigma.
+const COVERED: f64 = 0.25;
+
 #[test]
-fn a_stated_torque_of_fields_is_consistent_and_white() {
+fn a_stated_torque_of_fields_is_covered_and_white() {
     let stated = Config { varying_torque_n_m: FIELD_N_M as f32, ..config() };
     let (nees, flagged) = campaign(stated, 0.0, FIELD_N_M);
-    assert!((0.2..CONSISTENT.end).contains(&nees) && flagged < 0.1, "{nees} {flagged}");
+    assert!((COVERED..CONSISTENT.end).contains(&nees) && flagged < 0.1, "{nees} {flagged}");
+    // Beyond what sampling explains.
     let (unstated, _) = campaign(config(), 0.0, FIELD_N_M);
-    assert!(unstated > 3.0, "{unstated}");
+    assert!(unstated > CONSISTENT.end, "{unstated}");
 }
