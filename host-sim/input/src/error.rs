@@ -51,6 +51,17 @@ pub enum Problem {
     #[error("not UTF-8 text; save the file as UTF-8")]
     NotUtf8,
 
+    /// The bytes are neither text nor another kind of file that is read.
+    #[error("not text; give a log as CSV or Parquet, plain or compressed by gzip")]
+    NotText,
+
+    /// A folder without a log.
+    #[error("no log in this folder; wanted: {wanted}")]
+    NoLogs {
+        /// Names of logs.
+        wanted: String,
+    },
+
     /// The text breaks the grammar of TOML.
     #[error("not valid TOML: {message}; correct the line\n    {source_line}")]
     TomlSyntax {

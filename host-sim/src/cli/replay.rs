@@ -8,7 +8,7 @@ use super::estimate::estimate;
 use super::notes::Notes;
 use super::{Failure, Options, command_line, print};
 use crate::diagnosis::diagnose;
-use crate::input::{Craft, RecordedLog, units};
+use crate::input::{Craft, log_file, units};
 use crate::report::{ExplanationReport, ReportFolder, table};
 
 #[derive(Debug, Args)]
@@ -27,7 +27,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { craft, log, options } = arguments;
     let file = log.display().to_string();
     let craft = Craft::load(craft)?;
-    let mut log = RecordedLog::load(log, craft.wheels.len())?;
+    let mut log = log_file::load(log, &craft)?;
     log.correct(&craft.hardware);
     let mut notes = Notes::default();
     log.notes.iter().for_each(|note| notes.add(note));

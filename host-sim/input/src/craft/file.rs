@@ -12,6 +12,7 @@ use super::gyro::{self, GyroData, GyroFile};
 use super::hardware::{
     self, ModeFile, MountFile, StatedHardware, Statements, TorqueScaleFile, Unstated, WheelsFile,
 };
+use super::log_format::{self, LogFile, LogFormat};
 use super::prior::{self, Prior, PriorFile};
 use super::wheel::{self, Wheel, WheelFile, check_count};
 use crate::error::InputError;
@@ -32,11 +33,13 @@ const ROOT: Table = Table {
         Key::required("prior", TABLE, "", ANY, "Expected inertia").or("no prior"),
         Key::required("filter", TABLE, "", ANY, "Process noise").or("that of the estimators"),
         Key::required("disturbance", TABLE, "", ANY, "Further unknowns").or("none"),
+        Key::required("log", TABLE, "", ANY, "Columns, units and clock of logs")
+            .or("SI, as LOG.csv"),
     ],
 };
 
 /// The tables of a craft file.
-pub const TABLES: [Table; 10] = [
+pub const TABLES: [Table; 15] = [
     ROOT,
     wheel::TABLE,
     hardware::WHEELS_TABLE,
@@ -47,6 +50,11 @@ pub const TABLES: [Table; 10] = [
     prior::TABLE,
     filter::TABLE,
     disturbance::TABLE,
+    log_format::TABLES[0],
+    log_format::TABLES[1],
+    log_format::TABLES[2],
+    log_format::TABLES[3],
+    log_format::TABLES[4],
 ];
 
 /// A spacecraft as known to the estimator.
@@ -64,6 +72,8 @@ pub struct Craft {
     pub filter: Filter,
     /// Unknowns besides the inertia.
     pub solve_for: SolveFor,
+    /// Columns, units and clock of its logs.
+    pub log: LogFormat,
     /// Initial state of a filter that starts from a guess. Drawn by a campaign; not a key.
     pub initial_estimate: Option<InitialEstimate>,
 }
@@ -114,6 +124,7 @@ impl Craft {
         }
         self.filter.write(&mut text);
         self.solve_for.write(&mut text, &self.hardware);
+        self.log.write(&mut text);
         text
     }
 
@@ -121,12 +132,13 @@ impl Craft {
         let file: CraftFile = source.parse()?;
         let root = Section::root(source);
         check_count(&root, &file.wheel)?;
-        let wheels = (file.wheel.iter().enumerate())
+        let wheels: Vec<Wheel> = (file.wheel.iter().enumerate())
             .map(|(index, wheel)| wheel.get_ref().read(&root.entry("wheel", index)))
             .collect::<Result<_, _>>()?;
         let gyro = file.gyro.read(&root.table("gyro"))?;
         let prior = file.prior.map(|prior| prior.read(&root)).transpose()?;
         let filter = file.filter.read(&root)?;
+        let log = file.log.map(|log| log.read(&root, wheels.len())).transpose()?;
         let DisturbanceFile { torque, gyro_bias, torque_sigma_n_m } = file.disturbance;
         let hardware = Statements {
             gyro: file.gyro.statements(),
@@ -145,6 +157,7 @@ impl Craft {
             filter,
             solve_for: SolveFor { torque, gyro_bias }.with_priors(&hardware),
             hardware,
+            log: log.unwrap_or_default(),
             initial_estimate: None,
         })
     }
@@ -170,6 +183,7 @@ struct CraftFile {
     filter: FilterFile,
     #[serde(default)]
     disturbance: DisturbanceFile,
+    log: Option<LogFile>,
 }
 
 #[cfg(test)]
@@ -230,6 +244,7 @@ mod tests {
                 is_torque_smooth: true,
             },
             solve_for: SolveFor { torque: true, gyro_bias: false },
+            log: LogFormat::default(),
             initial_estimate: None,
         };
         let again = Craft::from_toml("craft.toml", &craft.to_toml()).unwrap();

@@ -1,7 +1,7 @@
 //! A scenario: a spacecraft and its flight.
 
 use flight_input::craft::{
-    Craft, Filter, GyroData, InitialEstimate, Prior, SolveFor, StatedHardware,
+    Craft, Filter, GyroData, InitialEstimate, LogFormat, Prior, SolveFor, StatedHardware,
 };
 use fsw_core::Inertia;
 use nalgebra::Vector3;
@@ -77,6 +77,7 @@ impl Scenario {
             prior: None,
             filter: Filter::default(),
             dispersion: Dispersion::default(),
+            log: LogFormat::default(),
             initial_estimate: None,
         }
     }
