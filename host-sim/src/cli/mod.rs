@@ -9,6 +9,7 @@ mod diagnose;
 mod estimate;
 mod failure;
 mod flight_estimator;
+mod init;
 mod mc;
 mod notes;
 #[cfg(unix)]
@@ -80,6 +81,11 @@ enum Verb {
     ///
     /// Example: host-sim replay --craft craft.toml log.csv --out report
     Replay(replay::Arguments),
+    /// Files to start from: a scenario and a craft file, or a craft file drafted from a log
+    ///
+    /// The draft of `--from` maps the columns of the log by their names, units and increments; each line
+    /// says why. Lines marked CONFIRM are guesses, lines marked FILL IN are what no log shows.
+    Init(init::Arguments),
     /// Causes that explain the residuals of a log, ranked
     ///
     /// Example: host-sim diagnose --craft craft.toml log.csv
@@ -149,6 +155,7 @@ pub fn main() -> ExitCode {
         Verb::Mc(arguments) => mc::run(&arguments),
         Verb::Tables(arguments) => tables::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Init(arguments) => init::run(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Crlb(arguments) => crlb::run(&arguments),
         Verb::Telemetry(arguments) => telemetry::run(&arguments),
@@ -181,6 +188,11 @@ fn print(json: bool, report: &impl Serialize, table: &str) -> Result<(), Failure
     } else {
         table.to_owned()
     };
+    print_text(&text)
+}
+
+/// Prints a text to stdout.
+fn print_text(text: &str) -> Result<(), Failure> {
     match io::stdout().write_all(text.as_bytes()) {
         // A closed pipe, as with `head`, is not an error.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),

@@ -15,6 +15,8 @@
 //! column, the fault and the remedy. [`log_file`] opens CSV, gzip and Parquet files. [`keys`] lists all keys and columns. [`units`] names units of a log
 //! that are probably not SI.
 
+pub mod guess;
+pub mod interpolated;
 pub mod keys;
 pub mod log_file;
 pub mod scenario;

@@ -77,7 +77,6 @@ impl Scenario {
             prior: None,
             filter: Filter::default(),
             dispersion: Dispersion::default(),
-            log: LogFormat::default(),
             initial_estimate: None,
         }
     }
@@ -102,6 +101,7 @@ impl Scenario {
             prior: physical.or_else(|| self.prior.clone()),
             filter: Filter { is_torque_smooth: self.torque.is_smooth(), ..self.filter },
             solve_for: self.solve_for,
+            log: LogFormat::default(),
             initial_estimate: self.initial_estimate.clone(),
         }
     }
