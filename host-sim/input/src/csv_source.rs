@@ -17,7 +17,7 @@ use crate::csv_dialect::{
 use crate::csv_problem::CsvProblem;
 use crate::csv_text::{LineCounter, cells_of, header_comment, is_numbers, unquoted};
 use crate::error::{InputError, Place, Problem};
-use crate::nearest::{likeness, nearest};
+use crate::nearest::nearest;
 use crate::text::{decode_lossy, read_bytes, read_utf8};
 
 /// Longest text of a cell in an error, characters.
@@ -239,12 +239,10 @@ impl CsvSource {
         name: &str,
         is_known: impl Fn(&str) -> bool,
     ) -> Result<Column, InputError> {
-        /// Least likeness of a suggestion.
-        const NEARLY: f64 = 0.7;
         let mut places = (0..self.columns.len()).filter(|index| self.columns[*index] == name);
         let index = places.next().ok_or_else(|| {
             let free: Vec<&String> = self.columns.iter().filter(|c| !is_known(c)).collect();
-            let nearest = nearest(name, &free).filter(|found| likeness(name, found) > NEARLY);
+            let nearest = nearest(name, &free);
             let problem = CsvProblem::MissingColumn {
                 column: name.to_owned(),
                 nearest: nearest.map(str::to_owned),

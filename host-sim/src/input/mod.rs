@@ -19,6 +19,7 @@ pub mod guess;
 pub mod interpolated;
 pub mod keys;
 pub mod log_file;
+pub mod plausible;
 pub mod scenario;
 pub mod units;
 

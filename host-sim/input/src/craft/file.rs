@@ -129,6 +129,11 @@ impl Craft {
     }
 
     fn from_source(source: &TomlSource) -> Result<Self, InputError> {
+        source.check_keys(&TABLES)?;
+        source.read_all(|| Self::read(source))
+    }
+
+    fn read(source: &TomlSource) -> Result<Self, InputError> {
         let file: CraftFile = source.parse()?;
         let root = Section::root(source);
         check_count(&root, &file.wheel)?;
@@ -397,6 +402,30 @@ mod tests {
     }
 
     #[test]
+    fn all_faults_of_a_file_are_reported_at_once() {
+        assert_eq!(
+            message("[[wheel]]\naxs = [1, 0, 0]\nspin_inertia_kg_m2 = 1\n[gyros]\n[gyro]\nnoise = 1\n"),
+            "craft.toml:1: missing key `axis`; add it to this table\n\
+             error: craft.toml:2: unknown key `axs` (did you mean `axis`?); known keys here: name, axis, \
+             spin_inertia_kg_m2, spin_inertia_sigma, axis_sigma_deg\n\
+             error: craft.toml:4: unknown key `gyros` (did you mean `gyro`?); known keys here: wheel, \
+             wheels, gyro, torque, mount, mode, prior, filter, disturbance, log\n\
+             error: craft.toml:6: unknown key `noise` (did you mean `noise_rad_s`?); known keys here: "
+                .to_owned()
+                + &gyro::TABLE.names().join(", ")
+        );
+        let values = "[[wheel]]\naxis = [0, 0, 0]\nspin_inertia_kg_m2 = -1\n[gyro]\nnoise_rad_s = 0\n\
+                      axes_deg = [20, 0]\n[prior]\ninertia_kg_m2 = [1, 1, 3, 0, 0, 0]\n\
+                      sigma_kg_m2 = [1, 1, 1, 1, 1, 0]\n";
+        let message = message(values);
+        let lines: Vec<&str> = message.split("\nerror: ").collect();
+        for (index, line) in [2, 3, 5, 6, 6, 8, 9].iter().enumerate() {
+            assert!(lines[index].starts_with(&format!("craft.toml:{line}: ")), "{message}");
+        }
+        assert_eq!(lines.len(), 7, "{message}");
+    }
+
+    #[test]
     fn unknown_keys_are_rejected_in_every_table() {
         assert!(message("gyros = 1").contains("did you mean `gyro`?"));
         assert!(message("[gyro]\nnoise = 1").contains("did you mean `noise_rad_s`?"));
@@ -408,8 +437,8 @@ mod tests {
     #[test]
     fn every_key_of_the_reader_has_a_row_in_the_reference() {
         for table in TABLES {
-            let error = Craft::from_toml("craft.toml", &format!("{}\nxyzzy = 1", table.header));
-            let problem = error.unwrap_err().problem;
+            let source = TomlSource::new("craft.toml", &format!("{}\nxyzzy = 1", table.header));
+            let problem = source.parse::<CraftFile>().err().unwrap().problem;
             let Problem::UnknownKey { known, .. } = problem else { panic!("{problem}") };
             assert_eq!(known, table.names(), "{}", table.header);
         }

@@ -7,7 +7,7 @@ use super::super::estimate::{Estimated, estimate};
 use super::super::notes::Notes;
 use crate::diagnosis::diagnose;
 use crate::estimation::{EstimatorName, Method, Precision};
-use crate::input::{Craft, RecordedLog, interpolated, log_file, units};
+use crate::input::{Craft, RecordedLog, interpolated, log_file, plausible, units};
 use crate::report::{ExplanationReport, ReportFolder, table};
 
 /// A log and the craft that recorded it.
@@ -37,6 +37,8 @@ impl Replay<'_> {
         if let Some(interpolation) = &log.interpolation {
             all.extend(interpolated::add_error(&mut craft, interpolation));
         }
+        all.extend(plausible::craft(&craft));
+        all.extend(plausible::log(&log.rows).iter().map(|note| format!("{file}: {note}")));
         all.extend(units::note(&craft, &log.rows).map(|note| format!("{file}: {note}")));
         all.iter().for_each(|note| notes.add(note));
         Ok(Read { file, craft, log, notes: all })
