@@ -238,7 +238,7 @@ fn coloured(table: &str) -> String {
     ];
     let line = |line: &str| {
         // A status is a word of its own: of the line `status`, or of a row of several logs.
-        let style = styles.iter().find(|(word, _)| line.split_whitespace().any(|w| w == *word));
+        let style = styles.iter().find(|(word, _)| line.split_whitespace().any(|w| w.trim_end_matches(':') == *word));
         match style {
             Some((word, colour)) => {
                 let style = Style::new().fg_color(Some((*colour).into()));
