@@ -1,5 +1,6 @@
 //! [scenarios]: self::scenarios
 //! [replay]: self::replay
+//! [logs]: self::logs
 //! [diagnose]: self::diagnose
 //! [keys]: crate::input::keys
 //! [campaigns]: self::campaigns
@@ -15,10 +16,17 @@
 pub mod scenarios {}
 
 /// [keys]: crate::input::keys
+/// [logs]: crate::docs::logs
 /// [diagnose]: crate::docs::diagnose
 ///
 #[doc = include_str!("../docs/replay.md")]
 pub mod replay {}
+
+/// [keys]: crate::input::keys
+/// [replay]: crate::docs::replay
+///
+#[doc = include_str!("../docs/logs.md")]
+pub mod logs {}
 
 #[doc = include_str!("../docs/diagnose.md")]
 pub mod diagnose {}

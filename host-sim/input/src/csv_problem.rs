@@ -15,12 +15,13 @@ pub enum CsvProblem {
     #[error("no row follows the header; is this the right file?")]
     NoRows,
 
-    /// A separator other than the comma.
-    #[error("the columns are not separated by commas; export the file as comma-separated CSV")]
-    NotCommaSeparated,
-
     /// An absent required column.
-    #[error("no column `{column}`{}; the columns are: {}", rename_hint(.nearest.as_deref()), list(.present))]
+    #[error(
+        "no column `{column}`{}; rename it, or name the columns in [log] of the craft file, which \
+         `host-sim init --from` drafts; the columns are: {}",
+        nearest_hint(.nearest.as_deref()),
+        some_of(.present)
+    )]
     MissingColumn {
         /// The missing column.
         column: String,
@@ -28,6 +29,26 @@ pub enum CsvProblem {
         nearest: Option<String>,
         /// The columns of the file.
         present: Vec<String>,
+    },
+
+    /// A clock set back in a log with a sensor at instants of its own.
+    #[error(
+        "the clock is set back, and {sensor} have time stamps of their own: which of them belong to which \
+         part is unknown; split the log there"
+    )]
+    SplitAtSetBack {
+        /// The sensor.
+        sensor: &'static str,
+    },
+
+    /// No reading of a slower sensor at the instants of the gyro.
+    #[error(
+        "no reading of {sensor} at the times of the gyro; check that both have the same clock, and the \
+         unit of each"
+    )]
+    NoOverlap {
+        /// The sensor.
+        sensor: &'static str,
     },
 
     /// Two columns of one name.
@@ -75,9 +96,14 @@ pub enum CsvProblem {
         text: String,
     },
 
-    /// A date or a time of day in place of seconds.
-    #[error("column `t_s`: \"{text}\" is a date or a time of day; write seconds, from any origin")]
+    /// A date of an unknown form.
+    #[error(
+        "column `{column}`: \"{text}\" is not a known form of a date; write seconds, or ISO 8601 as \
+         2024-05-01T12:00:00Z"
+    )]
     ClockTime {
+        /// The column of time.
+        column: String,
         /// The cell.
         text: String,
     },
@@ -93,10 +119,12 @@ pub enum CsvProblem {
 
     /// A time stamp before the previous one.
     #[error(
-        "column `t_s`: time runs backwards, from {previous} to {time}; sort the rows, or split the \
+        "column `{column}`: time runs backwards, from {previous} to {time}; sort the rows, or split the \
          log here if the clock was reset"
     )]
     TimeBackwards {
+        /// The column of time.
+        column: String,
         /// The time stamp.
         time: String,
         /// The previous time stamp.
@@ -104,10 +132,23 @@ pub enum CsvProblem {
     },
 
     /// A time stamp equal to the previous one.
-    #[error("column `t_s`: {time} appears twice; remove the second row")]
+    #[error("column `{column}`: {time} appears twice; remove the second row")]
     DuplicateTime {
+        /// The column of time.
+        column: String,
         /// The time stamp.
         time: String,
+    },
+
+    /// A row without a reading of the gyro, among readings of slower sensors.
+    #[error("no reading of the gyro")]
+    NoGyro,
+
+    /// A row without a reading of a slower sensor before and after it, or too long after it.
+    #[error("no reading of {sensor} near this instant")]
+    NoReading {
+        /// The sensor.
+        sensor: &'static str,
     },
 
     /// A row equal to the previous one.
@@ -115,18 +156,22 @@ pub enum CsvProblem {
     RepeatedRow,
 
     /// A single time stamp far ahead of the following ones.
-    #[error("column `t_s`: {time} is ahead of the following rows; correct or remove the row")]
+    #[error("column `{column}`: {time} is ahead of the following rows; correct or remove the row")]
     TimeAhead {
+        /// The column of time.
+        column: String,
         /// The time stamp.
         time: String,
     },
 
     /// Many time stamps that are equal to the previous one.
     #[error(
-        "column `t_s`: time stamps have too few digits: {shared} of {rows} rows share the stamp of \
-         the row before, as {time}; export t_s with all its digits"
+        "column `{column}`: time stamps have too few digits: {shared} of {rows} rows share the stamp of \
+         the row before, as {time}; export the column with all its digits"
     )]
     FewDigits {
+        /// The column of time.
+        column: String,
         /// Rows with the stamp of the row before.
         shared: usize,
         /// Rows of the log.
@@ -137,10 +182,12 @@ pub enum CsvProblem {
 
     /// Two time stamps that differ by less than the resolution of the flight software.
     #[error(
-        "column `t_s`: {previous} and {time} fall on the same microsecond, the resolution of a \
+        "column `{column}`: {previous} and {time} fall on the same microsecond, the resolution of a \
          time stamp; remove one row, or check that the unit is the second"
     )]
     SameMicrosecond {
+        /// The column of time.
+        column: String,
         /// The time stamp.
         time: String,
         /// The previous time stamp.
@@ -158,8 +205,8 @@ pub enum CsvProblem {
 
     /// A row with more cells than the header.
     #[error(
-        "{found} cells, but the header names only {columns} columns; remove the extra cells (or \
-         write decimals with a point)"
+        "{found} cells, but the header names only {columns} columns; remove the extra cells (decimal \
+         commas require semicolons or tabs between the cells)"
     )]
     LongRow {
         /// Cells of the row.
@@ -193,6 +240,8 @@ impl CsvProblem {
             Self::EmptyCell { .. } => "empty_cell",
             Self::NotANumber { .. } | Self::ClockTime { .. } => "not_a_number",
             Self::NotFinite { .. } => "not_finite",
+            Self::NoGyro => "no_gyro",
+            Self::NoReading { .. } => "no_reading",
             Self::RepeatedHeader => "repeated_header",
             Self::RepeatedRow => "repeated_row",
             Self::DuplicateTime { .. } | Self::SameMicrosecond { .. } => "repeated_time",
@@ -209,15 +258,26 @@ impl CsvProblem {
     }
 }
 
-fn rename_hint(nearest: Option<&str>) -> String {
-    nearest
-        .map_or(String::new(), |name| format!(" (if it is `{name}`, rename that; check its unit)"))
+fn nearest_hint(nearest: Option<&str>) -> String {
+    nearest.map_or(String::new(), |name| format!(" (perhaps `{name}`; check its unit)"))
+}
+
+/// The first names of a list that may be long.
+fn some_of(names: &[String]) -> String {
+    /// Most names.
+    const LISTED: usize = 24;
+    match names.len().checked_sub(LISTED) {
+        Some(more) if more > 0 => format!("{}, and {more} more", list(&names[..LISTED])),
+        _ => list(names),
+    }
 }
 
 fn wheel_advice(craft_wheels: usize) -> String {
     match craft_wheels {
         0 => "; add one [[wheel]] table per column to the craft file".to_owned(),
-        1 => "; the log must have exactly the column wheel_1_rad_s".to_owned(),
-        n => format!("; the log must have exactly the columns wheel_1_rad_s to wheel_{n}_rad_s"),
+        1 => "; name the column wheel_1_rad_s, or state it in [log.wheels]".to_owned(),
+        n => format!(
+            "; name the columns wheel_1_rad_s to wheel_{n}_rad_s, or state them in [log.wheels]"
+        ),
     }
 }

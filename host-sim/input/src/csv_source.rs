@@ -1,14 +1,19 @@
 //! A CSV file with named columns: the source of line and column in errors.
 //!
 //! Columns are found by name, in any order. Line ends are LF or CRLF. A byte-order mark, spaces
-//! around a cell, empty lines, comments from `#` to the end of a line, a line `sep=,` before the
-//! header, and a comma at the end of a line are ignored. A header may be a comment, as `numpy.savetxt`
-//! writes it.
+//! around a cell, empty lines, lines that start with `#`, `%` or `//`, a line `sep=;` before the
+//! header, and a separator at the end of a line are ignored. A header may be a comment, as
+//! `numpy.savetxt` writes it. Separator and decimal comma are found from the text, unless stated. Lines
+//! of another length above the header, and a row of units below it, are not rows.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use csv::StringRecord;
 
+use crate::csv_dialect::{
+    CsvOptions, has_decimal_commas, header_index, is_units, plain, with_point,
+};
 use crate::csv_problem::CsvProblem;
 use crate::csv_text::{LineCounter, cells_of, header_comment, is_numbers, unquoted};
 use crate::error::{InputError, Place, Problem};
@@ -22,9 +27,11 @@ const MAX_SHOWN: usize = 40;
 #[derive(Debug)]
 pub struct CsvSource {
     file: String,
-    header_line: u64,
+    header_line: Option<u64>,
     columns: Vec<String>,
+    units: Vec<String>,
     rows: Vec<CsvRow>,
+    decimal_comma: bool,
     ends_with_line_end: bool,
 }
 
@@ -59,7 +66,8 @@ impl CsvSource {
     /// The file cannot be read, is not UTF-8, has no rows, a repeated column, or a row of another
     /// length than the header.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let source = Self::parse(&path.display().to_string(), &read_utf8(path)?)?;
+        let options = CsvOptions::default();
+        let source = Self::parse(&path.display().to_string(), &read_utf8(path)?, &options)?;
         source.rows.iter().try_for_each(|row| {
             let check = source.check_length(row);
             check.map_err(|problem| source.error(Some(row.line), problem))
@@ -71,61 +79,106 @@ impl CsvSource {
     /// [`Self::number`]. Bytes outside UTF-8 spoil their cell only.
     ///
     /// # Errors
-    /// The file cannot be read, its first line is not UTF-8, it has no rows or a repeated column.
+    /// The file cannot be read, its first line is not text, or it has no rows.
     pub fn read_unchecked(path: &Path) -> Result<Self, InputError> {
-        Self::decode_unchecked(&path.display().to_string(), &read_bytes(path)?)
+        let bytes = read_bytes(path)?;
+        Self::decode_unchecked(&path.display().to_string(), &bytes, &CsvOptions::default())
     }
 
     /// Reads the bytes of a file; `file` is the name in errors.
     ///
     /// # Errors
     /// As of [`Self::read_unchecked`].
-    pub fn decode_unchecked(file: &str, bytes: &[u8]) -> Result<Self, InputError> {
-        Self::parse(file, &decode_lossy(file, bytes)?)
+    pub fn decode_unchecked(
+        file: &str,
+        bytes: &[u8],
+        options: &CsvOptions,
+    ) -> Result<Self, InputError> {
+        Self::parse(file, &decode_lossy(file, bytes)?, options)
     }
 
-    fn parse(file: &str, text: &str) -> Result<Self, InputError> {
-        let mut source = Self {
+    /// A table from another kind of file, as text: one record per row, rows counted from 1 in errors.
+    ///
+    /// # Errors
+    /// No rows.
+    pub fn from_records(
+        file: &str,
+        columns: Vec<String>,
+        records: Vec<StringRecord>,
+    ) -> Result<Self, InputError> {
+        let mut source = Self { columns, ..Self::empty(file) };
+        let rows = (1..).zip(records);
+        source
+            .set_rows(rows.map(|(line, cells)| CsvRow { line, cells, is_last: false }).collect())?;
+        Ok(source)
+    }
+
+    fn empty(file: &str) -> Self {
+        Self {
             file: file.to_owned(),
-            header_line: 1,
+            header_line: None,
             columns: Vec::new(),
+            units: Vec::new(),
             rows: Vec::new(),
-            ends_with_line_end: text.ends_with(['\n', '\r']),
-        };
+            decimal_comma: false,
+            ends_with_line_end: true,
+        }
+    }
+
+    fn parse(file: &str, text: &str, options: &CsvOptions) -> Result<Self, InputError> {
+        let mut source = Self::empty(file);
+        source.ends_with_line_end = text.ends_with(['\n', '\r']);
         if text.trim().is_empty() {
             return Err(source.error(None, CsvProblem::Empty));
         }
-        let mut records = source.records(text)?;
-        source.take_separator_line(&mut records)?;
+        let plain = plain(text, options);
+        let separator = plain.separator.byte();
+        let mut records = source.records(&plain.text, separator)?;
+        records.drain(..header_index(records.iter().map(|row| &row.cells)));
         if records.is_empty() {
             return Err(source.error(None, CsvProblem::NoRows));
         }
         source.take_header(text, &mut records)?;
+        source.take_units(&mut records);
         let columns = source.columns.len();
         records.iter_mut().for_each(|row| row.cells = cells_of(&row.cells, columns));
-        if let Some(last) = records.last_mut() {
-            last.is_last = true;
-        }
-        source.rows = records;
-        if source.rows.is_empty() {
-            return Err(source.error(None, CsvProblem::NoRows));
-        }
+        let found =
+            || separator != b',' && has_decimal_commas(records.iter().map(|row| &row.cells));
+        source.decimal_comma = options.decimal_comma.unwrap_or_else(found);
+        source.set_rows(records)?;
         Ok(source)
     }
 
-    /// The records of the text, without comments and empty lines. A quote that is not closed within
-    /// its line is damage: quotes are then taken as ordinary characters, so that one line is lost.
-    fn records(&self, text: &str) -> Result<Vec<CsvRow>, InputError> {
-        let records = self.records_with(text, true)?;
-        let spans_lines = |row: &CsvRow| row.cells.iter().any(|cell| cell.contains(['\n', '\r']));
-        if records.iter().any(spans_lines) { self.records_with(text, false) } else { Ok(records) }
+    fn set_rows(&mut self, rows: Vec<CsvRow>) -> Result<(), InputError> {
+        self.rows = rows;
+        match self.rows.last_mut() {
+            Some(last) => last.is_last = true,
+            None => return Err(self.error(None, CsvProblem::NoRows)),
+        }
+        Ok(())
     }
 
-    fn records_with(&self, text: &str, quoting: bool) -> Result<Vec<CsvRow>, InputError> {
+    /// The records of the text, without empty lines. A quote that is not closed within its line is
+    /// damage: quotes are then taken as ordinary characters, so that one line is lost.
+    fn records(&self, text: &str, separator: u8) -> Result<Vec<CsvRow>, InputError> {
+        let records = self.records_with(text, separator, true)?;
+        let spans_lines = |row: &CsvRow| row.cells.iter().any(|cell| cell.contains(['\n', '\r']));
+        if records.iter().any(spans_lines) {
+            return self.records_with(text, separator, false);
+        }
+        Ok(records)
+    }
+
+    fn records_with(
+        &self,
+        text: &str,
+        separator: u8,
+        quoting: bool,
+    ) -> Result<Vec<CsvRow>, InputError> {
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
+            .delimiter(separator)
             .quoting(quoting)
-            .comment(Some(b'#'))
             .trim(csv::Trim::All)
             .flexible(true) // check_length reports the length of a row with its remedy
             .from_reader(text.as_bytes());
@@ -148,32 +201,17 @@ impl CsvSource {
         Ok(records)
     }
 
-    /// Removes a first line `sep=,`, by which spreadsheets state the separator.
-    fn take_separator_line(&self, records: &mut Vec<CsvRow>) -> Result<(), InputError> {
-        let Some(first) = records.first() else { return Ok(()) };
-        let text = first.cells.iter().collect::<Vec<_>>().join(",");
-        let separator = match text.get(..4) {
-            Some(start) if start.eq_ignore_ascii_case("sep=") => text[4..].to_owned(),
-            _ => return Ok(()),
-        };
-        if separator != "," {
-            return Err(self.error(Some(first.line), CsvProblem::NotCommaSeparated));
-        }
-        records.remove(0);
-        Ok(())
-    }
-
     /// Takes the names of the columns: the first record, or the comment before a first record of
     /// numbers.
     fn take_header(&mut self, text: &str, records: &mut Vec<CsvRow>) -> Result<(), InputError> {
         let first = records.remove(0);
-        self.header_line = first.line;
+        self.header_line = Some(first.line);
         if is_numbers(&first.cells) {
             let comment = header_comment(text, first.line, first.cells.len());
             let Some((line, names)) = comment else {
                 return Err(self.header_error(CsvProblem::NoHeader));
             };
-            (self.header_line, self.columns) = (line, names);
+            (self.header_line, self.columns) = (Some(line), names);
             records.insert(0, first);
         } else {
             self.columns = first.cells.iter().map(|name| unquoted(name).to_owned()).collect();
@@ -181,28 +219,40 @@ impl CsvSource {
         while self.columns.len() > 1 && self.columns.last().is_some_and(String::is_empty) {
             self.columns.pop();
         }
-        self.check_header()
+        Ok(())
+    }
+
+    /// Takes a row of units below the header.
+    fn take_units(&mut self, records: &mut Vec<CsvRow>) {
+        if records.first().is_some_and(|row| is_units(&row.cells)) {
+            self.units = records.remove(0).cells.iter().map(str::to_owned).collect();
+        }
     }
 
     /// The column called `name`.
     ///
     /// # Errors
-    /// The column is absent. The error names the most similar column, except the columns that
-    /// `is_known` recognises.
+    /// The column is absent, or there twice. The error names the most similar column, except the
+    /// columns that `is_known` recognises.
     pub fn column(
         &self,
         name: &str,
         is_known: impl Fn(&str) -> bool,
     ) -> Result<Column, InputError> {
-        let index = self.columns.iter().position(|column| column == name).ok_or_else(|| {
+        let mut places = (0..self.columns.len()).filter(|index| self.columns[*index] == name);
+        let index = places.next().ok_or_else(|| {
             let free: Vec<&String> = self.columns.iter().filter(|c| !is_known(c)).collect();
+            let nearest = nearest(name, &free);
             let problem = CsvProblem::MissingColumn {
                 column: name.to_owned(),
-                nearest: nearest(name, &free).map(str::to_owned),
+                nearest: nearest.map(str::to_owned),
                 present: self.columns.clone(),
             };
             self.header_error(problem)
         })?;
+        if places.next().is_some() {
+            return Err(self.header_error(CsvProblem::DuplicateColumn { column: name.to_owned() }));
+        }
         Ok(Column { name: name.to_owned(), index })
     }
 
@@ -216,6 +266,11 @@ impl CsvSource {
         &self.columns
     }
 
+    /// The units of the columns, from a row of units below the header; empty without one.
+    pub fn units(&self) -> &[String] {
+        &self.units
+    }
+
     /// The rows, top to bottom; at least one.
     pub fn rows(&self) -> &[CsvRow] {
         &self.rows
@@ -224,6 +279,13 @@ impl CsvSource {
     /// The cell of `row` in `column` as text.
     pub fn text<'row>(&self, row: &'row CsvRow, column: &Column) -> &'row str {
         row.cells.get(column.index).unwrap_or_default()
+    }
+
+    /// The cell of `row` in `column` as text, a number with a decimal point.
+    pub fn number_text<'row>(&self, row: &'row CsvRow, column: &Column) -> Cow<'row, str> {
+        let text = self.text(row, column);
+        let pointed = if self.decimal_comma { with_point(text) } else { None };
+        pointed.map_or(Cow::Borrowed(text), Cow::Owned)
     }
 
     /// The cell of `row` in `column` as a finite number.
@@ -239,7 +301,7 @@ impl CsvSource {
     /// # Errors
     /// The fault of the cell, as of [`Self::number`].
     pub fn finite_number(&self, row: &CsvRow, column: &Column) -> Result<f64, CsvProblem> {
-        let text = self.text(row, column);
+        let text = self.number_text(row, column);
         let number: f64 = text.parse().map_err(|_| self.not_a_number(row, column))?;
         if number.is_finite() { Ok(number) } else { Err(self.not_finite(row, column)) }
     }
@@ -321,23 +383,7 @@ impl CsvSource {
 
     /// An error of the header.
     pub fn header_error(&self, problem: CsvProblem) -> InputError {
-        self.error(Some(self.header_line), problem)
-    }
-
-    fn check_header(&self) -> Result<(), InputError> {
-        if let [only] = self.columns.as_slice()
-            && only.contains([';', '\t', ' '])
-        {
-            return Err(self.header_error(CsvProblem::NotCommaSeparated));
-        }
-        for (index, column) in self.columns.iter().enumerate() {
-            let is_twice = self.columns.iter().take(index).any(|earlier| earlier == column);
-            if is_twice && !column.is_empty() {
-                let problem = CsvProblem::DuplicateColumn { column: column.clone() };
-                return Err(self.header_error(problem));
-            }
-        }
-        Ok(())
+        self.error(self.header_line, problem)
     }
 
     fn cut_row(&self, row: &CsvRow) -> CsvProblem {
@@ -355,7 +401,7 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Result<CsvSource, InputError> {
-        CsvSource::decode_unchecked("x.csv", text.as_bytes())
+        CsvSource::decode_unchecked("x.csv", text.as_bytes(), &CsvOptions::default())
     }
 
     fn message(text: &str) -> String {
@@ -412,10 +458,26 @@ mod tests {
     }
 
     #[test]
-    fn other_separators_are_reported() {
-        for text in ["a;b\n1;2\n", "a\tb\n1\t2\n"] {
-            assert!(message(text).contains("not separated by commas"), "{text:?}");
+    fn other_dialects_are_read() {
+        for text in [
+            "a;b\n1;2,5\n",
+            "a\tb\n1\t2.5\n",
+            "a b\n 1   2.5\n",
+            "a|b\n1|2.5\n",
+            "sep=;\na;b\n1;2,5\n",
+            "Product,Recorder\nDate,2024-05-01\na,x,b\n1,0,2.5\n2,0,3.5\n3,0,4.5\n",
+            "a,b\n(s),[deg/s]\n1,2.5\n",
+            "% a, b\n1,2.5\n",
+        ] {
+            let source = parse(text).unwrap();
+            let b = source.column("b", |_| false).unwrap();
+            assert_eq!(source.number(&source.rows()[0], &b).unwrap(), 2.5, "{text:?}");
         }
+        assert_eq!(parse("a,b\ns,deg/s\n1,2\n").unwrap().units(), ["s", "deg/s"]);
+        let stated = CsvOptions { decimal_comma: Some(true), ..CsvOptions::default() };
+        let source = CsvSource::decode_unchecked("x", b"a\tb\n1\t2,5\n", &stated).unwrap();
+        let b = source.column("b", |_| false).unwrap();
+        assert_eq!(source.number(&source.rows()[0], &b).unwrap(), 2.5);
     }
 
     #[test]
@@ -424,14 +486,18 @@ mod tests {
             parse("t,rate_x\n0,1\n").unwrap().column("rate_x_rad_s", |_| false).unwrap_err();
         assert_eq!(
             message.to_string(),
-            "x.csv:1: no column `rate_x_rad_s` (if it is `rate_x`, rename that; check its unit); \
-             the columns are: t, rate_x"
+            "x.csv:1: no column `rate_x_rad_s` (perhaps `rate_x`; check its unit); rename it, or \
+             name the columns in [log] of the craft file, which `host-sim init --from` drafts; the \
+             columns are: t, rate_x"
         );
     }
 
     #[test]
     fn repeated_column_is_rejected() {
-        assert!(message("a,b,a\n1,2,3\n").contains("column `a` appears twice"));
+        let source = parse("a,b,a\n1,2,3\n").unwrap();
+        let message = source.column("a", |_| false).unwrap_err().to_string();
+        assert!(message.contains("column `a` appears twice"), "{message}");
+        assert!(source.column("b", |_| false).is_ok());
     }
 
     #[test]
@@ -461,8 +527,8 @@ mod tests {
             faults("a,b\n1\n1,2\n1,2,3\n1,2\n"),
             [
                 "x.csv:2: 1 cells, but the header names 2 columns; complete or remove the row",
-                "x.csv:4: 3 cells, but the header names only 2 columns; remove the extra cells (or \
-                 write decimals with a point)"
+                "x.csv:4: 3 cells, but the header names only 2 columns; remove the extra cells \
+                 (decimal commas require semicolons or tabs between the cells)"
             ]
         );
         let folder = tempfile::tempdir().unwrap();
@@ -490,7 +556,6 @@ mod tests {
             assert_eq!(source.number(&source.rows()[0], &b).unwrap(), 2.0, "{text:?}");
             assert!(faults(text).is_empty(), "{text:?}");
         }
-        assert!(message("sep=;\na;b\n").starts_with("x.csv:1: the columns are not separated"));
         let line = parse("# one\n\n# two\na,b\n# three\n\n1,2\n").unwrap().rows()[0].line;
         assert_eq!(line, 7);
     }
@@ -551,9 +616,8 @@ mod tests {
 
     #[test]
     fn bytes_outside_utf8_are_reported_with_their_line() {
-        let message = CsvSource::decode_unchecked("x.csv", b"\xff\xfea,b\n1,2\n").unwrap_err();
-        assert!(message.to_string().starts_with("x.csv:1: not UTF-8 text"));
-        let source = CsvSource::decode_unchecked("x.csv", b"a,b\n1,2\n3,\xff\n4,5\n").unwrap();
+        let decode = |bytes| CsvSource::decode_unchecked("x.csv", bytes, &CsvOptions::default());
+        let source = decode(b"a,b\n1,2\n3,\xff\n4,5\n").unwrap();
         let b = source.column("b", |_| false).unwrap();
         let message = source.number(&source.rows()[1], &b).unwrap_err().to_string();
         assert!(message.starts_with("x.csv:3: column `b`: \"\u{fffd}\" is not a"), "{message}");

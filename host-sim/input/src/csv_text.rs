@@ -2,6 +2,8 @@
 
 use csv::StringRecord;
 
+use crate::csv_dialect::is_comment;
+
 /// The cells without quotes around them, without empty ones beyond the last column, and without those
 /// from a NUL on: a file that loses power ends in zeros.
 pub(crate) fn cells_of(cells: &StringRecord, columns: usize) -> StringRecord {
@@ -28,16 +30,20 @@ pub(crate) fn is_numbers(cells: &StringRecord) -> bool {
 /// Line and names of the last comment before `line`, if it has as many names as there are columns.
 pub(crate) fn header_comment(text: &str, line: u64, columns: usize) -> Option<(u64, Vec<String>)> {
     let before = (1..line).zip(text.lines());
-    let comments = before.filter_map(|(line, text)| Some((line, text.trim().strip_prefix('#')?)));
-    let (line, names) = comments.last()?;
-    let names: Vec<String> = names.split(',').map(|name| name.trim().to_owned()).collect();
-    (names.len() == columns && columns > 1).then_some((line, names))
+    let comments = before.filter(|(_, text)| is_comment(text));
+    let (line, comment) = comments.last()?;
+    let comment = comment.trim_start().trim_start_matches(['#', '%', '/']);
+    let split = |separator| comment.split(separator).map(|name: &str| name.trim().to_owned());
+    let names = [',', ';', '\t', '|'].map(|separator| split(separator).collect::<Vec<_>>());
+    let words = comment.split_whitespace().map(str::to_owned).collect();
+    let mut names = names.into_iter().chain([words]);
+    names.find(|names| names.len() == columns && columns > 1).map(|names| (line, names))
 }
 
 /// Line numbers of byte offsets, ascending.
 ///
 /// The CSV reader reports the offset at which its search for a record started. That offset precedes
-/// skipped comments, empty lines and the second half of a CRLF, so the reader's own line numbers are
+/// skipped empty lines and the second half of a CRLF, so the reader's own line numbers are
 /// too small.
 pub(crate) struct LineCounter<'a> {
     text: &'a [u8],
@@ -53,14 +59,10 @@ impl<'a> LineCounter<'a> {
 
     /// The line of the first cell at or after `byte`. The offsets of successive calls must ascend.
     pub(crate) fn line_at(&mut self, byte: u64) -> u64 {
-        let mut is_comment = false;
         while let Some(&character) = self.text.get(self.counted) {
             let is_line_end = matches!(character, b'\n' | b'\r');
             let is_searched = self.counted as u64 >= byte;
-            let is_line_start =
-                self.counted == 0 || matches!(self.text[self.counted - 1], b'\n' | b'\r');
-            is_comment = !is_line_end && (is_comment || (is_line_start && character == b'#'));
-            if is_searched && !is_line_end && !is_comment {
+            if is_searched && !is_line_end {
                 break;
             }
             self.counted += 1;

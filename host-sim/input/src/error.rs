@@ -51,6 +51,17 @@ pub enum Problem {
     #[error("not UTF-8 text; save the file as UTF-8")]
     NotUtf8,
 
+    /// The bytes are neither text nor another kind of file that is read.
+    #[error("not text; give a log as CSV or Parquet, plain or compressed by gzip")]
+    NotText,
+
+    /// A folder without a log.
+    #[error("no log in this folder; wanted: {wanted}")]
+    NoLogs {
+        /// Names of logs.
+        wanted: String,
+    },
+
     /// The text breaks the grammar of TOML.
     #[error("not valid TOML: {message}; correct the line\n    {source_line}")]
     TomlSyntax {
@@ -151,6 +162,15 @@ pub enum Problem {
         most: usize,
     },
 
+    /// Several faults of a file.
+    #[error("{first}{}", further(.others))]
+    Several {
+        /// The first fault, at the place of the error.
+        first: Box<Problem>,
+        /// The others, in the order of the file.
+        others: Vec<InputError>,
+    },
+
     /// Fault of the columns or rows of a CSV file.
     #[error(transparent)]
     Csv(#[from] CsvProblem),
@@ -158,6 +178,26 @@ pub enum Problem {
     /// Fault of a kind of file that is read outside this crate.
     #[error(transparent)]
     Other(#[from] Box<dyn StdError + Send + Sync>),
+}
+
+impl InputError {
+    /// One error for several, in the order of the file; none for an empty list.
+    pub fn of_several(mut errors: Vec<Self>) -> Option<Self> {
+        errors.sort_by_key(|error| error.place.line);
+        let mut errors = errors.into_iter();
+        let first = errors.next()?;
+        let others: Vec<Self> = errors.collect();
+        if others.is_empty() {
+            return Some(first);
+        }
+        let problem = Problem::Several { first: Box::new(first.problem), others };
+        Some(Self { place: first.place, problem })
+    }
+}
+
+/// Further errors, a line each, as the first one is printed.
+fn further(errors: &[InputError]) -> String {
+    errors.iter().map(|error| format!("\nerror: {error}")).collect()
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@
 //! meaning of each key: the checks and the reference page both derive from them.
 
 pub mod craft;
+pub mod csv_dialect;
 pub mod csv_problem;
 pub mod csv_source;
 mod csv_text;
@@ -26,6 +27,7 @@ pub mod nearest;
 pub mod section;
 pub mod text;
 pub mod toml_source;
+pub mod units;
 pub mod words;
 
 pub use craft::Craft;

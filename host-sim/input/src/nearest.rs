@@ -1,10 +1,16 @@
 //! The known name most similar to a mistyped one.
 
-/// The member of `known` most similar to `name`; none if `known` is empty.
+/// Least likeness of a suggestion. Mistyped names have 0.85 and more, unrelated ones mostly below 0.6.
+const PLAUSIBLE: f64 = 0.75;
+/// Shortest part of a name that matches the whole, characters.
+const SHORTEST_PART: usize = 3;
+
+/// The member of `known` most similar to `name`; none if no member is plausible.
 pub fn nearest<'a, S: AsRef<str>>(name: &str, known: &'a [S]) -> Option<&'a str> {
     known
         .iter()
         .map(AsRef::as_ref)
+        .filter(|known| likeness(name, known) >= PLAUSIBLE)
         .max_by(|left, right| likeness(name, left).total_cmp(&likeness(name, right)))
 }
 
@@ -14,7 +20,8 @@ pub fn nearest<'a, S: AsRef<str>>(name: &str, known: &'a [S]) -> Option<&'a str>
 /// `gyro_bias`), which an edit distance does not find.
 pub fn likeness(left: &str, right: &str) -> f64 {
     let (left, right) = (left.to_lowercase(), right.to_lowercase());
-    let is_part = left.contains(&right) || right.contains(&left);
+    let shorter = left.chars().count().min(right.chars().count());
+    let is_part = shorter >= SHORTEST_PART && (left.contains(&right) || right.contains(&left));
     strsim::jaro_winkler(&left, &right) + f64::from(is_part)
 }
 
@@ -29,6 +36,21 @@ mod tests {
         assert_eq!(nearest("Axes", &known), Some("axis"));
         let known = ["torque_n_m", "gyro_bias"];
         assert_eq!(nearest("bias", &known), Some("gyro_bias"));
+    }
+
+    #[test]
+    fn implausible_names_are_not_suggested() {
+        let known = ["wheel", "wheels", "gyro", "torque", "prior", "filter", "disturbance"];
+        for (name, expected) in [
+            ("wheeel", Some("wheel")),
+            ("gyros", Some("gyro")),
+            ("torqe", Some("torque")),
+            ("xyzzy", None),
+            ("r", None),
+            ("magnetometer", None),
+        ] {
+            assert_eq!(nearest(name, &known), expected, "{name}");
+        }
     }
 
     #[test]

@@ -1,4 +1,7 @@
 //! Checks of the values of one table. Each rejection names the file, the line and the full key.
+//!
+//! A value outside its range is kept as a fault of the file and replaced by a stand-in, so that one
+//! reading finds all of them: see [`TomlSource::read_all`].
 
 use std::ops::Range as Span;
 
@@ -10,6 +13,9 @@ use crate::inertia::{is_physical, principal_moments, tensor};
 use crate::key::{FINITE, Key, Range};
 use crate::toml_source::TomlSource;
 use crate::words::numbers;
+
+/// Stand-in for a value outside its range.
+const STAND_IN: f64 = 0.25;
 
 /// A list of numbers with its place in the file.
 pub type List = Spanned<Vec<f64>>;
@@ -98,7 +104,8 @@ impl<'a> Section<'a> {
         if (key.range.contains)(number) && condition(number) {
             return Ok(number);
         }
-        Err(self.out_of_range(key, value, number.to_string()))
+        self.source.keep(self.out_of_range(key, value, number.to_string()));
+        Ok(STAND_IN)
     }
 
     /// A number within the key's range, if the key is present.
@@ -132,10 +139,22 @@ impl<'a> Section<'a> {
         key: &Key,
         value: &Spanned<Vec<E>>,
     ) -> Result<[E; N], InputError> {
-        let found = value.get_ref().len();
-        <[E; N]>::try_from(value.get_ref().clone()).map_err(|_| {
-            self.error(value, Problem::WrongLength { key: self.full(key), found, required: N })
-        })
+        let entries = value.get_ref();
+        if let Ok(list) = <[E; N]>::try_from(entries.clone()) {
+            return Ok(list);
+        }
+        let found = entries.len();
+        let error =
+            self.error(value, Problem::WrongLength { key: self.full(key), found, required: N });
+        // The entries over again stand in for the list.
+        let filled: Vec<E> = entries.iter().cycle().take(N).cloned().collect();
+        match <[E; N]>::try_from(filled) {
+            Ok(list) => {
+                self.source.keep(error);
+                Ok(list)
+            }
+            Err(_) => Err(error),
+        }
     }
 
     /// Requires each number of the list called `name` to be in the range.
@@ -148,7 +167,9 @@ impl<'a> Section<'a> {
         }
         let found = numbers(value.get_ref());
         let required = range.words.to_owned();
-        Err(self.error(value, Problem::BadValue { key: name.to_owned(), found, required }))
+        let problem = Problem::BadValue { key: name.to_owned(), found, required };
+        self.source.keep(self.error(value, problem));
+        Ok(())
     }
 
     /// A vector in body axes.
@@ -178,8 +199,11 @@ impl<'a> Section<'a> {
     pub fn axis(&self, key: &Key, value: &List) -> Result<Vector3<f64>, InputError> {
         let vector = self.vector(key, value)?;
         let largest = vector.amax();
-        if largest == 0.0 {
-            return Err(self.list_out_of_range(key, value));
+        if largest == 0.0 || !largest.is_finite() {
+            if largest == 0.0 {
+                self.source.keep(self.list_out_of_range(key, value));
+            }
+            return Ok(Vector3::x());
         }
         // Scaled by the largest entry first: the square of a finite axis may overflow.
         Ok((vector / largest).normalize())
@@ -197,8 +221,12 @@ impl<'a> Section<'a> {
         if is_physical(&moments) {
             return Ok(elements);
         }
-        let key = self.full(key);
-        Err(self.error(value, Problem::NotPhysical { key, principal_moments_kg_m2: moments }))
+        if elements.iter().all(|element| element.is_finite()) {
+            let key = self.full(key);
+            let problem = Problem::NotPhysical { key, principal_moments_kg_m2: moments };
+            self.source.keep(self.error(value, problem));
+        }
+        Ok([STAND_IN, STAND_IN, STAND_IN, 0.0, 0.0, 0.0])
     }
 }
 

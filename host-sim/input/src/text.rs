@@ -25,18 +25,39 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
     })
 }
 
-/// The text of `bytes`, without a byte-order mark, with `\u{fffd}` for bytes that are not UTF-8.
-/// `file` is the name in errors.
+/// The text of `bytes`, without a byte-order mark: UTF-8 with `\u{fffd}` for bytes that are not, UTF-16
+/// after its byte-order mark, or Latin-1 where a byte of the first line is not UTF-8, as `°/s` of an
+/// older spreadsheet. `file` is the name in errors.
 ///
 /// # Errors
-/// The first line is neither UTF-8 nor a comment: the file has another encoding.
+/// The first line has control characters: the file is not text.
 pub fn decode_lossy<'a>(file: &str, bytes: &'a [u8]) -> Result<Cow<'a, str>, InputError> {
-    let first = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    if !first.starts_with(b"#") {
-        decode_utf8(file, first)?;
+    let text = match bytes {
+        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes).into(),
+        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes).into(),
+        _ => decode_bytes(bytes),
+    };
+    let first = text.lines().next().unwrap_or_default();
+    let is_binary = |c: char| c.is_control() && c != '\t';
+    if first.trim_end_matches('\0').contains(is_binary) {
+        let place = Place { file: file.to_owned(), line: Some(1) };
+        return Err(InputError { place, problem: Problem::NotText });
     }
+    Ok(text)
+}
+
+fn decode_bytes(bytes: &[u8]) -> Cow<'_, str> {
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
-    Ok(String::from_utf8_lossy(bytes))
+    let first = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    match std::str::from_utf8(first) {
+        Ok(_) => String::from_utf8_lossy(bytes),
+        Err(_) => bytes.iter().copied().map(char::from).collect::<String>().into(),
+    }
+}
+
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
+    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
 /// The text of `bytes`, without a byte-order mark. `file` is the name in errors.
@@ -68,8 +89,16 @@ mod tests {
     #[test]
     fn damaged_bytes_are_replaced_below_the_first_line() {
         assert_eq!(decode_lossy("x", b"\xef\xbb\xbft_s\n\xff\n").unwrap(), "t_s\n\u{fffd}\n");
-        assert!(decode_lossy("x", b"# 5\xb0\nt_s\n").is_ok());
-        assert!(decode_lossy("x", b"\xff\xfet\0_\0s\0\n").is_err());
+        assert_eq!(decode_lossy("x", b"# 5\xb0\nt_s\n").unwrap(), "# 5°\nt_s\n");
+    }
+
+    #[test]
+    fn other_encodings_are_read() {
+        assert_eq!(decode_lossy("x", b"\xff\xfet\0_\0s\0\n\0").unwrap(), "t_s\n");
+        assert_eq!(decode_lossy("x", b"\xfe\xff\0t\0\n").unwrap(), "t\n");
+        assert_eq!(decode_lossy("x", b"a (\xb0/s)\n1\n").unwrap(), "a (°/s)\n1\n");
+        let message = decode_lossy("x.bin", b"\x7fELF\x02\x01\0").unwrap_err().to_string();
+        assert!(message.starts_with("x.bin:1: not text; "), "{message}");
     }
 
     #[test]

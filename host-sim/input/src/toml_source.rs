@@ -3,12 +3,16 @@
 //! Files are read into plain serde structs with `deny_unknown_fields` and
 //! [`Spanned`](toml::Spanned) values. Serde's tagged enums are avoided: they lose the spans.
 
+use std::cell::RefCell;
 use std::ops::Range;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 use crate::error::{InputError, Place, Problem};
+use crate::key::{Key, Table};
 use crate::nearest::nearest;
 use crate::text::read_utf8;
 
@@ -16,12 +20,14 @@ use crate::text::read_utf8;
 pub struct TomlSource {
     file: String,
     text: String,
+    /// Values outside their ranges that are found so far.
+    faults: RefCell<Vec<InputError>>,
 }
 
 impl TomlSource {
     /// A text in memory; `file` is the name in errors.
     pub fn new(file: &str, text: &str) -> Self {
-        Self { file: file.to_owned(), text: text.to_owned() }
+        Self { file: file.to_owned(), text: text.to_owned(), faults: RefCell::default() }
     }
 
     /// Reads a file.
@@ -30,7 +36,7 @@ impl TomlSource {
     /// The file cannot be read, or is not UTF-8.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let text = read_utf8(path)?;
-        Ok(Self { file: path.display().to_string(), text })
+        Ok(Self { file: path.display().to_string(), text, faults: RefCell::default() })
     }
 
     /// The values of the file.
@@ -43,6 +49,78 @@ impl TomlSource {
             let problem = self.problem(error.message(), &span);
             self.error(span, problem)
         })
+    }
+
+    /// Keys that the tables of the file do not have, and required keys that they lack: all of them in one
+    /// error. Tables without a row in `known` are not checked, nor are the required keys of the root.
+    ///
+    /// # Errors
+    /// Any such key. A file that is not TOML passes: [`Self::parse`] names its fault.
+    pub fn check_keys(&self, known: &[Table]) -> Result<(), InputError> {
+        let Ok(root) = DeTable::parse(&self.text) else { return Ok(()) };
+        let mut faults = Vec::new();
+        self.check_table("", &root, known, &mut faults);
+        InputError::of_several(faults).map_or(Ok(()), Err)
+    }
+
+    fn check_table(
+        &self,
+        path: &str,
+        table: &Spanned<DeTable<'_>>,
+        known: &[Table],
+        faults: &mut Vec<InputError>,
+    ) {
+        let row = known.iter().find(|row| row.header.trim_matches(['[', ']']) == path);
+        let Some(row) = row else { return };
+        let names = row.names();
+        for (key, value) in table.get_ref() {
+            let name = key.get_ref().as_ref();
+            if !names.contains(&name) {
+                let known = names.iter().map(|name| (*name).to_owned()).collect();
+                let nearest = nearest(name, &names).map(str::to_owned);
+                let problem = Problem::UnknownKey { key: name.to_owned(), nearest, known };
+                faults.push(self.error(key.span(), problem));
+                continue;
+            }
+            let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+            let tables: Vec<Spanned<DeTable<'_>>> = match value.get_ref() {
+                DeValue::Table(inner) => vec![Spanned::new(value.span(), inner.clone())],
+                DeValue::Array(list) => (list.iter())
+                    .filter_map(|entry| match entry.get_ref() {
+                        DeValue::Table(inner) => Some(Spanned::new(entry.span(), inner.clone())),
+                        _ => None,
+                    })
+                    .collect(),
+                _ => Vec::new(),
+            };
+            tables.iter().for_each(|table| self.check_table(&path, table, known, faults));
+        }
+        let is_missing =
+            |key: &&Key| key.default.is_none() && !table.get_ref().contains_key(key.name);
+        if !path.is_empty() {
+            for key in row.keys.iter().filter(is_missing) {
+                let problem = Problem::MissingKey { key: key.name.to_owned() };
+                faults.push(self.error(table.span(), problem));
+            }
+        }
+    }
+
+    /// Keeps the fault of a value, so that the reading of the file goes on.
+    pub(crate) fn keep(&self, fault: InputError) {
+        self.faults.borrow_mut().push(fault);
+    }
+
+    /// The result of reading the file, or all faults of its values in one error. A failure after such
+    /// faults may be their consequence and is left out.
+    ///
+    /// # Errors
+    /// As of `read`, or the faults.
+    pub fn read_all<T>(
+        &self,
+        read: impl FnOnce() -> Result<T, InputError>,
+    ) -> Result<T, InputError> {
+        let result = read();
+        InputError::of_several(self.faults.take()).map_or(result, Err)
     }
 
     /// An error at `span` of the text; an empty span stands for the whole file.
@@ -117,7 +195,6 @@ fn plain_words(message: &str) -> String {
 #[cfg(test)]
 mod tests {
     use serde::Deserialize;
-    use toml::Spanned;
 
     use super::*;
 

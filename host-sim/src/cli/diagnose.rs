@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{Failure, print};
 use crate::diagnosis::diagnose;
-use crate::input::{Craft, RecordedLog};
+use crate::input::{Craft, log_file};
 use crate::report::{DiagnosisReport, table};
 
 #[derive(Debug, Args)]
@@ -26,7 +26,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { craft, log, json } = arguments;
     let file = log.display().to_string();
     let craft = Craft::load(craft)?;
-    let mut log = RecordedLog::load(log, craft.wheels.len())?;
+    let mut log = log_file::load(log, &craft)?;
     log.correct(&craft.hardware);
     for note in &log.notes {
         eprintln!("note: {note}");

@@ -1,8 +1,10 @@
 //! Estimation and its notes, shared by `run` and `replay`.
 
+use super::Failure;
 use super::notes::Notes;
-use super::{Failure, Options};
-use crate::estimation::{EstimationResult, EstimatorName, Setup, estimate_log, key, set_up};
+use crate::estimation::{
+    EstimationResult, EstimatorName, Method, Setup, estimate_log, key, set_up,
+};
 use crate::input::craft::hardware::DATA_SHEET;
 use crate::input::log::LogRow;
 use crate::input::{Craft, Scenario};
@@ -12,22 +14,23 @@ use crate::report::{HistoryRow, ReplayReport};
 pub(super) struct Estimated {
     /// Report of the estimate after the last sample.
     pub report: ReplayReport,
-    /// State of the estimator after each sample; empty without a report folder.
+    /// State of the estimator after each sample; empty unless it is kept.
     pub history: Vec<HistoryRow>,
 }
 
 /// Estimate from a log. `source` is the log's name in errors. The report has `notes` and those on the
 /// set-up.
 pub(super) fn estimate(
-    options: &Options,
+    method: Method,
+    keep_history: bool,
     craft: &Craft,
     rows: &[LogRow],
     source: &str,
     mut notes: Notes,
 ) -> Result<Estimated, Failure> {
     let failure = |error| Failure::SetUp { source_name: source.to_owned(), error };
-    note_ignored_disturbances(options.method.estimator, craft, &mut notes);
-    let setup = Setup::for_log(options.method, craft, rows).map_err(failure)?;
+    note_ignored_disturbances(method.estimator, craft, &mut notes);
+    let setup = Setup::for_log(method, craft, rows).map_err(failure)?;
     if let Some(noise) = setup.measured_gyro_noise_rad_s() {
         notes.add(format!(
             "gyro.noise_rad_s is not given; estimated from the residuals: {noise:.3e} rad/s"
@@ -36,12 +39,12 @@ pub(super) fn estimate(
     let mut history = Vec::new();
     let estimator = set_up(&setup).map_err(failure)?;
     let result = estimate_log(rows, estimator, |row, outcome, estimator| {
-        if options.out.is_some() {
+        if keep_history {
             history.push(HistoryRow::new(row, outcome, estimator));
         }
     });
-    note_assumptions(options.method.estimator, craft, &result, &mut notes);
-    let mut report = ReplayReport::new(options.method, rows.len(), &result);
+    note_assumptions(method.estimator, craft, &result, &mut notes);
+    let mut report = ReplayReport::new(method, rows.len(), &result);
     let assumed = &craft.hardware.assumed;
     report.hardware.iter_mut().for_each(|parameter| parameter.mark_assumed(assumed));
     report.notes = notes.into_list();

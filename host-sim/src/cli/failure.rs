@@ -8,12 +8,15 @@ use thiserror::Error;
 use crate::campaign::RunFailed;
 use crate::estimation::SetUpError;
 use crate::input::InputError;
+use crate::input::guess::NothingFound;
 use crate::papers::PapersFailed;
 use crate::report::OutputError;
 use crate::truth::IntegrationFailed;
 
 /// Exit code of bad input.
 pub(super) const BAD_INPUT: u8 = 2;
+/// Exit code of a result of a kind of `--fail-on`.
+const OF_KIND: u8 = 3;
 /// Exit code of a run that could not finish.
 const UNFINISHED: u8 = 1;
 
@@ -29,6 +32,14 @@ pub(super) enum Failure {
          baud rate"
     )]
     NoTelemetry { file: String, bytes: u64 },
+    #[error("{found} of {results} results, as --fail-on asks for")]
+    OfKind { found: String, results: usize },
+    #[error("{failed} of {of} results are missing: see the errors above")]
+    SomeLogs { failed: usize, of: usize, exit_code: u8 },
+    #[error("{file}: {error}")]
+    NoDraft { file: String, error: NothingFound },
+    #[error("{file}: exists already; give another name, or remove it")]
+    Exists { file: String },
     #[error("{file}: {rows} rows are too few for a diagnosis; it takes 24")]
     TooShort { file: String, rows: usize },
     #[error("{0}; the flight computer would reject it")]
@@ -63,7 +74,11 @@ impl Failure {
             | Self::NoTelemetry { .. }
             | Self::TooShort { .. }
             | Self::InvalidCommand(_)
-            | Self::NoPrior { .. } => BAD_INPUT,
+            | Self::NoPrior { .. }
+            | Self::NoDraft { .. }
+            | Self::Exists { .. } => BAD_INPUT,
+            Self::OfKind { .. } => OF_KIND,
+            Self::SomeLogs { exit_code, .. } => *exit_code,
             #[cfg(unix)]
             Self::Pil(crate::pil::PilFailed::NotFlown(_)) => BAD_INPUT,
             #[cfg(unix)]

@@ -11,7 +11,7 @@ use super::progress::{note_if_stopped, progress_bar, stop_on_ctrl_c};
 use super::{Failure, print};
 use crate::campaign::{Campaign, Truths};
 use crate::estimation::Method;
-use crate::input::Scenario;
+use crate::input::{Scenario, plausible};
 use crate::report::runs::{RunRow, RunsFile};
 use crate::report::{McReport, table};
 
@@ -41,6 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut notes = Notes::default();
     note_ignored_disturbances(method.estimator, &scenario.craft(), &mut notes);
     note_changes(&scenario, &mut notes);
+    plausible::scenario(&scenario).into_iter().for_each(|note| notes.add(note));
     let campaign = Campaign {
         scenario: &scenario,
         truths: &Truths::simulate(&scenario)?,

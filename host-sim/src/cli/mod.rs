@@ -1,7 +1,8 @@
 //! The command line: one file per verb, which parses, calls the library and prints.
 //!
 //! Results go to stdout; errors and notes go to stderr. Exit code 0: complete; 1: a run that could
-//! not finish; 2: bad input.
+//! not finish; 2: bad input; 3: a result of a kind of `--fail-on`. Colours appear on a terminal only, and
+//! not with `NO_COLOR`.
 
 mod command;
 mod crlb;
@@ -9,6 +10,9 @@ mod diagnose;
 mod estimate;
 mod failure;
 mod flight_estimator;
+mod init;
+mod list;
+mod manual;
 mod mc;
 mod notes;
 #[cfg(unix)]
@@ -23,15 +27,24 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use anstyle::{AnsiColor, Effects, Style};
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
 use crate::estimation::Method;
 use failure::{BAD_INPUT, Failure};
 
+/// First steps, below the list of verbs.
+const FIRST_STEPS: &str = "\
+First steps:
+  host-sim run                                      a simulated flight
+  host-sim init my-craft                            a scenario and a craft file to edit
+  host-sim init --from log.csv --out craft.toml     a craft file drafted from a log
+  host-sim replay --craft craft.toml log.csv        the inertia from the log";
+
 /// Simulate a spacecraft or replay its log, and estimate its inertia tensor with the flight core
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = false)]
+#[command(version, arg_required_else_help = false, after_help = FIRST_STEPS)]
 pub struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -40,12 +53,11 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// Simulate one flight, estimate, and compare with the truth and the Cramér-Rao bound
-    ///
-    /// Example: host-sim run stsat3-spin-up --out report
+    #[command(
+        after_help = "Examples:\n  host-sim run\n  host-sim run my.toml --out report\n  host-sim run cubesat-pyramid --estimator joint-ekf --json"
+    )]
     Run(run::Arguments),
     /// Monte Carlo campaign: RMS error and bias compared with the bound, and NEES
-    ///
-    /// Example: host-sim mc cubesat-pyramid --runs 1000 --out runs.csv
     ///
     /// Runs differ in gyro noise and in the dispersion of the scenario. A run has converged if the
     /// estimator reports so and each error is within 20 bounds. It has diverged if the estimator
@@ -68,48 +80,56 @@ enum Verb {
     ///
     /// Ctrl-C stops the campaign; the result is of the completed runs. All cores are used, or the
     /// number in the environment variable RAYON_NUM_THREADS; the result is the same.
+    #[command(
+        after_help = "Examples:\n  host-sim mc cubesat-pyramid --runs 1000\n  host-sim mc my.toml --runs 1000 --out runs.csv"
+    )]
     Mc(mc::Arguments),
     /// Tables of five papers: published, reproduced, and the bound
     ///
-    /// Example: host-sim tables --runs 1000 --out papers
-    ///
     /// Ctrl-C stops the runs; the result is of the completed ones. All cores are used; the result is
     /// the same on any number of cores.
+    #[command(after_help = "Example:\n  host-sim tables --runs 1000 --out papers")]
     Tables(tables::Arguments),
     /// Estimate from a recorded log
-    ///
-    /// Example: host-sim replay --craft craft.toml log.csv --out report
+    #[command(
+        after_help = "Examples:\n  host-sim replay --craft craft.toml log.csv --out report\n  host-sim replay --craft craft.toml logs --fail-on diverged,partial\n  zcat log.csv.gz | host-sim replay --craft craft.toml -\n  host-sim replay --craft craft.toml logs --estimator window --estimator joint-ekf --json"
+    )]
     Replay(replay::Arguments),
-    /// Causes that explain the residuals of a log, ranked
+    /// Files to start from: a scenario and a craft file, or a craft file drafted from a log
     ///
-    /// Example: host-sim diagnose --craft craft.toml log.csv
+    /// The draft of `--from` maps the columns of the log by their names, units and increments; each line
+    /// says why. Lines marked CONFIRM are guesses, lines marked FILL IN are what no log shows.
+    #[command(
+        after_help = "Examples:\n  host-sim init --from log.csv --out craft.toml\n  host-sim init my-craft"
+    )]
+    Init(init::Arguments),
+    /// Built-in scenarios and estimators, one line each
+    #[command(after_help = "Examples:\n  host-sim list\n  host-sim list --json")]
+    List(list::Arguments),
+    /// Causes that explain the residuals of a log, ranked
     ///
     /// Candidates are errors of gyro, wheels and torque, and mistakes of log and craft file: a wheel's sign, gyro axes
     /// permuted, units, columns late by rows. Each is fitted to the whole log; the share of the excess of chi-square
     /// that it accounts for is printed, with the line that states or corrects it. Causes that the log does not
     /// distinguish are named together.
+    #[command(after_help = "Example:\n  host-sim diagnose --craft craft.toml log.csv")]
     Diagnose(diagnose::Arguments),
     /// Cramér-Rao bound of a scenario: the smallest sigma of any unbiased estimator
-    ///
-    /// Example: host-sim crlb microsat-slew
+    #[command(after_help = "Example:\n  host-sim crlb microsat-slew")]
     Crlb(crlb::Arguments),
     /// Telemetry packets of a flight computer's serial line, one line each
-    ///
-    /// Example: host-sim telemetry /dev/ttyUSB0
     ///
     /// Set the port to raw mode first: stty -F /dev/ttyUSB0 115200 raw -echo. Damaged and missing
     /// packets are noted on stderr. The text leaves out counts of zero; with --json each line is one
     /// document with every field.
+    #[command(after_help = "Example:\n  host-sim telemetry /dev/ttyUSB0")]
     Telemetry(telemetry::Arguments),
     /// Telecommand for a flight computer, as bytes on stdout
     ///
-    /// Example: host-sim command reset > /dev/ttyUSB0
-    ///
     /// Set the port to raw mode first: stty -F /dev/ttyUSB0 115200 raw -echo.
+    #[command(after_help = "Example:\n  host-sim command reset > /dev/ttyUSB0")]
     Command(command::Arguments),
     /// Processor in the loop: the firmware in QEMU with simulated sensors, compared with the host
-    ///
-    /// Example: host-sim pil stsat3-spin-up --estimator window
     ///
     /// The firmware reads gyro and wheels over a serial port from models at register level. Driver,
     /// conversion and estimator are those of the flight image, on its processor. The same software
@@ -118,7 +138,16 @@ enum Verb {
     ///
     /// Requires QEMU and a compiler for the Cortex-M; an error names the package to install.
     #[cfg(unix)]
+    #[command(after_help = "Example:\n  host-sim pil stsat3-spin-up --estimator window")]
     Pil(pil::Arguments),
+    /// Completions of the command line for a shell, on stdout
+    #[command(
+        after_help = "Example:\n  host-sim completions bash > ~/.local/share/bash-completion/completions/host-sim"
+    )]
+    Completions(manual::CompletionsArguments),
+    /// Manual pages, one for each verb, into a folder
+    #[command(after_help = "Example:\n  host-sim man ~/.local/share/man/man1")]
+    Man(manual::ManArguments),
 }
 
 /// Options of the verbs that estimate from one log.
@@ -149,6 +178,10 @@ pub fn main() -> ExitCode {
         Verb::Mc(arguments) => mc::run(&arguments),
         Verb::Tables(arguments) => tables::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Init(arguments) => init::run(&arguments),
+        Verb::List(arguments) => list::run(&arguments),
+        Verb::Completions(arguments) => manual::completions(&arguments),
+        Verb::Man(arguments) => manual::man(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Crlb(arguments) => crlb::run(&arguments),
         Verb::Telemetry(arguments) => telemetry::run(&arguments),
@@ -159,7 +192,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            anstream::eprintln!("{RED}error{RED:#}: {failure}");
             ExitCode::from(failure.exit_code())
         }
     }
@@ -176,16 +209,45 @@ fn in_two_lines(message: &str) -> String {
 
 /// Prints a table, or its report as one JSON document.
 fn print(json: bool, report: &impl Serialize, table: &str) -> Result<(), Failure> {
-    let text = if json {
-        serde_json::to_string_pretty(report).map_err(Failure::Json)? + "\n"
-    } else {
-        table.to_owned()
-    };
-    match io::stdout().write_all(text.as_bytes()) {
+    if json {
+        return print_text(&(serde_json::to_string_pretty(report).map_err(Failure::Json)? + "\n"));
+    }
+    print_text(&coloured(table))
+}
+
+/// Prints a text to stdout.
+fn print_text(text: &str) -> Result<(), Failure> {
+    match anstream::stdout().write_all(text.as_bytes()) {
         // A closed pipe, as with `head`, is not an error.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         other => other.map_err(Failure::Print),
     }
+}
+
+/// Style of an error.
+const RED: Style = AnsiColor::Red.on_default().effects(Effects::BOLD);
+
+/// A table with coloured statuses. The stream removes the colours unless it is a terminal.
+fn coloured(table: &str) -> String {
+    let styles = [
+        ("converged", AnsiColor::Green),
+        ("partial", AnsiColor::Yellow),
+        ("unobservable", AnsiColor::Yellow),
+        ("diverged", AnsiColor::Red),
+        ("failed", AnsiColor::Red),
+    ];
+    let line = |line: &str| {
+        // A status is a word of its own: of the line `status`, or of a row of several logs.
+        let style = styles.iter().find(|(word, _)| line.split_whitespace().any(|w| w.trim_end_matches(':') == *word));
+        match style {
+            Some((word, colour)) => {
+                let style = Style::new().fg_color(Some((*colour).into()));
+                line.replacen(word, &format!("{style}{word}{style:#}"), 1)
+            }
+            _ => line.to_owned(),
+        }
+    };
+    table.split_inclusive('\n').map(line).collect()
 }
 
 /// Command line of this process, for the report.

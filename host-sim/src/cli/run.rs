@@ -5,8 +5,8 @@ use clap::Args;
 use super::estimate::{estimate, note_changes};
 use super::notes::Notes;
 use super::{Failure, Options, command_line, print};
-use crate::input::Scenario;
 use crate::input::scenario::DEFAULT_SCENARIO;
+use crate::input::{Scenario, plausible};
 use crate::report::{ReportFolder, RunReport, Simulated, table};
 use crate::simulation::log_of;
 use crate::truth::Flight;
@@ -28,10 +28,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = Scenario::load(scenario)?.of_seed(*seed);
     let mut notes = Notes::default();
     note_changes(&scenario, &mut notes);
+    plausible::scenario(&scenario).into_iter().for_each(|note| notes.add(note));
     let flight = Flight::simulate(&scenario)?;
     let log = log_of(&scenario, &flight, *seed);
     let craft = scenario.craft();
-    let estimated = estimate(options, &craft, &log, &scenario.name, notes)?;
+    let estimated =
+        estimate(options.method, options.out.is_some(), &craft, &log, &scenario.name, notes)?;
     let report = RunReport::of_flight(&scenario, *seed, &flight, estimated.report);
     let table = table::run(&report);
     if let Some(folder) = &options.out {

@@ -156,6 +156,11 @@ const ALL: [EstimatorName; TABLE.len()] = {
 };
 
 impl EstimatorName {
+    /// All estimators, the default first.
+    pub fn all() -> impl Iterator<Item = Self> {
+        ALL.into_iter()
+    }
+
     /// The estimator's row of the table.
     pub fn properties(self) -> &'static Properties {
         &TABLE[self as usize]

@@ -7,15 +7,19 @@
 //! ```text
 //! SCENARIO.toml ── scenario ──────> scenario::Scenario
 //! CRAFT.toml ───── flight-input ──> craft::Craft
-//! LOG.csv ──────── flight-input ──> log::RecordedLog
+//! LOG.csv ──────── log_file ──────> log::RecordedLog
 //! ```
 //!
 //! Craft files and logs are read by the crate `flight-input`, which the firmware's build script uses
 //! too. A rejected file is an [`InputError`]: one or two lines with the file, the line and the key or
-//! column, the fault and the remedy. [`keys`] lists all keys and columns. [`units`] names units of a log
+//! column, the fault and the remedy. [`log_file`] opens CSV, gzip and Parquet files. [`keys`] lists all keys and columns. [`units`] names units of a log
 //! that are probably not SI.
 
+pub mod guess;
+pub mod interpolated;
 pub mod keys;
+pub mod log_file;
+pub mod plausible;
 pub mod scenario;
 pub mod units;
 

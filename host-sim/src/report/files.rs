@@ -29,9 +29,16 @@ pub enum OutputError {
     Plot(#[from] PlotError),
 }
 
+impl OutputError {
+    /// Error of the operating system for a path.
+    pub fn new(path: &Path, reason: io::Error) -> Self {
+        Self::Unwritable { path: path.display().to_string(), reason }
+    }
+}
+
 /// Error of the operating system for a path.
 pub(super) fn unwritable(path: &Path, reason: io::Error) -> OutputError {
-    OutputError::Unwritable { path: path.display().to_string(), reason }
+    OutputError::new(path, reason)
 }
 
 /// Creates a folder with its parents, unless it exists.

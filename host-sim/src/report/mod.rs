@@ -34,7 +34,8 @@ pub mod table;
 pub use files::OutputError;
 pub use history::{AccelerationRow, HistoryRow};
 pub use json::{
-    CrlbReport, DiagnosisReport, ExplanationReport, McReport, ReplayReport, RunReport, Status,
+    CrlbReport, DiagnosisReport, ExplanationReport, LogReport, McReport, ReplayReport, RunReport,
+    Status,
 };
 pub use out_dir::{ReportFolder, Simulated};
 pub use published::TablesReport;

@@ -12,6 +12,7 @@ use super::gyro::{self, GyroData, GyroFile};
 use super::hardware::{
     self, ModeFile, MountFile, StatedHardware, Statements, TorqueScaleFile, Unstated, WheelsFile,
 };
+use super::log_format::{self, LogFile, LogFormat};
 use super::prior::{self, Prior, PriorFile};
 use super::wheel::{self, Wheel, WheelFile, check_count};
 use crate::error::InputError;
@@ -32,11 +33,13 @@ const ROOT: Table = Table {
         Key::required("prior", TABLE, "", ANY, "Expected inertia").or("no prior"),
         Key::required("filter", TABLE, "", ANY, "Process noise").or("that of the estimators"),
         Key::required("disturbance", TABLE, "", ANY, "Further unknowns").or("none"),
+        Key::required("log", TABLE, "", ANY, "Columns, units and clock of logs")
+            .or("SI, as LOG.csv"),
     ],
 };
 
 /// The tables of a craft file.
-pub const TABLES: [Table; 10] = [
+pub const TABLES: [Table; 15] = [
     ROOT,
     wheel::TABLE,
     hardware::WHEELS_TABLE,
@@ -47,6 +50,11 @@ pub const TABLES: [Table; 10] = [
     prior::TABLE,
     filter::TABLE,
     disturbance::TABLE,
+    log_format::TABLES[0],
+    log_format::TABLES[1],
+    log_format::TABLES[2],
+    log_format::TABLES[3],
+    log_format::TABLES[4],
 ];
 
 /// A spacecraft as known to the estimator.
@@ -64,6 +72,8 @@ pub struct Craft {
     pub filter: Filter,
     /// Unknowns besides the inertia.
     pub solve_for: SolveFor,
+    /// Columns, units and clock of its logs.
+    pub log: LogFormat,
     /// Initial state of a filter that starts from a guess. Drawn by a campaign; not a key.
     pub initial_estimate: Option<InitialEstimate>,
 }
@@ -114,14 +124,20 @@ impl Craft {
         }
         self.filter.write(&mut text);
         self.solve_for.write(&mut text, &self.hardware);
+        self.log.write(&mut text);
         text
     }
 
     fn from_source(source: &TomlSource) -> Result<Self, InputError> {
+        source.check_keys(&TABLES)?;
+        source.read_all(|| Self::read(source))
+    }
+
+    fn read(source: &TomlSource) -> Result<Self, InputError> {
         let file: CraftFile = source.parse()?;
         let root = Section::root(source);
         check_count(&root, &file.wheel)?;
-        let wheels = (file.wheel.iter().enumerate())
+        let wheels: Vec<Wheel> = (file.wheel.iter().enumerate())
             .map(|(index, wheel)| wheel.get_ref().read(&root.entry("wheel", index)))
             .collect::<Result<_, _>>()?;
         let gyro = file.gyro.read(&root.table("gyro"))?;
@@ -129,6 +145,7 @@ impl Craft {
         let filter = file.filter.read(&root)?;
         let DisturbanceFile { torque, gyro_bias, torque_sigma_n_m, varying_torque_sigma_n_m } =
             file.disturbance;
+        let log = file.log.map(|log| log.read(&root, wheels.len())).transpose()?;
         let hardware = Statements {
             gyro: file.gyro.statements(),
             each_wheel: file.wheel.iter().map(|wheel| wheel.get_ref().statements()).collect(),
@@ -147,6 +164,7 @@ impl Craft {
             filter,
             solve_for: SolveFor { torque, gyro_bias }.with_priors(&hardware),
             hardware,
+            log: log.unwrap_or_default(),
             initial_estimate: None,
         })
     }
@@ -172,6 +190,7 @@ struct CraftFile {
     filter: FilterFile,
     #[serde(default)]
     disturbance: DisturbanceFile,
+    log: Option<LogFile>,
 }
 
 #[cfg(test)]
@@ -235,6 +254,7 @@ mod tests {
                 is_torque_smooth: true,
             },
             solve_for: SolveFor { torque: true, gyro_bias: true },
+            log: LogFormat::default(),
             initial_estimate: None,
         };
         let again = Craft::from_toml("craft.toml", &craft.to_toml()).unwrap();
@@ -387,6 +407,29 @@ mod tests {
     }
 
     #[test]
+    fn all_faults_of_a_file_are_reported_at_once() {
+        assert_eq!(
+            message("[[wheel]]\naxs = [1, 0, 0]\nspin_inertia_kg_m2 = 1\n[gyros]\n[gyro]\nnoise = 1\n"),
+            "craft.toml:2: unknown key `axs` (did you mean `axis`?); known keys here: name, axis, \
+             spin_inertia_kg_m2, spin_inertia_sigma, axis_sigma_deg\n\
+             error: craft.toml:4: unknown key `gyros` (did you mean `gyro`?); known keys here: wheel, \
+             wheels, gyro, torque, mount, mode, prior, filter, disturbance, log\n\
+             error: craft.toml:6: unknown key `noise` (did you mean `noise_rad_s`?); known keys here: "
+                .to_owned()
+                + &gyro::TABLE.names().join(", ")
+        );
+        let values = "[[wheel]]\naxis = [0, 0, 0]\nspin_inertia_kg_m2 = -1\n[gyro]\nnoise_rad_s = 0\n\
+                      axes_deg = [20, 0]\n[prior]\ninertia_kg_m2 = [1, 1, 3, 0, 0, 0]\n\
+                      sigma_kg_m2 = [1, 1, 1, 1, 1, 0]\n";
+        let message = message(values);
+        let lines: Vec<&str> = message.split("\nerror: ").collect();
+        for (index, line) in [2, 3, 5, 6, 6, 8, 9].iter().enumerate() {
+            assert!(lines[index].starts_with(&format!("craft.toml:{line}: ")), "{message}");
+        }
+        assert_eq!(lines.len(), 7, "{message}");
+    }
+
+    #[test]
     fn unknown_keys_are_rejected_in_every_table() {
         assert!(message("gyros = 1").contains("did you mean `gyro`?"));
         assert!(message("[gyro]\nnoise = 1").contains("did you mean `noise_rad_s`?"));
@@ -398,8 +441,8 @@ mod tests {
     #[test]
     fn every_key_of_the_reader_has_a_row_in_the_reference() {
         for table in TABLES {
-            let error = Craft::from_toml("craft.toml", &format!("{}\nxyzzy = 1", table.header));
-            let problem = error.unwrap_err().problem;
+            let source = TomlSource::new("craft.toml", &format!("{}\nxyzzy = 1", table.header));
+            let problem = source.parse::<CraftFile>().err().unwrap().problem;
             let Problem::UnknownKey { known, .. } = problem else { panic!("{problem}") };
             assert_eq!(known, table.names(), "{}", table.header);
         }

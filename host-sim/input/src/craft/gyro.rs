@@ -7,7 +7,7 @@ use super::hardware::{
     AVERAGED, AXES_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, CLOCK_SIGMA, DELAY, DELAY_SIGMA,
     GyroStatements, KNOWN_AXES, KNOWN_SCALE, NOISE_TOLERANCE, SCALE_SIGMA, StatedHardware,
 };
-use crate::error::InputError;
+use crate::error::{InputError, Problem};
 use crate::key::{Key, NUMBER, POSITIVE, Table};
 use crate::section::{List, Section};
 
@@ -19,6 +19,24 @@ const NOISE: Key = Key::required(
     "White noise of one sample, one sigma per axis",
 )
 .or("estimated from the residuals");
+/// Noise as a data sheet gives it.
+pub const NOISE_DENSITY: Key = Key::required(
+    "noise_density_deg_s_sqrt_hz",
+    NUMBER,
+    "(deg/s)/√Hz",
+    POSITIVE,
+    "Density N of the noise, in place of `noise_rad_s`: σ = N √B, with B the bandwidth",
+)
+.or("`noise_rad_s`");
+/// Bandwidth of that noise.
+pub const NOISE_BANDWIDTH: Key = Key::required(
+    "noise_bandwidth_hz",
+    NUMBER,
+    "Hz",
+    POSITIVE,
+    "Bandwidth B of that noise: of the gyro's filter, or half the sample rate without one",
+)
+.or("required with a density");
 const RANGE: Key =
     Key::required("range_rad_s", NUMBER, "rad/s", POSITIVE, "Full scale per axis").or("unlimited");
 const QUANTUM: Key = Key::required(
@@ -36,6 +54,8 @@ pub const TABLE: Table = Table {
     about: "The gyro. Optional.",
     keys: &[
         NOISE,
+        NOISE_DENSITY,
+        NOISE_BANDWIDTH,
         RANGE,
         QUANTUM,
         KNOWN_SCALE,
@@ -99,6 +119,8 @@ impl GyroData {
 #[serde(deny_unknown_fields)]
 pub(super) struct GyroFile {
     noise_rad_s: Option<Spanned<f64>>,
+    noise_density_deg_s_sqrt_hz: Option<Spanned<f64>>,
+    noise_bandwidth_hz: Option<Spanned<f64>>,
     range_rad_s: Option<Spanned<f64>>,
     quantum_rad_s: Option<Spanned<f64>>,
     scale: Option<List>,
@@ -114,6 +136,44 @@ pub(super) struct GyroFile {
     bias_instability_rad_s: Option<Spanned<f64>>,
     clock_sigma: Option<Spanned<f64>>,
     noise_tolerance: Option<Spanned<f64>>,
+}
+
+/// The noise of a gyro as stated: of a sample, or as a density.
+pub struct NoiseStatement<'a> {
+    /// `noise_rad_s`.
+    pub noise_rad_s: &'a Option<Spanned<f64>>,
+    /// `noise_density_deg_s_sqrt_hz`.
+    pub density: &'a Option<Spanned<f64>>,
+    /// `noise_bandwidth_hz`.
+    pub bandwidth_hz: &'a Option<Spanned<f64>>,
+}
+
+impl NoiseStatement<'_> {
+    /// Noise of a sample, one sigma per axis, rad/s; none if it is not stated. A density N of white noise
+    /// within the bandwidth B gives `N √B`; without `noise_bandwidth_hz`, B is `half_rate_hz`.
+    ///
+    /// # Errors
+    /// A value outside its range, both forms, or a density without a bandwidth.
+    pub fn read(
+        &self,
+        section: &Section<'_>,
+        noise: &Key,
+        half_rate_hz: Option<f64>,
+    ) -> Result<Option<f64>, InputError> {
+        let noise_rad_s = section.optional_number(noise, self.noise_rad_s)?;
+        let bandwidth_hz = section.optional_number(&NOISE_BANDWIDTH, self.bandwidth_hz)?;
+        let Some(stated) = self.density else { return Ok(noise_rad_s) };
+        let density = section.number(&NOISE_DENSITY, stated)?;
+        if noise_rad_s.is_some() {
+            let required = "absent beside `noise_rad_s`".to_owned();
+            let key = section.full(&NOISE_DENSITY);
+            let problem = Problem::BadValue { key, found: density.to_string(), required };
+            return Err(section.error(stated, problem));
+        }
+        let bandwidth_hz = bandwidth_hz.or(half_rate_hz);
+        let bandwidth_hz = bandwidth_hz.ok_or_else(|| section.missing(&NOISE_BANDWIDTH, stated))?;
+        Ok(Some(density.to_radians() * bandwidth_hz.sqrt()))
+    }
 }
 
 impl GyroFile {
@@ -136,8 +196,13 @@ impl GyroFile {
     }
 
     pub(super) fn read(&self, section: &Section<'_>) -> Result<GyroData, InputError> {
+        let stated = NoiseStatement {
+            noise_rad_s: &self.noise_rad_s,
+            density: &self.noise_density_deg_s_sqrt_hz,
+            bandwidth_hz: &self.noise_bandwidth_hz,
+        };
         Ok(GyroData {
-            noise_rad_s: section.optional_number(&NOISE, &self.noise_rad_s)?,
+            noise_rad_s: stated.read(section, &NOISE, None)?,
             range_rad_s: section.optional_number(&RANGE, &self.range_rad_s)?,
             quantum_rad_s: section.optional_number(&QUANTUM, &self.quantum_rad_s)?,
         })
@@ -146,7 +211,25 @@ impl GyroFile {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Craft;
     use super::*;
+
+    #[test]
+    fn density_and_bandwidth_give_the_noise_of_a_sample() {
+        let read = |keys: &str| Craft::from_toml("craft.toml", &format!("[gyro]\n{keys}"));
+        // A BMI088: 0.014 (deg/s)/√Hz within 47 Hz.
+        let craft = read("noise_density_deg_s_sqrt_hz = 0.014\nnoise_bandwidth_hz = 47\n").unwrap();
+        let noise = craft.gyro.noise_rad_s.unwrap();
+        assert!((noise.to_degrees() - 0.014 * 47f64.sqrt()).abs() < 1e-12, "{noise}");
+        let message = read("noise_density_deg_s_sqrt_hz = 0.014\n").unwrap_err().to_string();
+        assert!(
+            message.starts_with("craft.toml:2: missing key `gyro.noise_bandwidth_hz`"),
+            "{message}"
+        );
+        let both = "noise_rad_s = 1e-3\nnoise_density_deg_s_sqrt_hz = 0.014\n";
+        let message = read(both).unwrap_err().to_string();
+        assert!(message.contains("is 0.014; it must be absent beside `noise_rad_s`"), "{message}");
+    }
 
     #[test]
     fn reading_sigma_includes_the_rounding_error() {

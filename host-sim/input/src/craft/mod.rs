@@ -23,6 +23,11 @@
 //! [disturbance]                       # optional: further unknowns
 //! torque = true
 //! gyro_bias = false
+//! [log]                               # optional: columns, units and clock of foreign logs
+//! time = "timestamp"
+//! time_unit = "us"
+//! [log.gyro]
+//! columns = ["gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"]
 //! ```
 //!
 //! Each table has a file of its own: type, keys, reader and writer.
@@ -32,6 +37,7 @@ pub mod file;
 pub mod filter;
 pub mod gyro;
 pub mod hardware;
+pub mod log_format;
 pub mod prior;
 pub mod wheel;
 
@@ -40,5 +46,6 @@ pub use file::{Craft, InitialEstimate, TABLES};
 pub use filter::Filter;
 pub use gyro::GyroData;
 pub use hardware::{Mode, StatedHardware};
+pub use log_format::{LogFormat, SensorFormat, TimeFormat};
 pub use prior::Prior;
 pub use wheel::{MAX_WHEELS, Wheel};

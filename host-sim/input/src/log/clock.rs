@@ -5,10 +5,12 @@
 //! length. A log in which the order of time is lost is rejected.
 
 use super::record::LogRow;
-use super::time::{TimeError, TimeStamp, TimeUnit};
+use super::time::TimeStamp;
+use super::time_columns::TimeColumns;
 use crate::csv_problem::CsvProblem;
-use crate::csv_source::{Column, CsvRow, CsvSource};
+use crate::csv_source::{CsvRow, CsvSource};
 use crate::error::InputError;
+use crate::units::TimeUnit;
 
 /// Most stamps ahead of the following ones that are left out as false.
 const MAX_AHEAD: usize = 5;
@@ -25,8 +27,10 @@ const MAX_SET_BACK: usize = 10;
 pub(super) struct Times {
     /// For each row of the source: time since the first usable row, µs, or the fault of the row.
     pub of_rows: Vec<Result<u64, CsvProblem>>,
-    /// Time stamp of the first usable row, s.
-    pub start_s: f64,
+    /// Time stamp of the first usable row, µs.
+    pub start_us: i64,
+    /// The clock was set back.
+    pub is_set_back: bool,
     /// Notes to the user.
     pub notes: Vec<String>,
 }
@@ -38,7 +42,7 @@ pub(super) struct Times {
 /// The order of time is lost, or most stamps are equal.
 pub(super) fn times(
     source: &CsvSource,
-    column: &Column,
+    column: &TimeColumns,
     complete: &[Result<LogRow, CsvProblem>],
 ) -> Result<Times, InputError> {
     let mut clock = Clock::new(source, column, complete);
@@ -54,7 +58,7 @@ pub(super) fn times(
 /// Rows in the order of the file, and which of them are usable.
 struct Clock<'a> {
     source: &'a CsvSource,
-    column: &'a Column,
+    column: &'a TimeColumns,
     /// Stamp of each row, or its fault.
     stamps: Vec<Result<TimeStamp, CsvProblem>>,
     /// Usable rows, by index.
@@ -69,11 +73,11 @@ struct Clock<'a> {
 impl<'a> Clock<'a> {
     fn new(
         source: &'a CsvSource,
-        column: &'a Column,
+        column: &'a TimeColumns,
         complete: &[Result<LogRow, CsvProblem>],
     ) -> Self {
         let stamp = |(row, complete): (&CsvRow, &Result<LogRow, CsvProblem>)| match complete {
-            Ok(_) => stamp_of(source, row, column),
+            Ok(_) => column.stamp(source, row),
             Err(fault) => Err(fault.clone()),
         };
         let stamps = source.rows().iter().zip(complete).map(stamp).collect();
@@ -88,7 +92,7 @@ impl<'a> Clock<'a> {
     /// Text of a row's stamp.
     fn text(&self, index: usize) -> String {
         let row = self.source.rows().get(index);
-        row.map_or(String::new(), |row| self.source.text(row, self.column).to_owned())
+        row.map_or(String::new(), |row| self.column.text(self.source, row))
     }
 
     /// Takes the row into the usable ones, or marks the rows at fault.
@@ -112,7 +116,9 @@ impl<'a> Clock<'a> {
         let is_whole_row = rows.get(last).map(CsvRow::cells) == rows.get(index).map(CsvRow::cells);
         let problem = match is_whole_row {
             true => CsvProblem::RepeatedRow,
-            false => CsvProblem::DuplicateTime { time: self.text(index) },
+            false => {
+                CsvProblem::DuplicateTime { column: self.column.name(), time: self.text(index) }
+            }
         };
         if !is_whole_row {
             self.repeated.push(index);
@@ -127,7 +133,8 @@ impl<'a> Clock<'a> {
         let Some(next) = next.filter(|next| *next < previous) else {
             let (time, previous) = (self.text(index), self.text(last));
             self.disordered.push(index);
-            self.stamps[index] = Err(CsvProblem::TimeBackwards { time, previous });
+            let column = self.column.name();
+            self.stamps[index] = Err(CsvProblem::TimeBackwards { column, time, previous });
             return;
         };
         let origin = self.set_back.last().copied().unwrap_or(0);
@@ -147,7 +154,8 @@ impl<'a> Clock<'a> {
             for false_row in self.usable.split_off(first_ahead) {
                 let time = self.text(false_row);
                 self.disordered.push(false_row);
-                self.stamps[false_row] = Err(CsvProblem::TimeAhead { time });
+                let column = self.column.name();
+                self.stamps[false_row] = Err(CsvProblem::TimeAhead { column, time });
             }
         } else {
             self.set_back.push(index);
@@ -162,17 +170,22 @@ impl<'a> Clock<'a> {
         let unsorted = self.disordered.len() + self.set_back.len();
         if is_lost(self.repeated.len() + unsorted) && self.repeated.len() > unsorted {
             let first = self.repeated[0];
+            let (column, time) = (self.column.name(), self.text(first));
             let problem = match self.repeated.len() {
-                1 => CsvProblem::DuplicateTime { time: self.text(first) },
-                shared => CsvProblem::FewDigits { shared, rows, time: self.text(first) },
+                1 => CsvProblem::DuplicateTime { column, time },
+                shared => CsvProblem::FewDigits { column, shared, rows, time },
             };
             return Err(self.source.error(self.line(first), problem));
         }
         if is_lost(unsorted) || self.set_back.len() > MAX_SET_BACK {
+            let stamp = |index: usize| {
+                let row = self.source.rows().get(index)?;
+                self.column.stamp(self.source, row).ok()
+            };
             let backwards = (1..self.stamps.len()).find_map(|i| {
-                let (previous, time) = (self.text(i - 1), self.text(i));
-                let is_before = TimeStamp::parse(&time).ok()? < TimeStamp::parse(&previous).ok()?;
-                is_before.then_some((i, CsvProblem::TimeBackwards { time, previous }))
+                let (previous, time, column) = (self.text(i - 1), self.text(i), self.column.name());
+                let is_before = stamp(i)? < stamp(i - 1)?;
+                is_before.then_some((i, CsvProblem::TimeBackwards { column, time, previous }))
             });
             if let Some((index, problem)) = backwards {
                 return Err(self.source.error(self.line(index), problem));
@@ -201,10 +214,11 @@ impl<'a> Clock<'a> {
                 Err(NoTime::SameMicrosecond) => {
                     same.push(index);
                     let previous = previous.map_or(String::new(), |previous| self.text(previous));
-                    Err(CsvProblem::SameMicrosecond { time: self.text(index), previous })
+                    let (column, time) = (self.column.name(), self.text(index));
+                    Err(CsvProblem::SameMicrosecond { column, time, previous })
                 }
                 Err(NoTime::TooLarge) => Err(CsvProblem::NotFinite {
-                    column: self.column.name.clone(),
+                    column: self.column.name(),
                     text: self.text(index),
                 }),
             };
@@ -215,31 +229,31 @@ impl<'a> Clock<'a> {
         {
             return Err(self.source.error(self.line(first), problem.clone()));
         }
-        let start_s = match first.and_then(|first| self.source.rows().get(first)) {
-            Some(row) => self.source.number(row, self.column)? / unit.per_second() as f64,
-            None => 0.0,
-        };
-        Ok(Times { of_rows, start_s, notes: self.notes(unit) })
+        let start = first.and_then(|first| self.stamp(first));
+        let start_us = start.and_then(|start| start.microseconds(unit)).unwrap_or(0);
+        let is_set_back = !self.set_back.is_empty();
+        Ok(Times { of_rows, start_us, is_set_back, notes: self.notes(unit) })
     }
 
     /// Unit of the last usable stamp: a clock may be set to the time since 1970 in flight.
     fn unit(&self) -> TimeUnit {
         let last = self.usable.last().and_then(|last| self.stamp(*last));
-        last.map_or(TimeUnit::Second, TimeUnit::of)
+        self.column.unit(last)
     }
 
     fn notes(&self, unit: TimeUnit) -> Vec<String> {
         let mut notes = Vec::new();
         let place =
             |index: usize| format!("{}:{}", self.source.file(), self.line(index).unwrap_or(0));
-        let is_since_1970 = |index: &&usize| self.stamp(**index).map(TimeUnit::of) == Some(unit);
+        let is_since_1970 = |index: &&usize| self.column.unit(self.stamp(**index)) == unit;
+        let column = self.column.name();
         if unit != TimeUnit::Second
             && let Some(&first) = self.usable.iter().find(is_since_1970)
         {
             let (name, text) = (unit.name(), self.text(first));
             notes.push(format!(
-                "{}: column `t_s`: {text} is read as {name} since 1970; the unit of the column is the \
-                 second",
+                "{}: column `{column}`: {text} is read as {name} since 1970; state another unit as \
+                 log.time_unit in the craft file",
                 place(first)
             ));
         }
@@ -247,7 +261,7 @@ impl<'a> Clock<'a> {
             let at = self.usable.partition_point(|usable| *usable < index);
             let before = at.checked_sub(1).map_or(String::new(), |at| self.text(self.usable[at]));
             notes.push(format!(
-                "{}: column `t_s`: the clock is set back from {before} to {}; taken as a gap of \
+                "{}: column `{column}`: the clock is set back from {before} to {}; taken as a gap of \
                  unknown length, one hour in the times of the result",
                 place(index),
                 self.text(index)
@@ -294,16 +308,4 @@ impl Scale {
         self.last = Some((row, time_us));
         Ok(time_us)
     }
-}
-
-/// Stamp of a row, or its fault.
-fn stamp_of(source: &CsvSource, row: &CsvRow, column: &Column) -> Result<TimeStamp, CsvProblem> {
-    let text = source.text(row, column);
-    TimeStamp::parse(text).map_err(|error| match error {
-        TimeError::NotANumber if text.contains(':') => {
-            CsvProblem::ClockTime { text: text.to_owned() }
-        }
-        TimeError::NotANumber => source.not_a_number(row, column),
-        TimeError::NotFinite => source.not_finite(row, column),
-    })
 }

@@ -1,7 +1,9 @@
 //! Columns of a log: their names, and their places in a file.
 
+use super::time_columns::TimeColumns;
+use crate::craft::{LogFormat, MAX_WHEELS, SensorFormat};
 use crate::csv_problem::CsvProblem;
-use crate::csv_source::{Column, CsvSource};
+use crate::csv_source::{Column, CsvRow, CsvSource};
 use crate::error::InputError;
 use crate::key::{FINITE, Key, NUMBER, Range};
 use crate::nearest::{likeness, nearest};
@@ -21,7 +23,8 @@ pub const COLUMNS: [Key; 12] = [
         TIME,
         "s",
         INCREASING,
-        "Time of the sample, from any origin, resolved to 1 µs; times since 1970 also in ms, µs or ns",
+        "Time of the sample, from any origin, resolved to 1 µs; times since 1970 also in ms, µs or ns, and dates as \
+         ISO 8601",
     ),
     column(GYRO[0], "rad/s", FINITE, "Body rate about x"),
     column(GYRO[1], "rad/s", FINITE, "Body rate about y"),
@@ -56,39 +59,110 @@ pub(super) fn wheel(number: usize) -> String {
     format!("wheel_{number}_rad_s")
 }
 
-/// The place of each quantity in a file.
+/// Columns of one kind of sensor.
+#[derive(Debug)]
+pub(super) struct Sensor {
+    columns: Vec<Column>,
+    /// SI value of one count of each.
+    factors: Vec<f64>,
+}
+
+impl Sensor {
+    /// The values of a row in SI units.
+    ///
+    /// # Errors
+    /// The first fault of a cell.
+    pub(super) fn values(&self, source: &CsvSource, row: &CsvRow) -> Result<Vec<f64>, CsvProblem> {
+        let columns = self.columns.iter().zip(&self.factors);
+        columns.map(|(column, factor)| Ok(source.finite_number(row, column)? * factor)).collect()
+    }
+
+    /// True for a row without a value, as in a table of several sensors: every cell is empty or NaN.
+    pub(super) fn is_absent(&self, source: &CsvSource, row: &CsvRow) -> bool {
+        let is_empty = |column: &Column| {
+            let text = source.text(row, column);
+            text.is_empty() || text.eq_ignore_ascii_case("nan")
+        };
+        !self.columns.is_empty() && self.columns.iter().all(is_empty)
+    }
+}
+
+/// The place of each quantity in the table of the gyro. A sensor with a table of its own has none.
 pub(super) struct Columns {
-    pub time: Column,
-    pub gyro: Vec<Column>,
-    pub wheels: Vec<Column>,
-    pub torque: Option<Vec<Column>>,
-    pub attitude: Option<Vec<Column>>,
+    pub time: TimeColumns,
+    pub gyro: Sensor,
+    pub wheels: Option<Sensor>,
+    pub torque: Option<Sensor>,
+    pub attitude: Option<Sensor>,
     pub notes: Vec<String>,
 }
 
 impl Columns {
     /// The columns of the log of a craft with `wheel_count` wheels.
-    pub(super) fn find(source: &CsvSource, wheel_count: usize) -> Result<Self, InputError> {
-        let time = source.column(TIME, is_known)?;
-        let gyro = all(source, &GYRO)?;
-
-        let wheel_columns = source.columns().iter().filter(|name| is_wheel(name)).count();
-        if wheel_columns != wheel_count {
-            let problem = CsvProblem::WheelColumns { log: wheel_columns, craft: wheel_count };
-            return Err(source.header_error(problem));
-        }
-        let wheel_names: Vec<String> = (1..=wheel_count).map(wheel).collect();
-        let wheels = all(source, &wheel_names)?;
-
-        let torque = all_or_none(source, &TORQUE)?;
-        let attitude = all_or_none(source, &ATTITUDE)?;
-
-        let mut known = vec![TIME.to_owned()];
-        known.extend(GYRO.iter().chain(&TORQUE).chain(&ATTITUDE).map(|name| (*name).to_owned()));
-        known.extend(wheel_names);
-        let notes = notes_on_ignored(source.columns(), &known);
+    pub(super) fn find(
+        source: &CsvSource,
+        format: &LogFormat,
+        wheel_count: usize,
+    ) -> Result<Self, InputError> {
+        let mapped = [&format.gyro, &format.wheels, &format.torque, &format.attitude];
+        let names = mapped.iter().flat_map(|sensor| sensor.iter()).flat_map(|s| &s.columns);
+        let names: Vec<&str> = names.chain(&format.time.columns).map(String::as_str).collect();
+        let is_known = |name: &str| is_known(name) || names.contains(&name);
+        let time = TimeColumns::find(source, &format.time, is_known)?;
+        let stated = |sensor: &Option<SensorFormat>| {
+            let here = sensor.as_ref().filter(|sensor| sensor.file.is_none());
+            here.map(|sensor| Sensor::find(source, sensor, is_known)).transpose()
+        };
+        let standard = |names: &[&str]| all(source, names, is_known).map(Sensor::si);
+        let gyro = match stated(&format.gyro)? {
+            Some(gyro) => gyro,
+            None => standard(&GYRO)?,
+        };
+        let wheels = match &format.wheels {
+            Some(_) => stated(&format.wheels)?,
+            None => Some(Sensor::si(wheel_columns(source, wheel_count, is_known)?)),
+        };
+        let of = |sensor: &Option<SensorFormat>, names: &[&str]| match sensor {
+            Some(_) => stated(sensor),
+            None if has_any(source, names) => standard(names).map(Some),
+            None => Ok(None),
+        };
+        let (torque, attitude) = (of(&format.torque, &TORQUE)?, of(&format.attitude, &ATTITUDE)?);
+        let is_mapped = mapped.iter().any(|sensor| sensor.is_some());
+        let notes = if is_mapped { Vec::new() } else { notes_on_ignored(source, is_known) };
         Ok(Self { time, gyro, wheels, torque, attitude, notes })
     }
+}
+
+impl Sensor {
+    /// The columns of `format` in a table.
+    pub(super) fn find(
+        source: &CsvSource,
+        format: &SensorFormat,
+        is_known: impl Fn(&str) -> bool + Copy,
+    ) -> Result<Self, InputError> {
+        let columns = all(source, &format.columns, is_known)?;
+        Ok(Self { columns, factors: format.factors.clone() })
+    }
+
+    fn si(columns: Vec<Column>) -> Self {
+        Self { factors: vec![1.0; columns.len()], columns }
+    }
+}
+
+/// The columns of the wheels by their standard names: one for each wheel.
+fn wheel_columns(
+    source: &CsvSource,
+    wheel_count: usize,
+    is_known: impl Fn(&str) -> bool + Copy,
+) -> Result<Vec<Column>, InputError> {
+    let found = source.columns().iter().filter(|name| is_wheel(name)).count();
+    if found != wheel_count {
+        let problem = CsvProblem::WheelColumns { log: found, craft: wheel_count };
+        return Err(source.header_error(problem));
+    }
+    let names: Vec<String> = (1..=wheel_count).map(wheel).collect();
+    all(source, &names, is_known)
 }
 
 /// True for the name of a log column.
@@ -107,30 +181,40 @@ fn is_wheel(name: &str) -> bool {
         .is_some_and(|number| number.parse::<u32>().is_ok())
 }
 
-fn all<S: AsRef<str>>(source: &CsvSource, names: &[S]) -> Result<Vec<Column>, InputError> {
+fn all<S: AsRef<str>>(
+    source: &CsvSource,
+    names: &[S],
+    is_known: impl Fn(&str) -> bool + Copy,
+) -> Result<Vec<Column>, InputError> {
     names.iter().map(|name| source.column(name.as_ref(), is_known)).collect()
 }
 
 /// One column of a group requires the others: a torque without one of its axes is a mistake.
-fn all_or_none(source: &CsvSource, names: &[&str]) -> Result<Option<Vec<Column>>, InputError> {
-    let is_there = |name: &&str| source.columns().iter().any(|column| column == name);
-    if names.iter().any(is_there) { all(source, names).map(Some) } else { Ok(None) }
+fn has_any(source: &CsvSource, names: &[&str]) -> bool {
+    names.iter().any(|name| source.columns().iter().any(|column| column == name))
 }
 
-fn notes_on_ignored(columns: &[String], known: &[String]) -> Vec<String> {
-    // Least likeness of a suggestion: a foreign quantity, as a temperature, gets none.
+fn notes_on_ignored(source: &CsvSource, is_known: impl Fn(&str) -> bool) -> Vec<String> {
+    /// Least likeness of a suggestion: a foreign quantity, as a temperature, gets none.
     const NEARLY: f64 = 0.9;
-    columns
-        .iter()
-        .filter(|column| !known.contains(column))
-        .map(|column| match nearest(column, known) {
-            _ if column.is_empty() => "a column without a name is ignored".to_owned(),
-            Some(name) if likeness(column, name) > NEARLY => {
-                format!("column `{column}` is ignored (did you mean `{name}`?)")
-            }
-            _ => format!("column `{column}` is ignored"),
-        })
-        .collect()
+    /// Most columns with a note of their own.
+    const LISTED: usize = 4;
+    let wheels = (1..=MAX_WHEELS).map(wheel);
+    let fixed = [TIME].into_iter().chain(GYRO).chain(TORQUE).chain(ATTITUDE).map(str::to_owned);
+    let known: Vec<String> = fixed.chain(wheels).collect();
+    let note = |column: &&String| match nearest(column, &known) {
+        _ if column.is_empty() => "a column without a name is ignored".to_owned(),
+        Some(name) if likeness(column, name) > NEARLY => {
+            format!("column `{column}` is ignored (did you mean `{name}`?)")
+        }
+        _ => format!("column `{column}` is ignored"),
+    };
+    let ignored: Vec<&String> = source.columns().iter().filter(|name| !is_known(name)).collect();
+    let mut notes: Vec<String> = ignored.iter().take(LISTED).map(note).collect();
+    if ignored.len() > LISTED {
+        notes.push(format!("{} further columns are ignored", ignored.len() - LISTED));
+    }
+    notes
 }
 
 #[cfg(test)]

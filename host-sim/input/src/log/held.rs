@@ -29,26 +29,10 @@ pub(super) struct Fresh {
 impl Fresh {
     /// The fresh rows, if the log holds its readings.
     pub(super) fn find(rows: &[LogRow]) -> Option<Self> {
-        let starts = run_starts(rows);
-        // The first run may have begun before the log, the last may end after it.
-        let lengths: Vec<usize> = starts.windows(2).skip(1).map(|pair| pair[1] - pair[0]).collect();
-        if lengths.len() < MIN_RUNS {
-            return None;
-        }
-        let mut sorted = lengths.clone();
-        sorted.sort_unstable();
-        let median = sorted[sorted.len() / 2];
-        let near: Vec<usize> =
-            lengths.iter().copied().filter(|length| length.abs_diff(median) <= 1).collect();
-        let mean = near.iter().sum::<usize>() as f64 / near.len() as f64;
-        // Two rows per reading: an exact length, since a run of one row is no repetition.
-        let is_regular = |length: &&usize| median >= 3 || (**length as f64 - mean).abs() < 1.0;
-        let regular = near.iter().filter(is_regular).count();
+        let starts = run_starts(rows.len(), |row| changed_axes(rows, row));
+        let Runs { median, mean } = Runs::of(&starts)?;
         let joint = starts.iter().skip(1).filter(|start| changed_axes(rows, **start) >= 2).count();
-        let share = |part: usize, whole: usize| part as f64 / whole as f64;
-        let is_held = median >= 2
-            && share(regular, lengths.len()) >= REGULAR_SHARE
-            && share(joint, starts.len() - 1) >= JOINT_SHARE;
+        let is_held = joint as f64 / (starts.len() - 1) as f64 >= JOINT_SHARE;
         let is_first_whole = starts[1] - starts[0] >= median;
         let rows = starts[usize::from(!is_first_whole)..].to_vec();
         is_held.then_some(Self { rows, rows_per_reading: mean })
@@ -83,10 +67,52 @@ impl Fresh {
     }
 }
 
-/// First rows of the runs of equal readings.
-fn run_starts(rows: &[LogRow]) -> Vec<usize> {
-    let is_new = |row: &usize| *row == 0 || changed_axes(rows, *row) > 0;
-    (0..rows.len()).filter(is_new).collect()
+/// Rows at which the wheels have a new reading, if the log holds their readings for a regular number of
+/// rows. The first is the start of a whole run.
+pub(super) fn fresh_wheel_rows(rows: &[LogRow]) -> Option<Vec<usize>> {
+    let changed = |row: usize| {
+        let (new, old) = (&rows[row].wheel_speed_rad_s, &rows[row - 1].wheel_speed_rad_s);
+        usize::from(new != old)
+    };
+    let mut starts = run_starts(rows.len(), changed);
+    let runs = Runs::of(&starts)?;
+    if starts[1] - starts[0] < runs.median {
+        starts.remove(0);
+    }
+    Some(starts)
+}
+
+/// Length of the runs of equal readings.
+struct Runs {
+    median: usize,
+    mean: f64,
+}
+
+impl Runs {
+    /// The typical run; none for readings that are not held, or held irregularly.
+    fn of(starts: &[usize]) -> Option<Self> {
+        // The first run may have begun before the log, the last may end after it.
+        let lengths: Vec<usize> = starts.windows(2).skip(1).map(|pair| pair[1] - pair[0]).collect();
+        if lengths.len() < MIN_RUNS {
+            return None;
+        }
+        let mut sorted = lengths.clone();
+        sorted.sort_unstable();
+        let median = sorted[sorted.len() / 2];
+        let near: Vec<usize> =
+            lengths.iter().copied().filter(|length| length.abs_diff(median) <= 1).collect();
+        let mean = near.iter().sum::<usize>() as f64 / near.len() as f64;
+        // Two rows per reading: an exact length, since a run of one row is no repetition.
+        let is_regular = |length: &&usize| median >= 3 || (**length as f64 - mean).abs() < 1.0;
+        let regular = near.iter().filter(is_regular).count() as f64 / lengths.len() as f64;
+        (median >= 2 && regular >= REGULAR_SHARE).then_some(Self { median, mean })
+    }
+}
+
+/// First rows of the runs of equal readings; `changed` is the number of values with another reading than
+/// in the previous row.
+fn run_starts(rows: usize, changed: impl Fn(usize) -> usize) -> Vec<usize> {
+    (0..rows).filter(|row| *row == 0 || changed(*row) > 0).collect()
 }
 
 /// Number of axes with another reading than in the previous row.

@@ -1,6 +1,6 @@
-//! A recorded log: gyro, wheel speeds, external torque and attitude over time, as CSV.
+//! A recorded log: gyro, wheel speeds, external torque and attitude over time, as a table.
 //!
-//! Required columns: `t_s`, `gyro_x_rad_s`, `gyro_y_rad_s`, `gyro_z_rad_s`, and one
+//! Columns, units and clock are those of `[log]` in the craft file. Without it, required columns are `t_s`, `gyro_x_rad_s`, `gyro_y_rad_s`, `gyro_z_rad_s`, and one
 //! `wheel_N_rad_s` per wheel of the craft file. Optional groups: `torque_x_n_m` to `torque_z_n_m`,
 //! and `attitude_q1` to `attitude_q4`. [`COLUMNS`] has unit and meaning of each. Other columns are
 //! ignored, with a line in [`RecordedLog::notes`].
@@ -11,12 +11,17 @@
 
 mod clock;
 mod columns;
+mod date;
+mod fill;
 mod held;
 mod read;
 mod record;
+mod samples;
 mod time;
+mod time_columns;
 mod write;
 
 pub use columns::COLUMNS;
-pub use record::{LogRow, RecordedLog};
+pub use read::LogTables;
+pub use record::{Interpolation, LogRow, RecordedLog};
 pub use write::write_log;

@@ -7,23 +7,46 @@ use nalgebra::Vector3;
 
 use super::clock::times;
 use super::columns::Columns;
+use super::fill::{Apart, Clock};
 use super::held::Fresh;
 use super::record::{LogRow, RecordedLog};
+use crate::craft::LogFormat;
+use crate::csv_dialect::CsvOptions;
 use crate::csv_problem::CsvProblem;
-use crate::csv_source::{Column, CsvRow, CsvSource};
+use crate::csv_source::{CsvRow, CsvSource};
 use crate::error::{InputError, Problem};
 
 /// Reason of the rows that repeat a reading of the gyro.
 const HELD: &str = "gyro_held";
 
+/// The tables of one log.
+#[derive(Debug)]
+pub struct LogTables {
+    /// The table with the gyro.
+    pub log: CsvSource,
+    /// Tables of sensors that the format of the logs states as files of their own.
+    pub wheels: Option<CsvSource>,
+    /// As `wheels`.
+    pub torque: Option<CsvSource>,
+    /// As `wheels`.
+    pub attitude: Option<CsvSource>,
+}
+
+impl From<CsvSource> for LogTables {
+    fn from(log: CsvSource) -> Self {
+        Self { log, wheels: None, torque: None, attitude: None }
+    }
+}
+
 impl RecordedLog {
-    /// The log at `path` of a craft with `wheel_count` wheels.
+    /// The log at `path`, in SI units, of a craft with `wheel_count` wheels.
     ///
     /// # Errors
     /// The file cannot be read, a column is missing, the wheel columns do not match, no row is usable,
     /// or the order of time is lost.
     pub fn load(path: &Path, wheel_count: usize) -> Result<Self, InputError> {
-        Self::from_source(&CsvSource::read_unchecked(path)?, wheel_count)
+        let tables = CsvSource::read_unchecked(path)?.into();
+        Self::from_tables(&tables, &LogFormat::default(), wheel_count)
     }
 
     /// The log in the bytes of a file; `file` is the name in errors.
@@ -31,13 +54,24 @@ impl RecordedLog {
     /// # Errors
     /// As of [`Self::load`].
     pub fn decode(file: &str, bytes: &[u8], wheel_count: usize) -> Result<Self, InputError> {
-        Self::from_source(&CsvSource::decode_unchecked(file, bytes)?, wheel_count)
+        let tables = CsvSource::decode_unchecked(file, bytes, &CsvOptions::default())?.into();
+        Self::from_tables(&tables, &LogFormat::default(), wheel_count)
     }
 
-    fn from_source(source: &CsvSource, wheel_count: usize) -> Result<Self, InputError> {
-        let columns = Columns::find(source, wheel_count)?;
+    /// The log in tables of this format.
+    ///
+    /// # Errors
+    /// As of [`Self::load`], or no reading of a slower sensor at the times of the gyro.
+    pub fn from_tables(
+        tables: &LogTables,
+        format: &LogFormat,
+        wheel_count: usize,
+    ) -> Result<Self, InputError> {
+        let source = &tables.log;
+        let columns = Columns::find(source, format, wheel_count)?;
+        let apart = Apart::find(source, &columns);
         let complete: Vec<_> =
-            source.rows().iter().map(|row| log_row(source, row, &columns)).collect();
+            source.rows().iter().map(|row| log_row(source, row, &columns, &apart)).collect();
         let times = times(source, &columns.time, &complete)?;
         let (mut rows, mut faults) = (Vec::new(), Vec::new());
         for ((row, complete), time_us) in source.rows().iter().zip(complete).zip(times.of_rows) {
@@ -49,13 +83,21 @@ impl RecordedLog {
         if rows.is_empty() && !faults.is_empty() {
             return Err(faults.swap_remove(0));
         }
-        let has_torque = columns.torque.is_some();
-        let notes = [columns.notes, times.notes].concat();
-        let skipped_rows = BTreeMap::new();
-        let mut log = Self { rows, start_s: times.start_s, has_torque, skipped_rows, notes };
-        log.start_at_first_row();
+        let mut log = Self {
+            rows,
+            start_s: 0.0,
+            has_torque: columns.torque.is_some() || tables.torque.is_some(),
+            skipped_rows: BTreeMap::new(),
+            interpolation: None,
+            notes: [&columns.notes[..], &times.notes].concat(),
+        };
         log.note_skipped(source, &faults);
+        let clock = Clock { start_us: times.start_us, is_set_back: times.is_set_back };
+        log.fill(tables, format, &columns, &apart, &clock)?;
+        log.start_s = times.start_us as f64 / 1e6;
+        log.start_at_first_row();
         log.leave_out_held(source);
+        log.interpolate_held_wheels(source);
         Ok(log)
     }
 
@@ -71,7 +113,19 @@ impl RecordedLog {
         /// Largest number of rows in the note.
         const LISTED: usize = 3;
         let mut listed = Vec::new();
-        for fault in faults {
+        let is_fault =
+            |fault: &&InputError| !matches!(fault.problem, Problem::Csv(CsvProblem::NoGyro));
+        let absent = faults.len() - faults.iter().filter(is_fault).count();
+        if absent > 0 {
+            self.skipped_rows.insert("no_gyro", absent as u64);
+            self.notes.push(format!(
+                "{}: {absent} of {} rows have no reading of the gyro; the gyro determines the samples",
+                source.file(),
+                source.rows().len()
+            ));
+        }
+        let faults: Vec<&InputError> = faults.iter().filter(is_fault).collect();
+        for fault in &faults {
             let Problem::Csv(problem) = &fault.problem else { continue };
             *self.skipped_rows.entry(problem.skip_reason().unwrap_or("other")).or_default() += 1;
             if listed.len() < LISTED {
@@ -98,36 +152,37 @@ impl RecordedLog {
     }
 }
 
-/// The cells of a row, at time zero.
-fn log_row(source: &CsvSource, row: &CsvRow, columns: &Columns) -> Result<LogRow, CsvProblem> {
+/// The cells of a row, at time zero. Sensors apart are zero, to be filled in.
+fn log_row(
+    source: &CsvSource,
+    row: &CsvRow,
+    columns: &Columns,
+    apart: &Apart,
+) -> Result<LogRow, CsvProblem> {
     source.check_log_row(row)?;
+    if apart.gyro && columns.gyro.is_absent(source, row) {
+        return Err(CsvProblem::NoGyro);
+    }
+    let rate = columns.gyro.values(source, row)?;
+    let wheels = columns.wheels.as_ref().filter(|_| !apart.wheels);
+    let torque = columns.torque.as_ref().filter(|_| !apart.torque);
+    // A row without attitude is usable, by most estimators.
+    let attitude = columns.attitude.as_ref().filter(|_| !apart.attitude);
+    let attitude = attitude.and_then(|attitude| attitude.values(source, row).ok());
     Ok(LogRow {
         line: row.line,
         time_us: 0,
-        rate_rad_s: Vector3::from(numbers::<3>(source, row, &columns.gyro)?),
-        wheel_speed_rad_s: (columns.wheels.iter())
-            .map(|column| source.finite_number(row, column))
-            .collect::<Result<_, _>>()?,
-        torque_n_m: match &columns.torque {
-            Some(torque) => Vector3::from(numbers::<3>(source, row, torque)?),
+        rate_rad_s: Vector3::from_column_slice(&rate),
+        wheel_speed_rad_s: match wheels {
+            Some(wheels) => wheels.values(source, row)?,
+            None => Vec::new(),
+        },
+        torque_n_m: match torque {
+            Some(torque) => Vector3::from_column_slice(&torque.values(source, row)?),
             None => Vector3::zeros(),
         },
-        // A row without attitude is usable, by most estimators.
-        attitude: (columns.attitude.as_ref())
-            .and_then(|attitude| numbers(source, row, attitude).ok()),
+        attitude: attitude.and_then(|values| values.try_into().ok()),
     })
-}
-
-fn numbers<const N: usize>(
-    source: &CsvSource,
-    row: &CsvRow,
-    columns: &[Column],
-) -> Result<[f64; N], CsvProblem> {
-    let mut numbers = [0.0; N];
-    for (number, column) in numbers.iter_mut().zip(columns) {
-        *number = source.finite_number(row, column)?;
-    }
-    Ok(numbers)
 }
 
 #[cfg(test)]
@@ -187,7 +242,7 @@ mod tests {
         let text = "t_s,gyro_x_rad_s,gyro_y,gyro_z_rad_s\n0,1,2,3\n";
         let message = read(text, 0).unwrap_err().to_string();
         assert!(
-            message.starts_with("log.csv:1: no column `gyro_y_rad_s` (if it is `gyro_y`,"),
+            message.starts_with("log.csv:1: no column `gyro_y_rad_s` (perhaps `gyro_y`;"),
             "{message}"
         );
     }
@@ -207,7 +262,7 @@ mod tests {
         assert_eq!(read(&text, 0).unwrap().rows[0].attitude, Some([0.1, 0.2, 0.3, 0.4]));
         let message = read(&text.replace("attitude_q4", "attitude_w"), 0).unwrap_err().to_string();
         assert!(
-            message.starts_with("log.csv:1: no column `attitude_q4` (if it is `attitude_w`,"),
+            message.starts_with("log.csv:1: no column `attitude_q4` (perhaps `attitude_w`;"),
             "{message}"
         );
     }
@@ -218,8 +273,8 @@ mod tests {
         let more = read(&text, 2).unwrap_err().to_string();
         assert_eq!(
             more,
-            "log.csv:1: wheel columns of the log: 1, [[wheel]] tables of the craft file: 2; the log \
-             must have exactly the columns wheel_1_rad_s to wheel_2_rad_s"
+            "log.csv:1: wheel columns of the log: 1, [[wheel]] tables of the craft file: 2; name \
+             the columns wheel_1_rad_s to wheel_2_rad_s, or state them in [log.wheels]"
         );
         let none = read(&text, 0).unwrap_err().to_string();
         assert!(none.ends_with("add one [[wheel]] table per column to the craft file"), "{none}");
@@ -324,7 +379,7 @@ mod tests {
         assert_eq!(
             message(&rows),
             "log.csv:3: column `t_s`: time stamps have too few digits: 49 of 50 rows share the stamp \
-             of the row before, as 1.73234e+09; export t_s with all its digits"
+             of the row before, as 1.73234e+09; export the column with all its digits"
         );
     }
 
@@ -333,7 +388,7 @@ mod tests {
         let rows: String = (0..20).map(|i| format!("{i},{i},2,3,\n{i},,,,7\n")).collect();
         let log = read(&format!("{HEADER},temperature_k\n{rows}"), 0).unwrap();
         assert_eq!(log.rows.len(), 20);
-        assert_eq!(log.skipped_rows, BTreeMap::from([("empty_cell", 20)]));
+        assert_eq!(log.skipped_rows, BTreeMap::from([("no_gyro", 20)]));
     }
 
     #[test]
@@ -383,8 +438,8 @@ mod tests {
         assert_eq!(
             log.notes,
             [
-                "log.csv:2: column `t_s`: 1700000000000000000 is read as nanoseconds since 1970; the \
-              unit of the column is the second"
+                "log.csv:2: column `t_s`: 1700000000000000000 is read as nanoseconds since 1970; state another \
+             unit as log.time_unit in the craft file"
             ]
         );
     }
@@ -407,12 +462,15 @@ mod tests {
     }
 
     #[test]
-    fn dates_are_named() {
+    fn dates_are_read_or_named() {
         let rows = "2024-05-01T12:00:00Z,1,2,3\n2024-05-01T12:00:01Z,1,2,3\n";
+        let log = read(&format!("{HEADER}\n{rows}"), 0).unwrap();
+        assert_eq!((log.start_s, log.rows[1].time_us), (1_714_564_800.0, 1_000_000));
+        let american = rows.replace("2024-05-01T", "05/01/2024 ");
         assert_eq!(
-            message(rows),
-            "log.csv:2: column `t_s`: \"2024-05-01T12:00:00Z\" is a date or a time of day; write \
-             seconds, from any origin"
+            message(&american),
+            "log.csv:2: column `t_s`: \"05/01/2024 12:00:00Z\" is not a known form of a date; write \
+             seconds, or ISO 8601 as 2024-05-01T12:00:00Z"
         );
     }
 

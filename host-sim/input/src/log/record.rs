@@ -17,6 +17,8 @@ pub struct RecordedLog {
     pub has_torque: bool,
     /// Rows of the file that are not in `rows`, by reason.
     pub skipped_rows: BTreeMap<&'static str, u64>,
+    /// Error of wheel speeds that are interpolated; none if every row has readings of its own.
+    pub interpolation: Option<Interpolation>,
     /// Notes to the user, one sentence each: ignored columns, rows left out, corrections of time.
     pub notes: Vec<String>,
 }
@@ -29,6 +31,17 @@ impl RecordedLog {
             row.rate_rad_s = hardware.corrected_rate_rad_s(&row.rate_rad_s);
         }
     }
+}
+
+/// Error of interpolated wheel speeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interpolation {
+    /// One sigma of the speed of each wheel between its readings, rad/s.
+    pub sigma_rad_s: Vec<f64>,
+    /// RMS of the rate of change of each speed, rad/s².
+    pub slope_rad_s2: Vec<f64>,
+    /// Typical time between readings, s.
+    pub period_s: f64,
 }
 
 /// One sample.

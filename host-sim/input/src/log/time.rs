@@ -3,6 +3,8 @@
 //! `f64` seconds since 1970 resolve only 0.2 µs, and sums over a long log lose microseconds. Time is
 //! therefore integer throughout: text → picoseconds → difference → microseconds.
 
+use crate::units::TimeUnit;
+
 /// Resolution: decimal places of a second.
 const DECIMALS: i32 = 12;
 const PICOSECONDS_PER_MICROSECOND: i128 = 1_000_000;
@@ -10,56 +12,28 @@ const PICOSECONDS_PER_MICROSECOND: i128 = 1_000_000;
 const MAX_POWER: i32 = 20;
 /// The years 2000 to 2100 in seconds since 1970.
 const CENTURY_S: std::ops::Range<i128> = 946_684_800..4_102_444_800;
-const PICOSECONDS_PER_SECOND: i128 = 1_000_000_000_000;
+pub(super) const PICOSECONDS_PER_SECOND: i128 = 1_000_000_000_000;
 
-/// Unit of a column of time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum TimeUnit {
-    Second,
-    Millisecond,
-    Microsecond,
-    Nanosecond,
+/// Unit of a log with this first stamp, if its craft file states none: other than the second only where
+/// the number is a time since 1970 in that unit, within the years 2000 to 2100. As seconds these are
+/// 30,000 years and more.
+pub(super) fn unit_of(first: TimeStamp) -> TimeUnit {
+    let is_since_1970 = |unit: &TimeUnit| {
+        CENTURY_S.contains(&(first.picoseconds / (PICOSECONDS_PER_SECOND * per_second(*unit))))
+    };
+    let small = [TimeUnit::Millisecond, TimeUnit::Microsecond, TimeUnit::Nanosecond];
+    small.into_iter().find(is_since_1970).unwrap_or(TimeUnit::Second)
 }
 
-impl TimeUnit {
-    /// Unit of a log with this first stamp: other than the second only where the number is a time
-    /// since 1970 in that unit, within the years 2000 to 2100. As seconds these are 30,000 years and
-    /// more.
-    pub(super) fn of(first: TimeStamp) -> Self {
-        [Self::Millisecond, Self::Microsecond, Self::Nanosecond]
-            .into_iter()
-            .find(|unit| {
-                let seconds = first.picoseconds / (PICOSECONDS_PER_SECOND * unit.per_second());
-                CENTURY_S.contains(&seconds)
-            })
-            .unwrap_or(Self::Second)
-    }
-
-    /// Units per second.
-    pub(super) fn per_second(self) -> i128 {
-        match self {
-            Self::Second => 1,
-            Self::Millisecond => 1_000,
-            Self::Microsecond => 1_000_000,
-            Self::Nanosecond => 1_000_000_000,
-        }
-    }
-
-    /// Name in notes.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Second => "seconds",
-            Self::Millisecond => "milliseconds",
-            Self::Microsecond => "microseconds",
-            Self::Nanosecond => "nanoseconds",
-        }
-    }
+/// Units per second.
+pub(super) fn per_second(unit: TimeUnit) -> i128 {
+    10i128.pow(unit.power().unsigned_abs())
 }
 
 /// A time stamp from the log's own origin: picoseconds, if the unit of its column is the second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct TimeStamp {
-    picoseconds: i128,
+    pub(super) picoseconds: i128,
 }
 
 /// Fault of a text that is not a time stamp.
@@ -72,8 +46,8 @@ pub(super) enum TimeError {
 }
 
 impl TimeStamp {
-    /// A decimal number of seconds, with or without an exponent, truncated to twelve decimals.
-    pub(super) fn parse(text: &str) -> Result<Self, TimeError> {
+    /// A decimal number in `unit`, with or without an exponent, truncated to twelve decimals of a second.
+    pub(super) fn parse_in(text: &str, unit: TimeUnit) -> Result<Self, TimeError> {
         // The grammar of numbers is that of the standard library, in this column as in the others.
         let approximate: f64 = text.parse().map_err(|_| TimeError::NotANumber)?;
         if !approximate.is_finite() || approximate.abs() >= 10f64.powi(MAX_POWER) {
@@ -92,7 +66,8 @@ impl TimeStamp {
         // decimal of the resolution.
         let digits = whole.bytes().chain(fraction.bytes()).filter(u8::is_ascii_digit);
         let digits_before_point = whole.bytes().filter(u8::is_ascii_digit).count();
-        let mut power = i64::from(exponent) + digits_before_point as i64 + i64::from(DECIMALS);
+        let mut power =
+            i64::from(exponent) + digits_before_point as i64 + i64::from(DECIMALS + unit.power());
         let mut picoseconds: i128 = 0;
         for digit in digits {
             if power <= 0 {
@@ -113,8 +88,14 @@ impl TimeStamp {
 
     /// The time since `start`, rounded to 1 µs, both in `unit`; none if negative or beyond 64 bits.
     pub(super) fn microseconds_since(self, start: Self, unit: TimeUnit) -> Option<u64> {
-        let microsecond = PICOSECONDS_PER_MICROSECOND * unit.per_second();
+        let microsecond = PICOSECONDS_PER_MICROSECOND * per_second(unit);
         u64::try_from((self.since(start) + microsecond / 2).div_euclid(microsecond)).ok()
+    }
+
+    /// Microseconds from the log's own origin, rounded down; none beyond 64 bits.
+    pub(super) fn microseconds(self, unit: TimeUnit) -> Option<i64> {
+        let microsecond = PICOSECONDS_PER_MICROSECOND * per_second(unit);
+        i64::try_from(self.picoseconds.div_euclid(microsecond)).ok()
     }
 
     /// The time since `start`, picoseconds if the unit is the second.
@@ -134,14 +115,18 @@ pub(super) fn seconds_text(time_us: u64) -> String {
 mod tests {
     use super::*;
 
+    fn parse(text: &str) -> Result<TimeStamp, TimeError> {
+        TimeStamp::parse_in(text, TimeUnit::Second)
+    }
+
     fn microseconds(start: &str, end: &str) -> Option<u64> {
-        let (start, end) = (TimeStamp::parse(start).unwrap(), TimeStamp::parse(end).unwrap());
+        let (start, end) = (parse(start).unwrap(), parse(end).unwrap());
         end.microseconds_since(start, TimeUnit::Second)
     }
 
     #[test]
     fn times_since_1970_in_small_units_are_read_without_loss() {
-        let unit = |text| TimeUnit::of(TimeStamp::parse(text).unwrap());
+        let unit = |text| unit_of(parse(text).unwrap());
         for (first, second, expected) in [
             ("1700000000000000000", "1700000000000001000", TimeUnit::Nanosecond),
             ("1700000000000000", "1700000000000001", TimeUnit::Microsecond),
@@ -149,7 +134,7 @@ mod tests {
             ("1700000000", "1700000000.000001", TimeUnit::Second),
         ] {
             assert_eq!(unit(first), expected, "{first}");
-            let stamps = [first, second].map(|text| TimeStamp::parse(text).unwrap());
+            let stamps = [first, second].map(|text| parse(text).unwrap());
             assert_eq!(stamps[1].microseconds_since(stamps[0], expected), Some(1), "{first}");
         }
         for relative in ["0", "100", "-5", "1e6", "12345678901"] {
@@ -179,6 +164,18 @@ mod tests {
     }
 
     #[test]
+    fn stated_units_are_exact() {
+        for (text, unit, picoseconds) in [
+            ("1700000000000000001", TimeUnit::Nanosecond, 1_700_000_000_000_000_001_000),
+            ("12.5", TimeUnit::Microsecond, 12_500_000),
+            ("-3e-3", TimeUnit::Millisecond, -3_000_000),
+            ("0.0004", TimeUnit::Nanosecond, 0),
+        ] {
+            assert_eq!(TimeStamp::parse_in(text, unit), Ok(TimeStamp { picoseconds }), "{text}");
+        }
+    }
+
+    #[test]
     fn microseconds_are_exact_from_a_distant_origin() {
         assert_eq!(microseconds("1750000000.000001", "1750000000.000248"), Some(247));
         assert_eq!(microseconds("-0.5", "0.25"), Some(750_000));
@@ -199,7 +196,7 @@ mod tests {
             ("1e400", TimeError::NotFinite),
             ("1e20", TimeError::NotFinite),
         ] {
-            assert_eq!(TimeStamp::parse(text), Err(expected), "{text:?}");
+            assert_eq!(parse(text), Err(expected), "{text:?}");
         }
     }
 

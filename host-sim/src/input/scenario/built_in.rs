@@ -81,6 +81,14 @@ pub fn built_in_names() -> impl Iterator<Item = &'static str> {
     BUILT_IN.iter().map(|(name, _)| *name)
 }
 
+/// The first sentence of the comment above a built-in scenario.
+pub fn built_in_summary(name: &str) -> String {
+    let text = text(name).unwrap_or_default();
+    let comment = text.lines().map_while(|line| line.strip_prefix('#'));
+    let comment = comment.map(str::trim).collect::<Vec<_>>().join(" ");
+    comment.split_once(". ").map_or(comment.clone(), |(first, _)| first.to_owned())
+}
+
 /// The text of a built-in scenario.
 pub(super) fn text(wanted: &str) -> Option<&'static str> {
     BUILT_IN.iter().find(|(name, _)| *name == wanted).map(|(_, text)| *text)
@@ -95,6 +103,13 @@ mod tests {
     fn every_built_in_scenario_loads_under_its_name() {
         for name in built_in_names() {
             assert_eq!(Scenario::load(name).unwrap().name, name);
+        }
+    }
+
+    #[test]
+    fn every_built_in_scenario_has_a_summary() {
+        for name in built_in_names() {
+            assert!((10..250).contains(&built_in_summary(name).len()), "{name}");
         }
     }
 

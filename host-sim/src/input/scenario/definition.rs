@@ -1,7 +1,7 @@
 //! A scenario: a spacecraft and its flight.
 
 use flight_input::craft::{
-    Craft, Filter, GyroData, InitialEstimate, Prior, SolveFor, StatedHardware,
+    Craft, Filter, GyroData, InitialEstimate, LogFormat, Prior, SolveFor, StatedHardware,
 };
 use fsw_core::Inertia;
 use nalgebra::Vector3;
@@ -101,6 +101,7 @@ impl Scenario {
             prior: physical.or_else(|| self.prior.clone()),
             filter: Filter { is_torque_smooth: self.torque.is_smooth(), ..self.filter },
             solve_for: self.solve_for,
+            log: LogFormat::default(),
             initial_estimate: self.initial_estimate.clone(),
         }
     }

@@ -1,6 +1,7 @@
 //! `[gyro]` of a scenario: the simulated gyro.
 
 use flight_input::InputError;
+use flight_input::craft::gyro::{NOISE_BANDWIDTH, NOISE_DENSITY, NoiseStatement};
 use flight_input::craft::hardware::{
     AVERAGED, AXES_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, CLOCK_SIGMA, DELAY, DELAY_SIGMA,
     GyroStatements, NOISE_TOLERANCE, SCALE_SIGMA,
@@ -23,7 +24,8 @@ const NOISE: Key = Key::required(
     "rad/s",
     POSITIVE,
     "White noise of one sample, one sigma per axis; known to the estimator",
-);
+)
+.or("that of the density");
 const BIAS: Key =
     Key::required("bias_rad_s", VECTOR, "rad/s", FINITE, "Bias at the start").or("`[0, 0, 0]`");
 const BIAS_WALK: Key = Key::required(
@@ -59,6 +61,8 @@ pub(super) const TABLE: Table = Table {
     keys: &[
         RATE,
         NOISE,
+        NOISE_DENSITY,
+        NOISE_BANDWIDTH.or("half of `rate_hz`"),
         BIAS,
         BIAS_WALK,
         QUANTUM,
@@ -156,7 +160,9 @@ impl GyroErrorsFile {
 #[serde(deny_unknown_fields)]
 pub(super) struct GyroFile {
     rate_hz: Spanned<f64>,
-    noise_rad_s: Spanned<f64>,
+    noise_rad_s: Option<Spanned<f64>>,
+    noise_density_deg_s_sqrt_hz: Option<Spanned<f64>>,
+    noise_bandwidth_hz: Option<Spanned<f64>>,
     bias_rad_s: Option<List>,
     bias_walk_rad_s_sqrt_s: Option<Spanned<f64>>,
     quantum_rad_s: Option<Spanned<f64>>,
@@ -195,9 +201,16 @@ impl GyroFile {
     pub(super) fn read(&self, section: &Section<'_>) -> Result<SimulatedGyro, InputError> {
         let bias_walk = section.optional_number(&BIAS_WALK, &self.bias_walk_rad_s_sqrt_s)?;
         let quantum_rad_s = section.optional_number(&QUANTUM, &self.quantum_rad_s)?;
+        let rate_hz = section.number(&RATE, &self.rate_hz)?;
+        let stated = NoiseStatement {
+            noise_rad_s: &self.noise_rad_s,
+            density: &self.noise_density_deg_s_sqrt_hz,
+            bandwidth_hz: &self.noise_bandwidth_hz,
+        };
+        let noise_rad_s = stated.read(section, &NOISE, Some(0.5 * rate_hz))?;
         Ok(SimulatedGyro {
-            rate_hz: section.number(&RATE, &self.rate_hz)?,
-            noise_rad_s: section.number(&NOISE, &self.noise_rad_s)?,
+            rate_hz,
+            noise_rad_s: noise_rad_s.ok_or_else(|| section.missing(&NOISE, &self.rate_hz))?,
             bias_rad_s: section.vector_or_zero(&BIAS, &self.bias_rad_s)?,
             bias_walk_rad_s_sqrt_s: bias_walk.unwrap_or(0.0),
             quantum_rad_s: quantum_rad_s.filter(|quantum| *quantum > 0.0),

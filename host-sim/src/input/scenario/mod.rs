@@ -39,7 +39,7 @@ pub mod random_spacecraft;
 mod spacecraft;
 mod wheel;
 
-pub use built_in::{DEFAULT_SCENARIO, built_in_names};
+pub use built_in::{DEFAULT_SCENARIO, built_in_names, built_in_summary};
 pub use change::Changes;
 pub use control::Control;
 pub use definition::Scenario;

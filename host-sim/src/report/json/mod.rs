@@ -12,6 +12,7 @@ mod estimate;
 pub(super) mod examples;
 mod explanation;
 mod hardware;
+mod log;
 mod target;
 mod tensor;
 
@@ -20,6 +21,7 @@ pub use campaign::McReport;
 pub use estimate::{ReplayReport, RunReport, Spikes, Status};
 pub use explanation::{DiagnosisReport, ExplanationReport};
 pub use hardware::HardwareResult;
+pub use log::LogReport;
 pub use target::{PilReport, TargetReport};
 pub use tensor::{elements, matrix};
 

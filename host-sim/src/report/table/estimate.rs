@@ -7,7 +7,7 @@ use super::explanation::explanations;
 use super::hardware::{solved, systematic};
 use crate::input::ELEMENT_NAMES;
 use crate::report::columns::Columns;
-use crate::report::json::{ReplayReport, RunReport, elements};
+use crate::report::json::{ReplayReport, RunReport, Status, elements};
 use crate::report::number::{fixed, significant};
 
 /// Table of a simulated flight: estimate, truth and bound.
@@ -99,6 +99,17 @@ pub fn replay(report: &ReplayReport) -> String {
     parts.concat()
 }
 
+/// The status, with its meaning unless it is the desired one.
+fn status(status: Status) -> String {
+    let meaning = match status {
+        Status::Converged => return status.to_string(),
+        Status::Partial => "some directions unobserved; they hold the prior and its sigma",
+        Status::Unobservable => "no direction observed, or too little motion for a first estimate",
+        Status::Diverged => "the model does not explain the data",
+    };
+    format!("{status}: {meaning}")
+}
+
 /// Lines above a table of estimates.
 fn summary(report: &ReplayReport) -> String {
     let scale = if report.scale_observed { "scale observed" } else { "scale not observed" };
@@ -113,7 +124,7 @@ fn summary(report: &ReplayReport) -> String {
         lines += &heading("rows skipped", &counts(&report.skipped_rows));
     }
     lines += &heading("samples", &samples(report));
-    lines += &heading("status", &report.status.to_string());
+    lines += &heading("status", &status(report.status));
     lines += &heading("observed", &observed);
     lines += &heading("physical", physical);
     lines += &heading("residual", &residual(report));
@@ -257,7 +268,7 @@ jyz       0.60160    0.60150  -1.00e-4  -0.0166   0.000860  0.000854        -0.1
 estimator           joint-ekf, f32
 rows skipped        1 incomplete
 samples             6001, 5998 accepted, 3 rejected (2 spike, 1 stuck)
-status              partial
+status              partial: some directions unobserved; they hold the prior and its sigma
 observed            5 of 6 directions, scale observed
 physical            yes
 residual            0.0001815 rad/s RMS, white

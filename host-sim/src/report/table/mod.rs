@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! estimate  replay, run      campaign  mc      bound  crlb      target  pil
+//! logs      replay of several logs
 //! hardware  errors of gyro, wheels and torque in the tables of estimates
 //! cells     heading lines and the format of a cell
 //! ```
@@ -12,10 +13,12 @@ mod cells;
 mod estimate;
 mod explanation;
 mod hardware;
+mod logs;
 mod target;
 
 pub use bound::crlb;
 pub use campaign::mc;
 pub use estimate::{replay, run};
 pub use explanation::diagnosis;
+pub use logs::logs;
 pub use target::pil;

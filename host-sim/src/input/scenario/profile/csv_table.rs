@@ -40,10 +40,12 @@ fn strictly_increasing_times(
         if let Some(&previous) = times.last()
             && time <= previous
         {
+            let (column, time_text) = (TIME.to_owned(), time.to_string());
             let problem = if time < previous {
-                CsvProblem::TimeBackwards { time: time.to_string(), previous: previous.to_string() }
+                let previous = previous.to_string();
+                CsvProblem::TimeBackwards { column, time: time_text, previous }
             } else {
-                CsvProblem::DuplicateTime { time: time.to_string() }
+                CsvProblem::DuplicateTime { column, time: time_text }
             };
             return Err(source.error(Some(row.line), problem));
         }

@@ -1,0 +1,163 @@
+//! Units of the columns of a log, and their conversion to SI.
+
+use std::f64::consts::{PI, TAU};
+
+/// A unit other than that of time, and its conversion to SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// Name in a craft file.
+    pub name: &'static str,
+    /// Other spellings, without case and spaces.
+    pub spellings: &'static [&'static str],
+    /// Value of the unit in SI.
+    pub factor: f64,
+}
+
+const fn unit(name: &'static str, spellings: &'static [&'static str], factor: f64) -> Unit {
+    Unit { name, spellings, factor }
+}
+
+/// Units of rates and wheel speeds; the first is that of SI.
+pub const RATES: [Unit; 6] = [
+    unit("rad/s", &["rad_s", "rad.s-1", "rads", "rps_rad", "radps", "rad/sec", "rad*s^-1"], 1.0),
+    unit("mrad/s", &["mrad_s"], 1e-3),
+    unit(
+        "deg/s",
+        &["deg_s", "dps", "°/s", "deg/sec", "degps", "degs", "degrees/s", "d/s"],
+        PI / 180.0,
+    ),
+    unit("mdeg/s", &["mdps", "mdeg_s"], PI / 180e3),
+    unit("rpm", &["r/min", "rev/min", "1/min", "min-1", "u/min"], TAU / 60.0),
+    unit("Hz", &["rev/s", "r/s", "1/s", "rps"], TAU),
+];
+/// Units of torques.
+pub const TORQUES: [Unit; 3] = [
+    unit("N m", &["n_m", "n*m", "n·m", "n.m"], 1.0),
+    unit("mN m", &["mn_m", "mn*m", "mn·m", "mn.m"], 1e-3),
+    unit("uN m", &["µnm", "μnm", "un_m"], 1e-6),
+];
+/// Unit of a quaternion.
+pub const NONE: [Unit; 1] = [unit("1", &["", "-"], 1.0)];
+
+/// The unit of this spelling; brackets around it, case and spaces are ignored.
+pub fn find<'a>(spelling: &str, units: &'a [Unit]) -> Option<&'a Unit> {
+    let spelling = plain(spelling);
+    units
+        .iter()
+        .find(|unit| plain(unit.name) == spelling || unit.spellings.contains(&spelling.as_str()))
+}
+
+/// Names of the units.
+pub fn names(units: &[Unit]) -> Vec<String> {
+    units.iter().map(|unit| unit.name.to_owned()).collect()
+}
+
+/// A spelling without brackets, case and spaces.
+pub fn plain(spelling: &str) -> String {
+    let inner = spelling.trim().trim_matches(['(', ')', '[', ']', '{', '}', '<', '>', '"']);
+    inner.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_lowercase()
+}
+
+/// Unit of a column of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// s.
+    Second,
+    /// ms.
+    Millisecond,
+    /// µs.
+    Microsecond,
+    /// ns.
+    Nanosecond,
+    /// A date with the time of day as text, UTC without an offset.
+    Date,
+}
+
+impl TimeUnit {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::Second, Self::Millisecond, Self::Microsecond, Self::Nanosecond, Self::Date];
+
+    /// The unit of this spelling.
+    pub fn find(spelling: &str) -> Option<Self> {
+        Some(match plain(spelling).as_str() {
+            "s" | "sec" | "secs" | "second" | "seconds" => Self::Second,
+            "ms" | "msec" | "millis" | "milliseconds" => Self::Millisecond,
+            "us" | "µs" | "μs" | "usec" | "micros" | "microseconds" => Self::Microsecond,
+            "ns" | "nsec" | "nanos" | "nanoseconds" => Self::Nanosecond,
+            "utc" | "iso8601" | "iso" | "date" | "datetime" => Self::Date,
+            _ => return None,
+        })
+    }
+
+    /// Name in a craft file.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Second => "s",
+            Self::Millisecond => "ms",
+            Self::Microsecond => "us",
+            Self::Nanosecond => "ns",
+            Self::Date => "utc",
+        }
+    }
+
+    /// Power of ten of the unit in seconds.
+    pub(crate) fn power(self) -> i32 {
+        match self {
+            Self::Second | Self::Date => 0,
+            Self::Millisecond => -3,
+            Self::Microsecond => -6,
+            Self::Nanosecond => -9,
+        }
+    }
+
+    /// Name in notes.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Second => "seconds",
+            Self::Millisecond => "milliseconds",
+            Self::Microsecond => "microseconds",
+            Self::Nanosecond => "nanoseconds",
+            Self::Date => "dates, UTC without an offset,",
+        }
+    }
+}
+
+/// True for the spelling of any unit, as in a row of units below the header.
+pub fn is_unit(spelling: &str) -> bool {
+    TimeUnit::find(spelling).is_some()
+        || [RATES.as_slice(), TORQUES.as_slice()]
+            .iter()
+            .any(|units| find(spelling, units).is_some())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spellings_of_data_sheets_and_headers_are_found() {
+        for (spelling, name) in
+            [("(deg/s)", "deg/s"), ("[RPM]", "rpm"), ("dps", "deg/s"), ("°/s", "deg/s")]
+        {
+            assert_eq!(find(spelling, &RATES).unwrap().name, name, "{spelling}");
+        }
+        assert_eq!(find("mN·m", &TORQUES).unwrap().factor, 1e-3);
+        assert_eq!(find("furlong", &RATES), None);
+        assert_eq!(TimeUnit::find("[µs]"), Some(TimeUnit::Microsecond));
+    }
+
+    #[test]
+    fn spellings_are_plain_and_unique() {
+        for units in [RATES.as_slice(), &TORQUES, &NONE] {
+            let all: Vec<String> = (units.iter())
+                .flat_map(|unit| [&[unit.name], unit.spellings].concat())
+                .map(plain)
+                .collect();
+            for (index, spelling) in all.iter().enumerate() {
+                assert!(!all[..index].contains(spelling), "{spelling}");
+            }
+            assert!(units.iter().all(|u| u.spellings.iter().all(|s| plain(s) == *s)));
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Values that are valid, and probably mistakes of a unit.
+
+use std::f64::consts::TAU;
+
+use super::log::LogRow;
+use super::{Craft, Scenario};
+
+/// Largest speed of an ordinary wheel, rad/s: 10,000 rpm.
+const MAX_WHEEL_RAD_S: f64 = 1_047.2;
+/// Noise of ordinary gyros, one sample, rad/s: 0.02 arcsec/s of a laser gyro to 1 deg/s of a telephone.
+const NOISE_RAD_S: std::ops::RangeInclusive<f64> = 1e-7..=0.0175;
+/// Largest full scale of ordinary gyros, rad/s: 4,000 deg/s.
+const MAX_RANGE_RAD_S: f64 = 70.0;
+
+/// Notes on the gyro and the wheels of a craft.
+pub fn craft(craft: &Craft) -> Vec<String> {
+    let gyro = &craft.gyro;
+    let range = gyro.range_rad_s.filter(|range| *range > MAX_RANGE_RAD_S);
+    let range = range.map(|range| {
+        format!(
+            "gyro.range_rad_s is {range} rad/s, {:.0} deg/s: above ordinary gyros; check the unit",
+            range.to_degrees()
+        )
+    });
+    gyro.noise_rad_s.and_then(noise).into_iter().chain(range).chain(heavy_wheels(craft)).collect()
+}
+
+/// Notes on the speeds of wheels in a log.
+pub fn log(rows: &[LogRow]) -> Vec<String> {
+    let wheels = rows.first().map_or(0, |row| row.wheel_speed_rad_s.len());
+    let largest = |wheel: usize| {
+        let mut speeds: Vec<f64> = rows
+            .iter()
+            .filter_map(|row| row.wheel_speed_rad_s.get(wheel))
+            .map(|s| s.abs())
+            .collect();
+        speeds.sort_by(f64::total_cmp);
+        speeds.get(speeds.len() * 9 / 10).copied().unwrap_or(0.0)
+    };
+    let note = |wheel: usize| wheel_speed(&format!("wheel {}", wheel + 1), largest(wheel));
+    (0..wheels).filter_map(note).collect()
+}
+
+/// Notes on a scenario.
+pub fn scenario(scenario: &Scenario) -> Vec<String> {
+    let wheels = scenario.wheels.iter().enumerate();
+    let speeds = wheels.filter_map(|(index, wheel)| {
+        wheel_speed(&format!("wheel[{}].speed_rad_s", index + 1), wheel.speed_rad_s.abs())
+    });
+    craft(&scenario.craft()).into_iter().chain(speeds).collect()
+}
+
+fn noise(noise_rad_s: f64) -> Option<String> {
+    (!NOISE_RAD_S.contains(&noise_rad_s)).then(|| {
+        format!(
+            "the gyro noise is {noise_rad_s:.3e} rad/s, {:.3} deg/s a sample: outside ordinary gyros, \
+             {:e} to {:e} rad/s; check the unit",
+            noise_rad_s.to_degrees(),
+            NOISE_RAD_S.start(),
+            NOISE_RAD_S.end()
+        )
+    })
+}
+
+fn wheel_speed(name: &str, speed_rad_s: f64) -> Option<String> {
+    (speed_rad_s > MAX_WHEEL_RAD_S).then(|| {
+        format!(
+            "{name}: {speed_rad_s:.0} rad/s are {:.0} rpm, above ordinary wheels; if the speeds are in rpm, \
+             state unit = \"rpm\" in [log.wheels]",
+            speed_rad_s * 60.0 / TAU
+        )
+    })
+}
+
+/// Wheels that have more inertia about their axis than a tenth of the expected body.
+fn heavy_wheels(craft: &Craft) -> Option<String> {
+    const LARGEST_SHARE: f64 = 0.1;
+    let prior = craft.prior.as_ref()?;
+    let [x, y, z, ..] = prior.inertia_kg_m2;
+    let least = x.min(y).min(z);
+    let heavy = |inertia: f64| inertia > LARGEST_SHARE * least;
+    let index = craft.wheels.iter().position(|wheel| heavy(wheel.spin_inertia_kg_m2))?;
+    let inertia = craft.wheels[index].spin_inertia_kg_m2;
+    Some(format!(
+        "wheel[{}].spin_inertia_kg_m2 is {inertia:e} kg m², beside {least} kg m² of the body; check the \
+         unit",
+        index + 1
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::scenario::built_in_names;
+    use super::*;
+
+    #[test]
+    fn built_in_scenarios_are_plausible() {
+        for name in built_in_names() {
+            let built_in = Scenario::load(name).unwrap();
+            assert_eq!(scenario(&built_in), Vec::<String>::new(), "{name}");
+        }
+    }
+
+    #[test]
+    fn mistakes_of_a_unit_are_named_in_both_units() {
+        let craft_of = |text: &str| craft(&Craft::from_toml("craft.toml", text).unwrap());
+        let notes = craft_of("[gyro]\nnoise_rad_s = 0.07\nrange_rad_s = 2000\n");
+        assert!(notes[0].starts_with("the gyro noise is 7.000e-2 rad/s, 4.011 deg/s a sample"));
+        assert!(notes[1].starts_with("gyro.range_rad_s is 2000 rad/s, 114592 deg/s: above"));
+        assert!(craft_of("[gyro]\nnoise_rad_s = 1e-3\nrange_rad_s = 35\n").is_empty());
+        let prior =
+            "[prior]\ninertia_kg_m2 = [1, 1, 1, 0, 0, 0]\nsigma_kg_m2 = [1, 1, 1, 1, 1, 1]\n";
+        let heavy = format!("{prior}[[wheel]]\naxis = [1, 0, 0]\nspin_inertia_kg_m2 = 0.2\n");
+        assert!(craft_of(&heavy)[0].starts_with("wheel[1].spin_inertia_kg_m2 is 2e-1 kg m²"));
+
+        let row = LogRow {
+            line: 2,
+            time_us: 0,
+            rate_rad_s: Default::default(),
+            wheel_speed_rad_s: vec![100.0, -3000.0],
+            torque_n_m: Default::default(),
+            attitude: None,
+        };
+        assert_eq!(
+            log(&[row]),
+            [
+                "wheel 2: 3000 rad/s are 28648 rpm, above ordinary wheels; if the speeds are in rpm, state \
+              unit = \"rpm\" in [log.wheels]"
+            ]
+        );
+    }
+}
