@@ -2,9 +2,11 @@
 
 use super::notes::Notes;
 use super::{Failure, Options};
-use crate::estimation::{EstimationResult, EstimatorName, Setup, estimate_log, key, set_up};
+use crate::estimation::{EstimationResult, EstimatorName, Setup, estimate_log, key};
+use crate::fault::Computer;
 use crate::input::craft::hardware::DATA_SHEET;
 use crate::input::log::LogRow;
+use crate::input::scenario::Fault;
 use crate::input::{Craft, Scenario};
 use crate::report::{HistoryRow, ReplayReport};
 
@@ -16,13 +18,14 @@ pub(super) struct Estimated {
     pub history: Vec<HistoryRow>,
 }
 
-/// Estimate from a log. `source` is the log's name in errors. The report has `notes` and those on the
+/// Estimate from a log. `source` is the log's name in errors. `faults` are those of the computer, with their seed. The report has `notes` and those on the
 /// set-up.
 pub(super) fn estimate(
     options: &Options,
     craft: &Craft,
     rows: &[LogRow],
     source: &str,
+    (faults, seed): (&[Fault], u64),
     mut notes: Notes,
 ) -> Result<Estimated, Failure> {
     let failure = |error| Failure::SetUp { source_name: source.to_owned(), error };
@@ -34,7 +37,7 @@ pub(super) fn estimate(
         ));
     }
     let mut history = Vec::new();
-    let estimator = set_up(&setup).map_err(failure)?;
+    let estimator = Computer::with(&setup, faults, seed).map_err(failure)?;
     let result = estimate_log(rows, estimator, |row, outcome, estimator| {
         if options.out.is_some() {
             history.push(HistoryRow::new(row, outcome, estimator));

@@ -35,6 +35,8 @@ pub(super) enum Failure {
     InvalidCommand(CommandError),
     #[error("{file}: no [prior]; add one, or give --inertia and --sigma")]
     NoPrior { file: String },
+    #[error("--fault: no fault has \"{wanted}\" in its name; the faults are: {names}")]
+    NoFault { wanted: String, names: String },
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
     #[error("{scenario}: {error}")]
@@ -63,6 +65,7 @@ impl Failure {
             | Self::NoTelemetry { .. }
             | Self::TooShort { .. }
             | Self::InvalidCommand(_)
+            | Self::NoFault { .. }
             | Self::NoPrior { .. } => BAD_INPUT,
             #[cfg(unix)]
             Self::Pil(crate::pil::PilFailed::NotFlown(_)) => BAD_INPUT,

@@ -8,6 +8,7 @@ mod crlb;
 mod diagnose;
 mod estimate;
 mod failure;
+mod faults;
 mod flight_estimator;
 mod mc;
 mod notes;
@@ -69,6 +70,17 @@ enum Verb {
     /// Ctrl-C stops the campaign; the result is of the completed runs. All cores are used, or the
     /// number in the environment variable RAYON_NUM_THREADS; the result is the same.
     Mc(mc::Arguments),
+    /// Fault matrix: every fault, every estimator, both precisions, compared with the clean flight
+    ///
+    /// Example: host-sim faults --runs 20
+    ///
+    /// Each run flies without a fault and then with each fault, with the same noise. A cell counts runs
+    /// without panic and with finite numbers, detections and their median time, silent lies, recoveries,
+    /// and compares the final error with the bound and with the clean flight.
+    ///
+    /// Ctrl-C stops the matrix; the result is of the completed runs. All cores are used, or the number in
+    /// the environment variable RAYON_NUM_THREADS; the result is the same.
+    Faults(faults::Arguments),
     /// Tables of five papers: published, reproduced, and the bound
     ///
     /// Example: host-sim tables --runs 1000 --out papers
@@ -147,6 +159,7 @@ pub fn main() -> ExitCode {
     let result = match cli.verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Mc(arguments) => mc::run(&arguments),
+        Verb::Faults(arguments) => faults::run(&arguments),
         Verb::Tables(arguments) => tables::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),

@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(note) = units::note(&craft, &log.rows) {
         notes.add(format!("{file}: {note}"));
     }
-    let mut estimated = estimate(options, &craft, &log.rows, &file, notes)?;
+    let mut estimated = estimate(options, &craft, &log.rows, &file, (&[], 0), notes)?;
     let skipped = log.skipped_rows.iter().map(|(reason, rows)| ((*reason).to_owned(), *rows));
     estimated.report.skipped_rows = skipped.collect();
     if estimated.report.is_unexplained() {

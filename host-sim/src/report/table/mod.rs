@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! estimate  replay, run      campaign  mc      bound  crlb      target  pil
+//! faults    faults
 //! hardware  errors of gyro, wheels and torque in the tables of estimates
 //! cells     heading lines and the format of a cell
 //! ```
@@ -11,6 +12,7 @@ mod campaign;
 mod cells;
 mod estimate;
 mod explanation;
+mod faults;
 mod hardware;
 mod target;
 
@@ -18,4 +20,5 @@ pub use bound::crlb;
 pub use campaign::mc;
 pub use estimate::{replay, run};
 pub use explanation::diagnosis;
+pub use faults::faults;
 pub use target::pil;
