@@ -3,6 +3,7 @@
 //! [diagnose]: self::diagnose
 //! [keys]: crate::input::keys
 //! [campaigns]: self::campaigns
+//! [faults]: self::faults
 //! [papers]: self::papers
 //! [pil]: self::pil
 //!
@@ -10,6 +11,7 @@
 
 /// [keys]: crate::input::keys
 /// [campaigns]: crate::docs::campaigns
+/// [faults]: crate::docs::faults
 ///
 #[doc = include_str!("../docs/scenarios.md")]
 pub mod scenarios {}
@@ -27,6 +29,9 @@ pub mod diagnose {}
 ///
 #[doc = include_str!("../docs/campaigns.md")]
 pub mod campaigns {}
+
+#[doc = include_str!("../docs/faults.md")]
+pub mod faults {}
 
 #[doc = include_str!("../docs/papers.md")]
 pub mod papers {}
