@@ -30,6 +30,8 @@ pub mod diagnose {}
 #[doc = include_str!("../docs/campaigns.md")]
 pub mod campaigns {}
 
+/// [scenarios]: crate::docs::scenarios
+///
 #[doc = include_str!("../docs/faults.md")]
 pub mod faults {}
 

@@ -174,3 +174,98 @@ impl AnyEstimator for Computer {
         self.estimator.transfer(words)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fsw_core::Reset;
+
+    use super::*;
+    use crate::estimation::{EstimatorName, Precision};
+    use crate::input::Scenario;
+    use crate::simulation::log_of;
+    use crate::truth::Flight;
+
+    const FLYING: [EstimatorName; 3] =
+        [EstimatorName::Window, EstimatorName::JointEkf, EstimatorName::EkfSgfRls];
+
+    fn fault(kind: FaultKind, magnitude: f64) -> Fault {
+        let (start_s, latest_start_s) = (20.05, 20.05);
+        let (duration_s, share) = (0.0, 1.0);
+        Fault {
+            kind,
+            start_s,
+            latest_start_s,
+            duration_s,
+            magnitude,
+            share,
+            axis: None,
+            wheel: None,
+        }
+    }
+
+    /// Outcome of each sample of 40 s, and the final elements.
+    fn fly(estimator: EstimatorName, faults: &[Fault], seed: u64) -> (Vec<Outcome>, [f64; 6]) {
+        let mut scenario = Scenario::load("fault-matrix").unwrap();
+        scenario.duration_s = 40.0;
+        let log = log_of(&scenario, &Flight::simulate(&scenario).unwrap(), 1);
+        let craft = scenario.craft();
+        let setup = Setup {
+            estimator,
+            precision: Precision::F32,
+            craft: &craft,
+            gyro_noise_rad_s: craft.gyro.reading_sigma_rad_s(),
+            sample_period_s: 0.1,
+            refuse_spikes: true,
+        };
+        let mut computer = Computer::with(&setup, faults, seed).unwrap();
+        let outcomes = log.iter().map(|row| computer.step(row)).collect();
+        (outcomes, computer.estimate().inertia.elements_kg_m2())
+    }
+
+    #[test]
+    fn restart_from_the_state_of_the_last_sample_changes_nothing() {
+        for estimator in FLYING {
+            // The checkpoint is due at the instant of the reset.
+            let reset = fault(FaultKind::Reset, 20.05);
+            assert_eq!(fly(estimator, &[reset], 0), fly(estimator, &[], 0), "{estimator}");
+        }
+    }
+
+    #[test]
+    fn cold_reset_starts_again_and_a_torn_checkpoint_is_passed_over() {
+        for estimator in FLYING {
+            let (cold, _) = fly(estimator, &[fault(FaultKind::ColdReset, 0.0)], 0);
+            assert_eq!(cold[201], Outcome::Reset(Reset::FirstSample), "{estimator}");
+            // Checkpoints at 8 and 16 s: the older one is a gap of 12 s.
+            let (cut, _) = fly(estimator, &[fault(FaultKind::PowerCut, 8.0)], 0);
+            assert_eq!(cut[201], Outcome::Reset(Reset::Gap), "{estimator}");
+        }
+    }
+
+    #[test]
+    fn flipped_bits_neither_panic_nor_leave_numbers_that_are_not_finite() {
+        for estimator in FLYING {
+            for seed in 0..10 {
+                let (_, elements) = fly(estimator, &[fault(FaultKind::BitFlip, 1.0)], seed);
+                assert!(elements.iter().all(|x| x.is_finite()), "{estimator}, seed {seed}");
+            }
+        }
+    }
+
+    #[test]
+    fn estimator_without_checkpoints_is_rejected() {
+        let scenario = Scenario::load("cubesat-pyramid").unwrap();
+        let craft = scenario.craft();
+        let estimator = EstimatorName::MomentumBatch;
+        let setup = Setup {
+            estimator,
+            precision: Precision::F32,
+            craft: &craft,
+            gyro_noise_rad_s: craft.gyro.reading_sigma_rad_s(),
+            sample_period_s: 0.1,
+            refuse_spikes: true,
+        };
+        let rejected = Computer::with(&setup, &[fault(FaultKind::ColdReset, 0.0)], 0).err();
+        assert_eq!(rejected, Some(SetUpError::NotRestorable { estimator }));
+    }
+}
