@@ -4,6 +4,7 @@
 //! [diagnose]: self::diagnose
 //! [keys]: crate::input::keys
 //! [campaigns]: self::campaigns
+//! [faults]: self::faults
 //! [papers]: self::papers
 //! [pil]: self::pil
 //!
@@ -11,6 +12,7 @@
 
 /// [keys]: crate::input::keys
 /// [campaigns]: crate::docs::campaigns
+/// [faults]: crate::docs::faults
 ///
 #[doc = include_str!("../docs/scenarios.md")]
 pub mod scenarios {}
@@ -35,6 +37,11 @@ pub mod diagnose {}
 ///
 #[doc = include_str!("../docs/campaigns.md")]
 pub mod campaigns {}
+
+/// [scenarios]: crate::docs::scenarios
+///
+#[doc = include_str!("../docs/faults.md")]
+pub mod faults {}
 
 #[doc = include_str!("../docs/papers.md")]
 pub mod papers {}

@@ -15,6 +15,7 @@
 //! | [`simulation`] | log of a simulated flight |
 //! | [`estimation`] | any estimator of the flight core over a log |
 //! | [`campaign`] | Monte Carlo: simulation and estimation repeated, statistics of the errors |
+//! | [`fault`] | faults between sensors and estimator, and their matrix |
 //! | [`diagnosis`] | single causes that explain residuals, ranked |
 //! | [`papers`] | published results reproduced |
 //! | [`pil`] | processor in the loop: the firmware in QEMU with the models of `sensor` |
@@ -30,6 +31,7 @@ pub mod campaign;
 pub mod cli;
 pub mod diagnosis;
 pub mod estimation;
+pub mod fault;
 pub mod ground;
 pub mod input;
 pub mod papers;

@@ -2,6 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::fault::inject;
 use crate::input::log::LogRow;
 use crate::input::scenario::Scenario;
 use crate::sensor::clock::Clock;
@@ -10,9 +11,19 @@ use crate::sensor::rate_filter::RateFilter;
 use crate::sensor::tachometer::{Angles, Tachometers};
 use crate::truth::{Flight, Instant, Trajectory};
 
-/// Log of a flight with the gyro noise of this seed, in the form that `replay` reads. The scenario is
-/// that of the seed. Commanded torque and attitude are without error.
+/// Log of a flight with the gyro noise of this seed, in the form that `replay` reads, after the faults of
+/// its samples. The scenario is that of the seed. Commanded torque and attitude are without error.
 pub fn log_of(scenario: &Scenario, flight: &Flight, seed: u64) -> Vec<LogRow> {
+    let rows = sensors(scenario, flight, seed);
+    if scenario.faults.is_empty() {
+        return rows;
+    }
+    let samples = inject(rows, &scenario.faults, scenario.gyro.noise_rad_s, seed);
+    samples.into_iter().map(|sample| sample.row).collect()
+}
+
+/// The same before the faults.
+pub fn sensors(scenario: &Scenario, flight: &Flight, seed: u64) -> Vec<LogRow> {
     let hardware = &scenario.true_hardware;
     let period_s = 1.0 / scenario.gyro.rate_hz;
     let mut gyro = Gyro::with_errors(&scenario.gyro, &hardware.gyro, seed);

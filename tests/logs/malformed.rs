@@ -88,9 +88,12 @@ fn unusable_logs_are_refused() {
     }
 }
 
-/// Damage of some rows of a log: what is counted, and what the note names.
+/// Damage of some rows of a log: its name, rows with their new text, what is counted, and what the note names.
+type Damage =
+    (&'static str, &'static [(usize, &'static str)], &'static [(&'static str, u64)], &'static str);
+
 #[rustfmt::skip]
-const DAMAGED: [(&str, &[(usize, &str)], &[(&str, u64)], &str); 10] = [
+const DAMAGED: [Damage; 10] = [
     ("cut row", &[(29, "2.9,1,2")], &[("incomplete", 1)], "line 31: the file is cut in mid-row"),
     ("empty cell", &[(3, "0.3,,0.2,0.3")], &[("empty_cell", 1)], "line 5: column `gyro_x_rad_s` is empty"),
     ("NaN", &[(3, "0.3,nan,0.2,0.3")], &[("not_finite", 1)], "line 5: column `gyro_x_rad_s`: nan"),

@@ -57,8 +57,8 @@ fn read(name: &str, text: &str) -> (String, RecordedLog) {
     let filled = draft
         .replace("spin_inertia_kg_m2 = 0 ", "spin_inertia_kg_m2 = 1e-5 ")
         .replace("axis = [0, 0, 0]", "axis = [1, 1, 1]");
-    let craft = Craft::from_toml("craft.toml", &filled).unwrap_or_else(|e| panic!("{e}\n{filled}"));
-    let log = log_file::load(Path::new(&path), &craft).unwrap_or_else(|e| panic!("{e}\n{filled}"));
+    let craft = Craft::from_toml("craft.toml", &filled).unwrap();
+    let log = log_file::load(Path::new(&path), &craft).unwrap();
     (draft, log)
 }
 

@@ -29,6 +29,14 @@ pub struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
+    /// Nothing, or the faults of the values read so far in one error: before a computation that needs them all.
+    ///
+    /// # Errors
+    /// Those faults.
+    pub fn checked(&self) -> Result<(), InputError> {
+        self.source.checked()
+    }
+
     /// The keys above the first table.
     pub fn root(source: &'a TomlSource) -> Self {
         Self { source, prefix: String::new() }

@@ -73,11 +73,13 @@ impl TomlSource {
         let row = known.iter().find(|row| row.header.trim_matches(['[', ']']) == path);
         let Some(row) = row else { return };
         let names = row.names();
+        let mut misspelled = Vec::new();
         for (key, value) in table.get_ref() {
             let name = key.get_ref().as_ref();
             if !names.contains(&name) {
                 let known = names.iter().map(|name| (*name).to_owned()).collect();
                 let nearest = nearest(name, &names).map(str::to_owned);
+                misspelled.extend(nearest.clone());
                 let problem = Problem::UnknownKey { key: name.to_owned(), nearest, known };
                 faults.push(self.error(key.span(), problem));
                 continue;
@@ -95,8 +97,12 @@ impl TomlSource {
             };
             tables.iter().for_each(|table| self.check_table(&path, table, known, faults));
         }
-        let is_missing =
-            |key: &&Key| key.default.is_none() && !table.get_ref().contains_key(key.name);
+        // A key that is there under a wrong name is reported once.
+        let is_missing = |key: &&Key| {
+            key.default.is_none()
+                && !table.get_ref().contains_key(key.name)
+                && !misspelled.iter().any(|name| name == key.name)
+        };
         if !path.is_empty() {
             for key in row.keys.iter().filter(is_missing) {
                 let problem = Problem::MissingKey { key: key.name.to_owned() };
@@ -121,6 +127,11 @@ impl TomlSource {
     ) -> Result<T, InputError> {
         let result = read();
         InputError::of_several(self.faults.take()).map_or(result, Err)
+    }
+
+    /// Nothing, or the faults of the values read so far in one error: before a computation that needs them all.
+    pub(crate) fn checked(&self) -> Result<(), InputError> {
+        InputError::of_several(self.faults.take()).map_or(Ok(()), Err)
     }
 
     /// An error at `span` of the text; an empty span stands for the whole file.

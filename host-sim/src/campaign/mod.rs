@@ -21,8 +21,9 @@ use rayon::iter::{ParallelBridge, ParallelIterator};
 use thiserror::Error;
 
 use crate::estimation::{
-    EstimatorName, Precision, SetUpError, Setup, estimate_log, largest_systematic, set_up,
+    EstimatorName, Precision, SetUpError, Setup, estimate_log, largest_systematic,
 };
+use crate::fault::Computer;
 use crate::input::Scenario;
 use crate::simulation::log_of;
 use crate::truth::IntegrationFailed;
@@ -136,14 +137,15 @@ impl Campaign<'_> {
         let reference = truth.reference;
         let log = log_of(&scenario, &truth.flight, seed);
         let craft = scenario.craft();
-        let estimator = set_up(&Setup {
+        let setup = Setup {
             estimator: self.estimator,
             precision: self.precision,
             craft: &craft,
             gyro_noise_rad_s: craft.gyro.reading_sigma_rad_s(),
             sample_period_s: 1.0 / scenario.gyro.rate_hz,
             refuse_spikes: true,
-        })?;
+        };
+        let estimator = Computer::with(&setup, &scenario.faults, seed)?;
         let begun = Instant::now();
         let result = estimate_log(&log, estimator, |_, _, _| ());
         let estimator_time = begun.elapsed();

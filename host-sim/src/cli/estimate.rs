@@ -2,11 +2,11 @@
 
 use super::Failure;
 use super::notes::Notes;
-use crate::estimation::{
-    EstimationResult, EstimatorName, Method, Setup, estimate_log, key, set_up,
-};
+use crate::estimation::{EstimationResult, EstimatorName, Method, Setup, estimate_log, key};
+use crate::fault::Computer;
 use crate::input::craft::hardware::DATA_SHEET;
 use crate::input::log::LogRow;
+use crate::input::scenario::Fault;
 use crate::input::{Craft, Scenario};
 use crate::report::{HistoryRow, ReplayReport};
 
@@ -18,14 +18,15 @@ pub(super) struct Estimated {
     pub history: Vec<HistoryRow>,
 }
 
-/// Estimate from a log. `source` is the log's name in errors. The report has `notes` and those on the
-/// set-up.
+/// Estimate from a log. `source` is the log's name in errors. `faults` are those of the computer, with their seed.
+/// The report has `notes` and those on the set-up.
 pub(super) fn estimate(
     method: Method,
     keep_history: bool,
     craft: &Craft,
     rows: &[LogRow],
     source: &str,
+    (faults, seed): (&[Fault], u64),
     mut notes: Notes,
 ) -> Result<Estimated, Failure> {
     let failure = |error| Failure::SetUp { source_name: source.to_owned(), error };
@@ -37,7 +38,7 @@ pub(super) fn estimate(
         ));
     }
     let mut history = Vec::new();
-    let estimator = set_up(&setup).map_err(failure)?;
+    let estimator = Computer::with(&setup, faults, seed).map_err(failure)?;
     let result = estimate_log(rows, estimator, |row, outcome, estimator| {
         if keep_history {
             history.push(HistoryRow::new(row, outcome, estimator));

@@ -46,6 +46,8 @@ pub(super) enum Failure {
     InvalidCommand(CommandError),
     #[error("{file}: no [prior]; add one, or give --inertia and --sigma")]
     NoPrior { file: String },
+    #[error("--fault: no fault has \"{wanted}\" in its name; the faults are: {names}")]
+    NoFault { wanted: String, names: String },
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
     #[error("{scenario}: {error}")]
@@ -75,6 +77,7 @@ impl Failure {
             | Self::TooShort { .. }
             | Self::InvalidCommand(_)
             | Self::NoPrior { .. }
+            | Self::NoFault { .. }
             | Self::NoDraft { .. }
             | Self::Exists { .. } => BAD_INPUT,
             Self::OfKind { .. } => OF_KIND,

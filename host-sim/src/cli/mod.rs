@@ -9,6 +9,7 @@ mod crlb;
 mod diagnose;
 mod estimate;
 mod failure;
+mod faults;
 mod flight_estimator;
 mod init;
 mod list;
@@ -84,6 +85,17 @@ enum Verb {
         after_help = "Examples:\n  host-sim mc cubesat-pyramid --runs 1000\n  host-sim mc my.toml --runs 1000 --out runs.csv"
     )]
     Mc(mc::Arguments),
+    /// Fault matrix: every fault, every estimator, both precisions, compared with the clean flight
+    ///
+    /// Example: host-sim faults --runs 20
+    ///
+    /// Each run flies without a fault and then with each fault, with the same noise. A cell counts runs
+    /// without panic and with finite numbers, detections and their median time, silent lies, recoveries,
+    /// and compares the final error with the bound and with the clean flight.
+    ///
+    /// Ctrl-C stops the matrix; the result is of the completed runs. All cores are used, or the number in
+    /// the environment variable RAYON_NUM_THREADS; the result is the same.
+    Faults(faults::Arguments),
     /// Tables of five papers: published, reproduced, and the bound
     ///
     /// Ctrl-C stops the runs; the result is of the completed ones. All cores are used; the result is
@@ -176,6 +188,7 @@ pub fn main() -> ExitCode {
     let result = match cli.verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Mc(arguments) => mc::run(&arguments),
+        Verb::Faults(arguments) => faults::run(&arguments),
         Verb::Tables(arguments) => tables::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Init(arguments) => init::run(&arguments),
@@ -238,7 +251,9 @@ fn coloured(table: &str) -> String {
     ];
     let line = |line: &str| {
         // A status is a word of its own: of the line `status`, or of a row of several logs.
-        let style = styles.iter().find(|(word, _)| line.split_whitespace().any(|w| w.trim_end_matches(':') == *word));
+        let style = styles
+            .iter()
+            .find(|(word, _)| line.split_whitespace().any(|w| w.trim_end_matches(':') == *word));
         match style {
             Some((word, colour)) => {
                 let style = Style::new().fg_color(Some((*colour).into()));

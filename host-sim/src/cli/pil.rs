@@ -124,6 +124,9 @@ fn note_ignored_keys(scenario: &Scenario, notes: &mut Notes) {
     {
         notes.add("the flight image has no process noise; [filter] is ignored");
     }
+    if !scenario.faults.is_empty() {
+        notes.add("the sensors of the loop are models of the chips; [[fault]] is ignored");
+    }
     let hardware = &scenario.true_hardware;
     if hardware.tachometer != Default::default() || hardware.clock != Default::default() {
         notes.add(

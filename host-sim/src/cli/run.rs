@@ -32,8 +32,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let flight = Flight::simulate(&scenario)?;
     let log = log_of(&scenario, &flight, *seed);
     let craft = scenario.craft();
-    let estimated =
-        estimate(options.method, options.out.is_some(), &craft, &log, &scenario.name, notes)?;
+    let estimated = estimate(
+        options.method,
+        options.out.is_some(),
+        &craft,
+        &log,
+        &scenario.name,
+        (&scenario.faults, *seed),
+        notes,
+    )?;
     let report = RunReport::of_flight(&scenario, *seed, &flight, estimated.report);
     let table = table::run(&report);
     if let Some(folder) = &options.out {

@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 
+use fsw_core::checkpoint::{self, InvalidWord, Persist, Words};
 use fsw_core::hardware::Finding;
 use fsw_core::{Estimate, Estimator, Inertia, Innovation, Outcome, Quaternion, Real, Sample, Vec3};
 use nalgebra::Vector3;
@@ -32,6 +33,9 @@ pub trait AnyEstimator {
     /// Angular acceleration that the last sample completed; none if the estimator has no
     /// differentiator.
     fn acceleration(&self) -> Option<Acceleration>;
+    /// Writes the state to a medium, or reads it from there, as a checkpoint; none if the estimator has no
+    /// checkpoints. After a rejected read the state is invalid until another one is read.
+    fn transfer(&mut self, words: &mut dyn Words) -> Option<Result<(), InvalidWord>>;
 }
 
 /// Angular acceleration at one instant.
@@ -52,27 +56,46 @@ pub fn any_estimator<T: Real, E: Estimator<T, W> + 'static, const W: usize>(
     Box::new(Adapter::<T, E, W>::new(estimator, gyro_noise_rad_s, |_| None))
 }
 
-/// Adapter over an estimator configured by `setup`.
-pub(super) fn of_setup<T: Real, E: Estimator<T, W> + 'static, const W: usize>(
+/// Adapter over an estimator with checkpoints, configured by `setup`.
+pub(super) fn of_setup<T: Real, E: Estimator<T, W> + Persist + 'static, const W: usize>(
+    estimator: E,
+    setup: &Setup<'_>,
+) -> Box<dyn AnyEstimator> {
+    with_acceleration::<T, E, W>(estimator, setup, |_| None)
+}
+
+/// The same for an estimator without checkpoints.
+pub(super) fn without_checkpoints<T: Real, E: Estimator<T, W> + 'static, const W: usize>(
     estimator: E,
     setup: &Setup<'_>,
 ) -> Box<dyn AnyEstimator> {
     any_estimator::<T, E, W>(estimator, setup.gyro_noise_rad_s)
 }
 
-/// The same for an estimator with a differentiator; `acceleration` reads its output.
-pub(super) fn with_acceleration<T: Real, E: Estimator<T, W> + 'static, const W: usize>(
+/// Adapter over an estimator with checkpoints and a differentiator; `acceleration` reads its output.
+pub(super) fn with_acceleration<T, E, const W: usize>(
     estimator: E,
     setup: &Setup<'_>,
     acceleration: fn(&E) -> Option<Acceleration>,
-) -> Box<dyn AnyEstimator> {
-    Box::new(Adapter::<T, E, W>::new(estimator, setup.gyro_noise_rad_s, acceleration))
+) -> Box<dyn AnyEstimator>
+where
+    T: Real,
+    E: Estimator<T, W> + Persist + 'static,
+{
+    let mut adapter = Adapter::<T, E, W>::new(estimator, setup.gyro_noise_rad_s, acceleration);
+    adapter.transfer = Some(checkpoint::transfer::<E>);
+    Box::new(adapter)
 }
+
+/// Transfer of a state to or from a medium.
+type Transfer<E> = fn(&mut E, &mut dyn Words) -> Result<(), InvalidWord>;
 
 struct Adapter<T, E, const W: usize> {
     estimator: E,
     gyro_variance_rad2_s2: Option<f64>,
     acceleration: fn(&E) -> Option<Acceleration>,
+    /// None if the estimator has no checkpoints.
+    transfer: Option<Transfer<E>>,
     precision: PhantomData<T>,
 }
 
@@ -83,7 +106,8 @@ impl<T, E, const W: usize> Adapter<T, E, W> {
         acceleration: fn(&E) -> Option<Acceleration>,
     ) -> Self {
         let gyro_variance_rad2_s2 = gyro_noise_rad_s.map(|sigma| sigma * sigma);
-        Self { estimator, gyro_variance_rad2_s2, acceleration, precision: PhantomData }
+        let precision = PhantomData;
+        Self { estimator, gyro_variance_rad2_s2, acceleration, transfer: None, precision }
     }
 }
 
@@ -154,6 +178,10 @@ impl<T: Real, E: Estimator<T, W>, const W: usize> AnyEstimator for Adapter<T, E,
 
     fn acceleration(&self) -> Option<Acceleration> {
         (self.acceleration)(&self.estimator)
+    }
+
+    fn transfer(&mut self, words: &mut dyn Words) -> Option<Result<(), InvalidWord>> {
+        self.transfer.map(|transfer| transfer(&mut self.estimator, words))
     }
 }
 

@@ -45,6 +45,15 @@ pub enum SetUpError {
         /// The estimator.
         estimator: EstimatorName,
     },
+    /// A fault restarts the estimator, and it has no checkpoints.
+    #[error(
+        "{estimator} has no checkpoints: choose another estimator, or remove the faults of the kinds \
+         reset, cold_reset, power_cut and bit_flip"
+    )]
+    NotRestorable {
+        /// The estimator.
+        estimator: EstimatorName,
+    },
     /// The craft has more wheels than the estimators are compiled for.
     #[error("{found} wheels: the estimators are compiled for at most {MAX_WHEELS}")]
     TooManyWheels {

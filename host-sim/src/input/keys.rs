@@ -28,12 +28,35 @@ pub fn page() -> String {
     let mut page = HEAD.to_owned();
     page += "\n## SCENARIO.toml\n";
     page.extend(scenario::TABLES.iter().map(table));
+    page += &fault_kinds();
     page += "\n## CRAFT.toml\n";
     page.extend(craft::TABLES.iter().map(table));
     page +=
         "\n## LOG.csv\n\nColumns in any order, separated by commas; other columns are ignored.\n";
     page += &rows("column", &log::COLUMNS);
     page
+}
+
+/// The table of fault kinds.
+fn fault_kinds() -> String {
+    let mut rows = "\nKinds of faults. A key outside the column `keys` is rejected.\n\n\
+        | kind | magnitude | unit | range | keys | effect |\n|---|---|---|---|---|---|\n"
+        .to_owned();
+    let or_dash = |text: &'static str| if text.is_empty() { "–" } else { text };
+    for row in &scenario::fault::KINDS {
+        let takes: Vec<String> = row.takes.iter().map(|key| format!("`{}`", key.name)).collect();
+        let range = if row.magnitude.is_empty() { "–" } else { row.range.words };
+        let _ = writeln!(
+            rows,
+            "| `{}` | {} | {} | {range} | {} | {} |",
+            row.name,
+            or_dash(row.magnitude),
+            or_dash(row.unit),
+            takes.join(", "),
+            row.meaning
+        );
+    }
+    rows
 }
 
 fn table(table: &Table) -> String {

@@ -7,6 +7,7 @@
 //!                   all of these ──► out_dir: report.md, result.json, history.csv, log.csv, *.svg
 //! campaign ───┬─► json::McReport ──► --json, table
 //!             └─► runs::RunRow, one per run ──► CSV file
+//! fault ──────► json::FaultsReport ──► --json, table
 //! papers ─────┬─► published::TablesReport ──► --json, published::text, published::folder
 //!             └─► published::PaperFigure ──► published::folder
 //! ground ───────► packet: one line of text or JSON per telemetry packet
@@ -18,6 +19,7 @@
 mod assemble;
 mod campaign;
 mod columns;
+mod faults;
 mod files;
 pub mod history;
 pub mod json;
@@ -34,8 +36,8 @@ pub mod table;
 pub use files::OutputError;
 pub use history::{AccelerationRow, HistoryRow};
 pub use json::{
-    CrlbReport, DiagnosisReport, ExplanationReport, LogReport, McReport, ReplayReport, RunReport,
-    Status,
+    CrlbReport, DiagnosisReport, ExplanationReport, FaultsReport, LogReport, McReport,
+    ReplayReport, RunReport, Status,
 };
 pub use out_dir::{ReportFolder, Simulated};
 pub use published::TablesReport;

@@ -5,6 +5,7 @@
 //! run        run, crlb          mc         campaigns        replay    recorded logs
 //! bad_input  rejected files and arguments                   tables    published tables
 //! logs       logs with faults, other notations and units
+//! faults     matrix of faults and estimators
 //! diagnose   explanations of residuals, systematic errors
 //! command    telecommands       telemetry  packets of the serial line
 //! ```
@@ -14,6 +15,7 @@
 mod bad_input;
 mod command;
 mod diagnose;
+mod faults;
 mod logs;
 mod mc;
 mod program;

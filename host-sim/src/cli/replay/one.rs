@@ -53,7 +53,8 @@ impl Replay<'_> {
     ) -> Result<Estimated, Failure> {
         let Read { file, craft, log, .. } = read;
         let method = Method { estimator, precision: self.precision };
-        let mut estimated = estimate(method, keep_history, craft, &log.rows, file, notes)?;
+        let mut estimated =
+            estimate(method, keep_history, craft, &log.rows, file, (&[], 0), notes)?;
         let report = &mut estimated.report;
         report.notes.splice(0..0, read.notes.iter().cloned());
         let skipped = log.skipped_rows.iter().map(|(reason, rows)| ((*reason).to_owned(), *rows));

@@ -3,7 +3,7 @@
 use fsw_core::estimator::momentum::{Config, Method, Momentum};
 use fsw_core::{Real, WheelArray};
 
-use crate::estimation::adapter::{AnyEstimator, of_setup};
+use crate::estimation::adapter::{AnyEstimator, without_checkpoints};
 use crate::estimation::error::SetUpError;
 use crate::estimation::setup::Setup;
 
@@ -16,5 +16,5 @@ pub fn set_up<T: Real, const W: usize>(
     let mut config = Config::kim_2010(method, setup.required_gyro_noise_rad_s()?);
     config.prior = setup.prior();
     setup.configure_gate(&mut config.gate);
-    Ok(of_setup::<T, _, W>(Momentum::new(config, wheels)?, setup))
+    Ok(without_checkpoints::<T, _, W>(Momentum::new(config, wheels)?, setup))
 }

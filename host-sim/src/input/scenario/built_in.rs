@@ -3,7 +3,10 @@
 /// The scenario of `run` without an argument.
 pub const DEFAULT_SCENARIO: &str = "stsat3-spin-up";
 
-const BUILT_IN: [(&str, &str); 34] = [
+/// The scenario of `faults` without an argument.
+pub const FAULTS_SCENARIO: &str = "fault-matrix";
+
+const BUILT_IN: [(&str, &str); 35] = [
     (DEFAULT_SCENARIO, include_str!("../../../scenarios/stsat3-spin-up.toml")),
     (
         "stsat3-spin-up-wrong-prior",
@@ -34,6 +37,7 @@ const BUILT_IN: [(&str, &str); 34] = [
         "random-spacecraft-data-sheet",
         include_str!("../../../scenarios/random-spacecraft-data-sheet.toml"),
     ),
+    (FAULTS_SCENARIO, include_str!("../../../scenarios/fault-matrix.toml")),
     ("deployment", include_str!("../../../scenarios/deployment.toml")),
     ("break-off", include_str!("../../../scenarios/break-off.toml")),
     ("no-change", include_str!("../../../scenarios/no-change.toml")),

@@ -337,7 +337,7 @@ spin_inertia_kg_m2 = 1.0
                 "s.toml:12: `drift.inertia_rate_per_hour` leads to principal moments [-0.002498, \
                  4.002, 5.2] kg m² at t = 7200 s",
             ),
-            (DRIFT, "inertia_", "moment_", "s.toml:12: unknown key `moment_rate_per_hour`"),
+            (DRIFT, "inertia_", "moment_", "s.toml:11: missing key `inertia_rate_per_hour`"),
         ] {
             let message = parse(&extra.replacen(good, bad, 1)).unwrap_err().to_string();
             assert!(message.starts_with(expected), "{message}\n  expected: {expected}");

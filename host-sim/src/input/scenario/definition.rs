@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use super::change::{Changes, Stretch};
 use super::control::Control;
 use super::dispersion::Dispersion;
+use super::fault::Fault;
 use super::gyro::SimulatedGyro;
 use super::hardware::TrueHardware;
 use super::profile::ExternalTorque;
@@ -41,6 +42,8 @@ pub struct Scenario {
     pub true_hardware: TrueHardware,
     /// True constant external torque unknown to the estimator, body axes, N m.
     pub disturbance_torque_n_m: Vector3<f64>,
+    /// Faults between sensors and estimator, in the order of their application.
+    pub faults: Vec<Fault>,
     /// Unknowns of the estimator besides the inertia.
     pub solve_for: SolveFor,
     /// Prior inertia of the estimator, if any.
@@ -73,6 +76,7 @@ impl Scenario {
             hardware: StatedHardware::default(),
             true_hardware: TrueHardware::default(),
             disturbance_torque_n_m: Vector3::zeros(),
+            faults: Vec::new(),
             solve_for: SolveFor::default(),
             prior: None,
             filter: Filter::default(),

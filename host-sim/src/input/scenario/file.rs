@@ -23,6 +23,7 @@ use super::control::{self, ControlFile, control};
 use super::definition::Scenario;
 use super::dispersion::{self, Dispersion, DispersionFile};
 use super::disturbance::{self, Disturbance, DisturbanceFile};
+use super::fault::{self, FaultFile};
 use super::gyro::{self, GyroErrorsFile, GyroFile};
 use super::hardware::{self as true_hardware, Carrier, HardwareFile};
 use super::limits::MAX_SAMPLES;
@@ -59,6 +60,7 @@ const ROOT: Table = Table {
         Key::required("gyro", TABLE, "", ANY, "Simulated gyro"),
         Key::required("mode", REPEATED, "", ANY, "Modes known to the estimator").or("rigid body"),
         Key::required("hardware", TABLE, "", ANY, "True errors of the hardware").or("ideal"),
+        Key::required("fault", REPEATED, "", ANY, "Faults before the estimator").or("no fault"),
         Key::required("disturbance", TABLE, "", ANY, "Unknown torque, further unknowns").or("none"),
         Key::required("prior", TABLE, "", ANY, "Expected inertia").or("no prior"),
         Key::required("filter", TABLE, "", ANY, "Process noise").or("that of the estimators"),
@@ -77,7 +79,7 @@ const WHEELS_TABLE: Table = Table {
     ..hardware::WHEELS_TABLE
 };
 
-const OWN_TABLES: [Table; 17] = [
+const OWN_TABLES: [Table; 18] = [
     ROOT,
     spacecraft::TABLE,
     wheel::TABLE,
@@ -95,6 +97,7 @@ const OWN_TABLES: [Table; 17] = [
     dispersion::TABLE,
     dispersion::INITIAL_TABLE,
     random_spacecraft::TABLE,
+    fault::TABLE,
 ];
 
 const TABLE_COUNT: usize = OWN_TABLES.len() + true_hardware::TABLES.len();
@@ -160,6 +163,8 @@ struct ScenarioFile {
     #[serde(default)]
     hardware: HardwareFile,
     #[serde(default)]
+    fault: Vec<Spanned<FaultFile>>,
+    #[serde(default)]
     disturbance: DisturbanceFile,
     prior: Option<PriorFile>,
     #[serde(default)]
@@ -211,6 +216,7 @@ impl RandomFile {
         random.hardware = self.statements().read(root, Unstated::Ideal)?;
         random.true_hardware = self.hardware.read(root, &RANDOM_CARRIER)?;
         let Disturbance { torque_n_m, solve_for } = self.disturbance.read(root)?;
+        root.checked()?;
         let dispersion = Dispersion { spacecraft: Some(random.clone()), ..Dispersion::default() };
         Ok(Scenario {
             name: self.name.clone(),
@@ -267,8 +273,12 @@ impl ScenarioFile {
         let hardware = self.statements().read(root, Unstated::Ideal)?;
         let true_hardware = self.hardware.read(root, &carrier(inertia_kg_m2, &wheels))?;
         let filter = self.filter(root)?;
+        let faults = (self.fault.iter().enumerate())
+            .map(|(index, file)| fault::read(&root.entry("fault", index), file, wheels.len()))
+            .collect::<Result<Vec<_>, _>>()?;
         let prior = self.prior.map(|prior| prior.read(root)).transpose()?;
         Ok(Scenario {
+            faults,
             changes,
             wheels,
             torque: torque.unwrap_or(ExternalTorque::ZERO),

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! estimate  replay, run      campaign  mc      bound  crlb      target  pil
+//! faults    faults
 //! hardware  one parameter of the hardware             tensor    six elements as a matrix
 //! ```
 
@@ -11,6 +12,7 @@ mod estimate;
 #[cfg(test)]
 pub(super) mod examples;
 mod explanation;
+mod faults;
 mod hardware;
 mod log;
 mod target;
@@ -20,6 +22,7 @@ pub use bound::{CrlbReport, EffectRow};
 pub use campaign::McReport;
 pub use estimate::{ReplayReport, RunReport, Spikes, Status};
 pub use explanation::{DiagnosisReport, ExplanationReport};
+pub use faults::{FaultCell, FaultsReport};
 pub use hardware::HardwareResult;
 pub use log::LogReport;
 pub use target::{PilReport, TargetReport};

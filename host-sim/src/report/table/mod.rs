@@ -3,6 +3,7 @@
 //! ```text
 //! estimate  replay, run      campaign  mc      bound  crlb      target  pil
 //! logs      replay of several logs
+//! faults    faults
 //! hardware  errors of gyro, wheels and torque in the tables of estimates
 //! cells     heading lines and the format of a cell
 //! ```
@@ -12,6 +13,7 @@ mod campaign;
 mod cells;
 mod estimate;
 mod explanation;
+mod faults;
 mod hardware;
 mod logs;
 mod target;
@@ -20,5 +22,6 @@ pub use bound::crlb;
 pub use campaign::mc;
 pub use estimate::{replay, run};
 pub use explanation::diagnosis;
+pub use faults::faults;
 pub use logs::logs;
 pub use target::pil;
