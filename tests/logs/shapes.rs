@@ -117,27 +117,6 @@ fn phyphox() {
         format!("{:.9E},{x:.9E},{y:.9E},{z:.9E},{:.9E}", sample.time_s, x.hypot(y).hypot(z))
     };
     assert_motion(&read("Raw Data.csv", &log(header, row)).1, 0, 1e-9);
-    // As a German telephone exports it.
-    let semicolons = |text: &str| text.replace(',', ";").replace('.', ",");
-    let text = log(&header.replace(',', ";"), |sample| semicolons(&row(sample)));
-    assert_motion(&read("Raw Data.csv", &text).1, 0, 1e-9);
-}
-
-#[test]
-fn matlab() {
-    let header = "Time,omega_1,omega_2,omega_3,wheelSpeed_1,wheelSpeed_2,wheelSpeed_3";
-    let row = |sample: &Sample, time: String| {
-        let [x, y, z] = sample.rate_rad_s;
-        let [a, b, c] = sample.wheels_rad_s;
-        format!("{time},{x:.15},{y:.15},{z:.15},{a},{b},{c}")
-    };
-    let text = log(header, |sample| row(sample, format!("{} sec", sample.time_s)));
-    let (draft, of_durations) = read("flight.csv", &text);
-    assert_motion(&of_durations, 3, 1e-12);
-    assert!(draft.contains("CONFIRM: not in the header; values up to 259"), "{draft}");
-    let text =
-        log(header, |sample| row(sample, format!("01-May-2024 12:00:{:06.3}", sample.time_s)));
-    assert_motion(&read("flight.csv", &text).1, 3, 1e-12);
 }
 
 #[test]
@@ -214,7 +193,9 @@ fn px4_sensor_combined() {
     });
     let (draft, log) = read("log_sensor_combined_0.csv", &text);
     assert_motion(&log, 0, 1e-12);
-    assert!(draft.contains("unit = \"rad/s\"                      # as in the header"), "{draft}");
+    let is_unit =
+        |line: &str| line.starts_with("unit = \"rad/s\"") && line.ends_with("# as in the header");
+    assert!(draft.lines().any(is_unit), "{draft}");
     assert!(draft.contains("CONFIRM: by its increments"), "{draft}");
 }
 
