@@ -1,7 +1,7 @@
 //! A TOML file with its text: the source of the line numbers in errors.
 //!
 //! Files are read into plain serde structs with `deny_unknown_fields` and
-//! [`Spanned`](toml::Spanned) values. Serde's tagged enums are avoided: they lose the spans.
+//! [`Spanned`] values. Serde's tagged enums are avoided: they lose the spans.
 
 use std::cell::RefCell;
 use std::ops::Range;
