@@ -536,7 +536,7 @@ fn a_window_closed_by_telecommand_is_completed_with_the_samples_that_follow() {
 
 /// Flash whose halves hold one checkpoint of `window`.
 fn small_flash() -> Vec<u8> {
-    vec![0xff; 80 * 1024]
+    vec![0xff; 96 * 1024]
 }
 
 /// Longest erasure of a sector of an STM32F405, µs: twice `GYRO_SILENCE_US`.

@@ -111,7 +111,7 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
     let events = (proptest::option::of(any_of()), proptest::option::of(any_of()));
     let optional = (any::<Option<u8>>(), any::<Option<bool>>(), any::<bool>(), any::<u16>());
     let torque = proptest::array::uniform3(-100.0_f32..100.0);
-    (words, events, optional, torque, any::<[u32; 14]>(), any::<[[u8; 4]; 21]>()).prop_map(
+    (words, events, optional, torque, any::<[u32; 14]>(), any::<[[u8; 4]; 25]>()).prop_map(
         |(words, events, optional, torque_n_m, n, counters)| {
             let mut reader = Reader::new(counters.as_flattened());
             StatusReport {
