@@ -148,7 +148,7 @@ impl<T: Real> Level<T> {
 ///
 /// // Alternating innovations of one sigma, and constant ones of a third.
 /// let test = |rate_rad_s: fn(u32) -> f64| {
-///     let mut test = Whiteness::default();
+///     let mut test: Whiteness<f64> = Whiteness::default();
 ///     for k in 0..1000 {
 ///         let rate_rad_s = Vec3::repeat(rate_rad_s(k));
 ///         test.add(&Innovation { rate_rad_s, variance_rad2_s2: Vec3::repeat(1.0) }, 1.0, 0.0);
@@ -157,7 +157,7 @@ impl<T: Real> Level<T> {
 /// };
 /// assert_eq!(test(|k| if k % 2 == 0 { 1.0 } else { -1.0 }), Some(false));
 /// assert_eq!(test(|_| 0.33), Some(false));
-/// assert_eq!(Whiteness::<f32>::default().is_white(), None);
+/// assert_eq!(<Whiteness<f32>>::default().is_white(), None);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Whiteness<T: Real, const L: usize = LEVELS> {
