@@ -48,6 +48,8 @@ pub mod joint_ekf;
 pub mod momentum;
 #[cfg(test)]
 pub(crate) mod test_flight;
+#[cfg(test)]
+pub(crate) mod test_hardware;
 pub mod window;
 
 use crate::estimate::Estimate;

@@ -216,7 +216,12 @@ impl<T: Real, const L: usize> Whiteness<T, L> {
 
     /// The same for values of this variance instead of 1.
     pub fn is_white_of(&self, variance: T) -> Option<bool> {
-        let mut explained = self.explained;
+        self.is_white_beside(variance, T::zero())
+    }
+
+    /// The same beside a mean square of `explained` in all values, by errors that last over the whole flight.
+    pub fn is_white_beside(&self, variance: T, explained: T) -> Option<bool> {
+        let mut explained = self.explained + explained;
         let mut is_white = None;
         for (index, level) in self.levels.iter().enumerate() {
             match (level.is_white(variance, explained, index > 0), index) {

@@ -235,6 +235,15 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         });
     }
 
+    /// Adds the rows on the hardware before the last place, which considered groups take in turn.
+    #[inline(never)]
+    pub fn add_solved(&self, factor: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
+        let last = groups_of(U).saturating_sub(1);
+        self.each_of_places(self.groups.hardware..last, point, &mut |row, y, weight| {
+            factor.fold(row, y, weight);
+        });
+    }
+
     /// Sum of squares that earlier windows and the prior leave when added to the information of a
     /// window on what lasts and to the stated hardware, over the noise: chi-square of six degrees of freedom each, and
     /// one for each parameter of the hardware. They are added to `window`.

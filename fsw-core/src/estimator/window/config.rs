@@ -14,8 +14,8 @@ use crate::prior::Prior;
 /// use fsw_core::estimator::window::Config;
 ///
 /// let config = Config { gyro_bias_rad_s: Some(0.01), ..Config::<f32, 0>::new(1e-4) };
-/// assert!(config.validate::<12>().is_ok()); // one further group of unknowns
-/// assert_eq!(config.validate::<9>().unwrap_err().field, "gyro_bias_rad_s");
+/// assert!(config.validate::<12, 0>().is_ok()); // one further group of unknowns
+/// assert_eq!(config.validate::<9, 0>().unwrap_err().field, "gyro_bias_rad_s");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config<T: Real, const W: usize> {
@@ -60,7 +60,8 @@ pub struct Config<T: Real, const W: usize> {
     /// Time without motion that ends a manoeuvre, s. Default 30.
     pub quiet_s: T,
     /// Errors of gyro, wheels and known torque, one sigma each. Default ideal. Those that are not zero are
-    /// among the unknowns, and need a place in U for each group of three ([`unknowns`](super::unknowns)).
+    /// among the unknowns, with a place in U for each group of three ([`unknowns`](super::unknowns)), or considered
+    /// where U has no place for all: then the last place is kept for them, and C groups at most are considered.
     pub hardware: Hardware<T, W>,
     /// Checks of each sample.
     pub gate: gate::Config<T>,
@@ -102,11 +103,11 @@ impl<T: Real, const W: usize> Config<T, W> {
         }
     }
 
-    /// Checks the ranges, and that U unknowns hold what is asked for.
+    /// Checks the ranges, and that U unknowns and C considered groups hold what is asked for.
     ///
     /// # Errors
     /// Names the first field that is out of its range, or for whose group U has no place.
-    pub fn validate<const U: usize>(&self) -> Result<(), ConfigError> {
+    pub fn validate<const U: usize, const C: usize>(&self) -> Result<(), ConfigError> {
         let mut places = groups_of(U);
         for (field, value) in [
             ("gyro_noise_rad_s", self.gyro_noise_rad_s),
@@ -135,7 +136,8 @@ impl<T: Real, const W: usize> Config<T, W> {
             return Err(ConfigError { field: "gyro_bias_rad_s", reason: Invalid::NotPositive });
         }
         self.hardware.validate()?;
-        if self.hardware_groups().count() > places {
+        let not_solved = self.hardware_groups().count() - self.solved_groups(places);
+        if not_solved > C || not_solved > 0 && places == 0 {
             return Err(ConfigError { field: "hardware", reason: Invalid::NoRoom });
         }
         positive("block_turn_rad", self.block_turn_rad)?;
@@ -162,23 +164,46 @@ impl<T: Real, const W: usize> Config<T, W> {
         (0..4 + W).filter_map(|index| self.hardware_group(index))
     }
 
-    /// Group of the hardware with this index, of 4 + W; none where it is known exactly.
+    /// Number of groups of the hardware among the unknowns, for these places: all, or as many as leave the last place
+    /// to those that are considered.
+    fn solved_groups(&self, places: usize) -> usize {
+        let all = self.hardware_groups().count();
+        if all <= places { all } else { places.saturating_sub(1) }
+    }
+
+    /// Places of U unknowns beside the groups of one window that are asked for.
+    fn places_of_hardware<const U: usize>(&self) -> usize {
+        let asked = [self.disturbance_torque_n_m, self.gyro_bias_rad_s, self.drag_per_s];
+        groups_of(U).saturating_sub(asked.iter().flatten().count())
+    }
+
+    /// Group of the hardware that is considered with this index; none beyond the last one.
+    pub(super) fn considered_group<const U: usize>(
+        &self,
+        index: usize,
+    ) -> Option<(Group, Belief<T>)> {
+        let solved = self.solved_groups(self.places_of_hardware::<U>());
+        self.hardware_groups().nth(solved + index)
+    }
+
+    /// Group of the hardware with this index, of 4 + W; none where it is known exactly. The time offset comes first: it
+    /// is the one that motion shows best.
     fn hardware_group(&self, index: usize) -> Option<(Group, Belief<T>)> {
         let h = &self.hardware;
         let (group, sigma) = match index {
-            0 => (Group::GyroScale, [h.gyro_scale; 3]),
-            1 => (Group::GyroUpper, [h.gyro_axes_rad; 3]),
-            2 => (Group::GyroLower, [h.gyro_axes_rad; 3]),
-            _ => match (h.wheel_inertia.get(index - 3), h.wheel_axis_rad.get(index - 3)) {
-                (Some(inertia), Some(tilt)) => {
-                    (Group::Wheel((index - 3) as u8), [*inertia, *tilt, *tilt])
-                }
-                _ => {
-                    // Without wheels the scale of the torque is that of the inertia: see `considered_scale`.
-                    let torque_scale = if W > 0 { h.torque_scale } else { T::zero() };
-                    (Group::Common, [h.delay_sigma_s, torque_scale, h.common_wheel_inertia])
-                }
-            },
+            0 => {
+                // Without wheels the scale of the torque is that of the inertia: see `considered_scale`.
+                let torque_scale = if W > 0 { h.torque_scale } else { T::zero() };
+                (Group::Common, [h.delay_sigma_s, torque_scale, h.common_wheel_inertia])
+            }
+            1 => (Group::GyroScale, [h.gyro_scale; 3]),
+            2 => (Group::GyroUpper, [h.gyro_axes_rad; 3]),
+            3 => (Group::GyroLower, [h.gyro_axes_rad; 3]),
+            _ => {
+                let wheel = index - 4;
+                let (inertia, tilt) = (h.wheel_inertia.get(wheel)?, h.wheel_axis_rad.get(wheel)?);
+                (Group::Wheel(wheel as u8), [*inertia, *tilt, *tilt])
+            }
         };
         sigma.iter().any(|s| *s > T::zero()).then_some((group, Belief::Within(sigma)))
     }
@@ -199,12 +224,15 @@ impl<T: Real, const W: usize> Config<T, W> {
     pub(super) fn set_groups<const U: usize>(&self, groups: &mut Groups<T>) {
         groups.place = [None; GROUPS];
         groups.delay_s = self.hardware.delay_s;
-        groups.hardware = groups_of(U).saturating_sub(self.hardware_groups().count());
+        let places = self.places_of_hardware::<U>();
+        let solved = self.solved_groups(places);
+        let is_considered = solved < self.hardware_groups().count();
+        groups.hardware = groups_of(U).saturating_sub(solved + usize::from(is_considered));
         let (of_window, of_hardware) = groups.place.split_at_mut(groups.hardware.min(groups_of(U)));
         for (place, group) in of_window.iter_mut().zip(self.window_groups()) {
             *place = Some(group);
         }
-        for (place, group) in of_hardware.iter_mut().zip(self.hardware_groups()) {
+        for (place, group) in of_hardware.iter_mut().zip(self.hardware_groups().take(solved)) {
             *place = Some(group);
         }
     }
@@ -218,9 +246,9 @@ mod tests {
     fn names_the_field_that_is_out_of_range() {
         let refused = |change: fn(&mut Config<f32, 1>)| {
             let mut config = Config::new(1e-4);
-            assert_eq!(config.validate::<12>(), Ok(()));
+            assert_eq!(config.validate::<12, 0>(), Ok(()));
             change(&mut config);
-            config.validate::<12>().unwrap_err().field
+            config.validate::<12, 0>().unwrap_err().field
         };
         assert_eq!(refused(|c| c.gyro_noise_rad_s = Some(0.0)), "gyro_noise_rad_s");
         assert_eq!(refused(|c| c.disturbance_torque_n_m = Some(-1.0)), "disturbance_torque_n_m");

@@ -61,6 +61,19 @@ pub enum Attempt {
 
 crate::persist!([] enum Attempt { 0 => Carried, 1 => Linear, 2 => Torque, 3 => Sphere, 4 => Prior, 5 => Best });
 
+/// Passes for the considered hardware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Considering {
+    /// Not yet: the descent has not settled.
+    Not,
+    /// The pass of the group with this index.
+    Group(u8),
+    /// All groups have been considered, and the last pass is about the solution again.
+    Done,
+}
+
+crate::persist!([] enum Considering { 0 => Not, 1 => Group(index: u8), 2 => Done });
+
 /// Descent in progress.
 #[derive(Clone, Copy, Debug)]
 pub struct Descent<T: Real, const W: usize, const U: usize> {
@@ -86,6 +99,7 @@ pub struct Descent<T: Real, const W: usize, const U: usize> {
     is_final: bool,
     /// True in the last pass, in which a torque of fields walks about the solution for a constant one.
     pub has_walk: bool,
+    pub considering: Considering,
     passes: u8,
     /// The fit once it has ended, with the pass of the descent.
     pub fit: Option<Fit>,
@@ -93,7 +107,7 @@ pub struct Descent<T: Real, const W: usize, const U: usize> {
 
 crate::persist!([T: Real, const W: usize, const U: usize] Descent<T, W, U> {
     pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, has_walk,
-    passes, fit
+    considering, passes, fit
 });
 
 /// Consequence of a completed pass.
@@ -128,6 +142,7 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
             is_repeated: false,
             is_final: false,
             has_walk: false,
+            considering: Considering::Not,
             passes: 0,
             fit: None,
         }
@@ -144,6 +159,7 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
         self.is_repeated = false;
         self.is_final = false;
         self.has_walk = false;
+        self.considering = Considering::Not;
         self.passes = 0;
     }
 

@@ -70,7 +70,9 @@ fn contradiction<T: Real>(residuals: &Residuals<T>, next: usize) -> Option<(usiz
     residuals.is_contradicted.then_some((residuals.rise, residuals.rise))
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
+    Window<T, W, N, U, C>
+{
     /// Begins or continues an inquiry after a fit that is settled, but does not explain all blocks: the front.
     #[inline(never)]
     pub(super) fn inquire(&mut self) {
@@ -163,7 +165,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let Work::Descent(Descent { pass, .. }) = &self.work else { return };
         let mut window = SquareRootInformation::default();
         self.information(pass, &mut window);
+        let (scale, sigma) = (pass.point.scale(), self.sigma_of_sample(pass));
         Past::replace(&mut self.doubted, &mut window, &pass.point, pass.unit_per_kg_m2);
+        if C > 0 {
+            self.doubt_cross(scale, sigma);
+        }
     }
 
     /// Ends an inquiry whose later blocks are explained: they become a window of their own, and all that came
@@ -192,6 +198,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Earlier windows join what is doubted.
     #[inline(never)]
     fn doubt_past(&mut self) {
+        if C > 0 {
+            self.doubt_past_cross();
+        }
         match (&mut self.doubted, &self.past) {
             (Some(doubted), Some(past)) => doubted.join(past),
             (Some(_), None) => {}
@@ -222,6 +231,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Some(false) => {
                 self.doubt_past();
                 self.past = self.doubted;
+                self.considered.past = self.considered.doubted;
                 self.doubted = None;
                 self.is_doubtful = false;
             }
@@ -243,6 +253,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             return None;
         }
         (beliefs.prior, beliefs.past) = (None, Some(doubted));
+        if C > 0 {
+            let doubted = Some((doubted, &self.considered.doubted));
+            self.widen(&mut window, (pass.unit_per_kg_m2, sigma), doubted);
+        }
         Some(beliefs.contradiction(&mut window, &pass.point) > beliefs.contradicted())
     }
 }

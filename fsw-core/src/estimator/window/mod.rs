@@ -36,6 +36,7 @@ pub mod unknowns;
 
 mod belief;
 mod block;
+mod considered;
 mod drift;
 mod excitation;
 mod fit;
@@ -48,6 +49,8 @@ mod storage;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
+mod tests_of_considered;
+#[cfg(test)]
 mod tests_of_drift;
 mod trajectory;
 mod work;
@@ -57,6 +60,7 @@ pub use work::{Remaining, Slice};
 
 use belief::{Beliefs, Past};
 use block::{Averager, Block, Limits, REFUSED_WEIGHT, Reading};
+use considered::Considered;
 use excitation::Excitation;
 use front::Front;
 use inquiry::Inquiry;
@@ -79,13 +83,13 @@ use crate::prior::Prior;
 use crate::sample::Sample;
 
 /// W wheels; up to N blocks, at least 64; U unknowns: 9 for momentum, shape and scale, and three for each
-/// further group, up to 18.
+/// further group; up to C groups of three parameters of the hardware that are considered (module `considered`).
 ///
 /// Fields in the order written: built in its place, a part with content takes a copy on the stack together with an
 /// absent one beside it.
 #[derive(Clone, Debug)]
 #[repr(C)]
-pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
+pub struct Window<T: Real, const W: usize, const N: usize, const U: usize, const C: usize = 0> {
     config: Config<T, W>,
     wheels: WheelArray<T, W>,
     groups: Groups<T>,
@@ -121,6 +125,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     /// the blocks after the contradiction are a window of their own.
     doubted: Option<Past<T, U>>,
     is_doubtful: bool,
+    /// Effects of the hardware that is considered.
+    considered: Considered<T, C>,
     /// False once data have contradicted the prior.
     has_prior: bool,
     ended: Ended<T>,
@@ -130,9 +136,9 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize> {
     rate_rad_s: Vec3<T>,
 }
 
-crate::persist!([T: Real, const W: usize, const N: usize, const U: usize] Window<T, W, N, U> {
+crate::persist!([T: Real, const W: usize, const N: usize, const U: usize, const C: usize] Window<T, W, N, U, C> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
-    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, is_doubtful, has_prior, ended, event, has_refused,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, is_doubtful, considered, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -192,7 +198,9 @@ impl Schedule {
     }
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
+    Window<T, W, N, U, C>
+{
     /// Estimator that waits for its first sample.
     ///
     /// # Errors
@@ -209,7 +217,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// # Errors
     /// As [`new`](Self::new); the state is unchanged then.
     pub fn reset(&mut self, config: Config<T, W>) -> Result<(), ConfigError> {
-        config.validate::<U>()?;
+        config.validate::<U, C>()?;
         // Field by field: a whole one would be made on the stack first.
         config.set_groups::<U>(&mut self.groups);
         self.gate = Gate::new(config.gate);
@@ -233,6 +241,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         self.past_age_s = T::zero();
         self.doubted = None;
         self.is_doubtful = false;
+        self.considered = Considered::nothing();
         self.has_prior = true;
         self.ended = Ended::nothing();
         self.event = None;
@@ -274,6 +283,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             past_age_s: T::zero(),
             doubted: None,
             is_doubtful: false,
+            considered: Considered::nothing(),
             has_prior: true,
             ended: Ended::nothing(),
             event: None,
@@ -544,8 +554,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
-    for Window<T, W, N, U>
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize> Estimator<T, W>
+    for Window<T, W, N, U, C>
 {
     fn step(&mut self, sample: &Sample<T, W>) -> Outcome {
         if let Some(outcome) = self.take_sample(sample) {

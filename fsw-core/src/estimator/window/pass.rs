@@ -160,9 +160,11 @@ impl<T: Real> Residuals<T> {
         (u_square / T::lit(MEDIAN_CHI_SQUARE)).sqrt() * unit_rad_s
     }
 
-    /// Correlation of residuals from block to block, −1 to 1.
-    pub fn correlation(&self) -> T {
-        if self.squares > T::zero() { self.products / self.squares } else { T::zero() }
+    /// Correlation of residuals from block to block, −1 to 1, with a sum of products up to `explained` explained
+    /// otherwise, rad²/s².
+    pub fn correlation_beyond(&self, explained: T) -> T {
+        let beyond = self.products - self.products.max(-explained).min(explained);
+        if self.squares > T::zero() { beyond / self.squares } else { T::zero() }
     }
 
     /// True where more blocks are at reduced weight than outliers explain.
@@ -248,11 +250,13 @@ pub struct Pass<T: Real, const W: usize, const U: usize> {
     /// Walk of the torque over the trace, in units of `unit_rad_s` squared: variance for each radian of turn, 1/s². Zero
     /// for a constant torque.
     pub torque_per_rad: T,
+    /// Mean square of a residual that errors of the considered hardware explain, one sigma, rad²/s².
+    pub explained: T,
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize] Pass<T, W, U> {
     point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
-    watch_rad_s, decrement, drift, torque_per_rad
+    watch_rad_s, decrement, drift, torque_per_rad, explained
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
 impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
@@ -272,6 +276,7 @@ impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
             decrement: T::zero(),
             drift: Drift::none(),
             torque_per_rad: T::zero(),
+            explained: T::zero(),
         }
     }
 

@@ -6,6 +6,7 @@
 
 use super::Window;
 use super::belief::{Beliefs, Past, information_on};
+use super::considered::Source;
 use super::front::Front;
 use super::pass::{Pass, Residuals};
 use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, shape_of};
@@ -94,7 +95,9 @@ struct Solution<T: Real, const U: usize> {
     covariance: Mat<T, 6, 6>,
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
+    Window<T, W, N, U, C>
+{
     /// The estimate, in its place.
     #[inline(never)]
     pub(super) fn report(&self, estimate: &mut Estimate<T>) {
@@ -113,7 +116,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     fn report_front(&self, front: &Front<T, W, U>, estimate: &mut Estimate<T>) -> bool {
         let pass = &front.pass;
-        if !self.report_pass(pass, estimate) {
+        if !self.report_pass(pass, Source::Front, estimate) {
             return false;
         }
         restrict(&mut estimate.observed, &front.observed);
@@ -131,22 +134,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     pub(super) fn observed_by(&self, pass: &Pass<T, W, U>) -> Observed {
         let mut estimate = Estimate::of_nothing();
-        self.report_pass(pass, &mut estimate);
+        self.report_pass(pass, Source::Descent, &mut estimate);
         estimate.observed
     }
 
     /// Inertia of a pass with earlier windows; false where it has no finite solution.
     #[inline(never)]
-    fn report_pass(&self, pass: &Pass<T, W, U>, estimate: &mut Estimate<T>) -> bool {
+    fn report_pass(&self, pass: &Pass<T, W, U>, of: Source, estimate: &mut Estimate<T>) -> bool {
         let mut window = SquareRootInformation::default();
         let sigma = self.window_alone(pass, &mut window);
-        self.report_inertia(
-            &window,
-            (&pass.point, pass.unit_per_kg_m2),
-            sigma,
-            self.past.as_ref(),
-            estimate,
-        )
+        let at = (&pass.point, pass.unit_per_kg_m2);
+        self.report_inertia(&window, at, (sigma, of), self.past.as_ref(), estimate)
     }
 
     /// Estimate of earlier windows; false where it is not finite.
@@ -175,7 +173,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         // The past enters as a belief: there are no blocks.
         let mut nothing = SquareRootInformation::default();
         nothing.eliminate(self.groups.first_kept::<U>());
-        self.report_inertia(&nothing, (&past.point, past.per_kg_m2), T::one(), Some(past), estimate)
+        let (at, of) = ((&past.point, past.per_kg_m2), (T::one(), Source::Nothing));
+        self.report_inertia(&nothing, at, of, Some(past), estimate)
     }
 
     /// Prior where nothing has been found.
@@ -190,20 +189,20 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// Inertia, covariance, observed directions and status of information on shape and scale, about a point and for a
-    /// unit of its scale.
+    /// unit of its scale, with a sigma of a sample, rad/s.
     #[inline(never)]
     fn report_inertia(
         &self,
         window: &SquareRootInformation<T, U>,
         at: (&Point<T, U>, T),
-        sigma: T,
+        of: (T, Source),
         past: Option<&Past<T, U>>,
         estimate: &mut Estimate<T>,
     ) -> bool {
         let walk = self.walk_kg_m2();
         match past.filter(|_| walk > T::zero()) {
-            Some(past) => self.report_walked(window, at, sigma, past, estimate),
-            None => self.report_with(window, at, sigma, past, estimate),
+            Some(past) => self.report_walked(window, at, of, past, estimate),
+            None => self.report_with(window, at, of, past, estimate),
         }
     }
 
@@ -214,13 +213,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         &self,
         window: &SquareRootInformation<T, U>,
         at: (&Point<T, U>, T),
-        sigma: T,
+        of: (T, Source),
         past: &Past<T, U>,
         estimate: &mut Estimate<T>,
     ) -> bool {
         let mut walked = *past;
         walked.walk(self.walk_kg_m2());
-        self.report_with(window, at, sigma, Some(&walked), estimate)
+        self.report_with(window, at, of, Some(&walked), estimate)
     }
 
     #[inline(never)]
@@ -228,7 +227,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         &self,
         window: &SquareRootInformation<T, U>,
         (point, unit_per_kg_m2): (&Point<T, U>, T),
-        sigma: T,
+        (sigma, source): (T, Source),
         past: Option<&Past<T, U>>,
         estimate: &mut Estimate<T>,
     ) -> bool {
@@ -238,14 +237,20 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if !solve(window, point, &all, &mut solution) || !solve(window, point, &data, &mut alone) {
             return false;
         }
+        let systematic = self.systematic(source, unit_per_kg_m2, sigma, &solution.covariance);
         let has_scale = past.is_some() || self.stretch().has_drive();
         if !solution.report(&alone, has_scale, estimate) {
             return false;
         }
         let is_considered = self.config.hardware.mount_rad != [T::zero(); 3]
             || self.config.considered_scale() > T::zero();
-        if groups_of(U) > 0 && self.groups.has_hardware() || is_considered {
+        let has_hardware = groups_of(U) > 0 && self.groups.has_hardware() || systematic.is_some();
+        if has_hardware || is_considered {
             self.report_random(window, point, &all, &mut solution, estimate);
+        }
+        if let Some(systematic) = systematic {
+            solution.covariance = systematic;
+            solution.add_elements(estimate);
         }
         if is_considered {
             self.add_considered(estimate);
@@ -331,6 +336,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 effect_kg_m2: inertia.elements_kg_m2().map(|j| j * scale),
             });
         }
+        let of_shape = covariance.fixed_view::<6, 6>(shape_of(U), shape_of(U)) * (sigma * sigma);
+        let source = if self.front.is_some() { Source::Front } else { Source::Nothing };
+        self.each_effect(source, (unit, sigma), &of_shape, &mut |group, i, effect, stated| {
+            if let Some(parameter) = group.parameter(i) {
+                let effect_kg_m2 = (jacobian * effect * stated).into();
+                visit(Finding { parameter, value: T::zero(), sigma: stated, stated, effect_kg_m2 });
+            }
+        });
         for place in self.groups.hardware..groups_of(U) {
             let Some(Some((group, Belief::Within(stated)))) = self.groups.place.get(place) else {
                 continue;
@@ -430,8 +443,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             None => T::lit(MEASURED_DEGREES),
         };
         let degrees = T::count(residuals.degrees(U as u32));
-        let variance = (noise * noise * weight + residuals.squares) / (weight + degrees);
-        let rho = residuals.correlation().min(T::lit(MOST_CORRELATED));
+        let rows = T::count(residuals.rows);
+        let beyond = (residuals.squares - noise * noise * degrees).max(T::zero());
+        let explained = (self.explained(pass) * rows).min(beyond);
+        let variance =
+            (noise * noise * weight + residuals.squares - explained) / (weight + degrees);
+        let rho = residuals.correlation_beyond(explained).min(T::lit(MOST_CORRELATED));
         let inflation = if rho > largest_correlation(residuals.rows) {
             (T::one() + rho) / (T::one() - rho)
         } else {
@@ -451,8 +468,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             return None;
         }
         let most = self.reference_rad_s() * largest_rms(residuals.blocks);
-        let is_small = rms(residuals, U) <= most;
-        let is_correlated = residuals.correlation().abs() > largest_correlation(residuals.rows);
+        let explained = self.explained(&front.pass);
+        let rms = rms(residuals, U);
+        let is_small = rms * rms <= most * most + explained;
+        let rows = T::count(residuals.rows);
+        let correlation = residuals.correlation_beyond(explained * rows);
+        let is_correlated = correlation.abs() > largest_correlation(residuals.rows);
         let contradiction = self.contradictions(&front.pass);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
         let is_found = !is_correlated && !shows_torque && !residuals.is_alarmed();
@@ -462,7 +483,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// True where groups of residuals have the size of white noise.
     fn are_groups_white(&self, pass: &Pass<T, W, U>) -> bool {
         let share = self.reference_rad_s() / pass.unit_rad_s;
-        pass.residuals.whiteness.is_white_of(share * share) != Some(false)
+        let explained = self.explained(pass) / (pass.unit_rad_s * pass.unit_rad_s);
+        pass.residuals.whiteness.is_white_beside(share * share, explained) != Some(false)
     }
 
     /// Statistics of a window that ends with this front.
@@ -564,6 +586,14 @@ impl<T: Real, const U: usize> Solution<T, U> {
                 *covariance.at_mut(i, k) = sum;
             }
         }
+    }
+
+    /// Adds the covariance to that of an estimate.
+    #[inline(never)]
+    fn add_elements(&self, estimate: &mut Estimate<T>) {
+        let mut covariance = Mat::<T, 6, 6>::zeros();
+        self.of_elements(&mut covariance);
+        estimate.covariance_kg2_m4 += covariance;
     }
 
     /// Inertia and covariance, for the solution of the data alone; false where a number is not finite.

@@ -12,8 +12,9 @@
 //! | conclusion of a window | a solution of six unknowns |
 
 use super::belief::{Beliefs, Past, information_from};
+use super::considered::{EXPLAINED_SQUARE, Source};
 use super::drift::{Drift, per_rad, turn_against_field};
-use super::fit::{Attempt, Descent, Next, momentum_of};
+use super::fit::{Attempt, Considering, Descent, Next, momentum_of};
 use super::front::{Fit, Front};
 use super::pass::Pass;
 use super::start::{FirstPoint, LinearStart};
@@ -111,7 +112,9 @@ const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 /// Mean square of the walk within a window, over its variance.
 const MOST_WALKED: f64 = 3.0;
 
-impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
+    Window<T, W, N, U, C>
+{
     /// Does up to this number of slices, each of bounded cost, and returns what is left.
     pub fn work(&mut self, slices: u32) -> Remaining {
         for _ in 0..slices {
@@ -485,10 +488,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Begins a pass about a point.
     #[inline(never)]
-    fn begin_pass(&mut self, point: &Point<T, U>, unit: T) {
-        let Work::Descent(Descent { pass, from, attempt, has_walk, .. }) = &self.work else {
-            return;
-        };
+    pub(super) fn begin_pass(&mut self, point: &Point<T, U>, unit: T) {
+        let Work::Descent(descent) = &self.work else { return };
+        let Descent { pass, from, attempt, has_walk, considering, .. } = descent;
         let stretch = self.start_of(*from);
         let (noise, reference) = (self.noise_rad_s(), self.reference_rad_s());
         let typical = match (&self.front, pass.residuals.blocks) {
@@ -502,16 +504,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let walked = self.bias_walked_rad_s();
         let torque_per_rad = if *has_walk { self.torque_per_rad(point, unit) } else { T::zero() };
         let rest_s = stretch.rest.weight * self.period_s;
+        let of_pass = (C > 0).then(|| self.groups_of_pass(*considering));
+        let groups = of_pass.as_ref().unwrap_or(&self.groups);
         let Work::Descent(Descent { pass, from, end, .. }) = &mut self.work else { return };
         pass.torque_per_rad = torque_per_rad;
         pass.drift = Drift::new(walked, noise, stretch.duration_s, rest_s);
         pass.scale_rad_s = typical.max(noise);
-        pass.watch_rad_s = pass.scale_rad_s.max(reference);
+        let expected = pass.scale_rad_s.max(reference);
+        pass.watch_rad_s = (expected * expected + pass.explained * T::lit(EXPLAINED_SQUARE)).sqrt();
         pass.unit_rad_s = noise;
         pass.unit_per_kg_m2 = unit;
         let wheels = stretch.wheels_n_m_s * unit;
         let axes = self.wheels.axes();
-        if !pass.begin(point, &self.groups, axes, *from, &stretch.rest, &wheels) {
+        if !pass.begin(point, groups, axes, *from, &stretch.rest, &wheels) {
             pass.next = *end;
             pass.residuals.cost = T::MAX;
         }
@@ -550,6 +555,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     fn after_pass(&mut self) -> Option<After<T, U>> {
         let Work::Descent(descent) = &self.work else { return None };
+        match descent.considering {
+            Considering::Not => {}
+            Considering::Group(index) => {
+                self.take_cross(index);
+                self.consider(index.saturating_add(1));
+                return None;
+            }
+            Considering::Done => return self.after_attempt(true, true),
+        }
         let unit = descent.pass.unit_per_kg_m2;
         let wheels = self.start_of(descent.from).wheels_n_m_s * unit;
         let (beliefs, work) = self.task(unit);
@@ -561,6 +575,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             }
             Next::Final => {
                 self.begin_final_pass(unit);
+                None
+            }
+            Next::End { is_settled: true } if self.considers() => {
+                self.consider(0);
                 None
             }
             Next::End { is_settled } => self.after_attempt(is_settled, true),
@@ -677,7 +695,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     pub(super) fn is_explained(&self, pass: &Pass<T, W, U>) -> bool {
         let at_point = pass.residuals.typical(pass.unit_rad_s);
         let typical = at_point.min(super::report::rms(&pass.residuals, U));
-        typical <= self.reference_rad_s() * T::lit(EXPLAINED)
+        let most = self.reference_rad_s() * T::lit(EXPLAINED);
+        typical * typical <= most * most + self.explained(pass)
             && !pass.residuals.has_many_low()
             && pass.is_finite()
     }
@@ -730,7 +749,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     pub(super) fn take_front(&mut self, fit: &Fit) {
         let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        let rows = pass.residuals.rows;
         self.front = Some(Front::new(pass, fit));
+        self.take_front_cross(rows);
     }
 
     /// True for a fit at a minimum whose residuals agree with the noise from the first block to the last.
@@ -842,6 +863,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         if let Some(past) = &self.past {
             past.add_to(&mut window, &pass.point, unit);
         }
+        let (scale, sigma) = (pass.point.scale(), self.sigma_of_sample(pass));
+        if C > 0 {
+            self.join_cross(Source::Front, (unit, scale), sigma);
+        }
+        let Some(Front { pass, .. }) = &self.front else { return false };
         let is_finite = Past::replace(&mut self.past, &mut window, &pass.point, unit);
         if let (true, Some(past)) = (is_finite, &self.past) {
             self.unit_per_kg_m2 = past.per_kg_m2;
@@ -879,6 +905,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.noise_rad_s = self.window_alone(pass, &mut window);
         beliefs.add_hardware(&mut window, &pass.point);
+        if C > 0 {
+            let past = self.past.as_ref().map(|past| (past, &self.considered.past));
+            self.widen(&mut window, (pass.unit_per_kg_m2, beliefs.noise_rad_s), past);
+        }
         beliefs.contradiction(&mut window, &pass.point) > beliefs.contradicted()
     }
 

@@ -1,0 +1,141 @@
+//! Tests of the considered hardware: effects against fits of changed readings, consistency of the covariance.
+
+use super::*;
+use crate::estimate::Status;
+use crate::estimator::test_hardware::*;
+use crate::hardware::{Hardware, Parameter};
+use std::vec::Vec;
+
+/// Torque, bias, time offset with common scales, and the place that four groups take in turn.
+type Considering<T> = Window<T, 1, 512, 21, 4>;
+/// The same with a place for each group.
+type Solving<T> = Window<T, 1, 512, 30>;
+
+fn config<T: Real>(hardware: Hardware<T, 1>, noise_rad_s: f64) -> Config<T, 1> {
+    Config {
+        hardware,
+        gyro_bias_rad_s: Some(T::lit(DISTURBANCE.gyro_bias_rad_s)),
+        disturbance_torque_n_m: Some(T::lit(DISTURBANCE.torque_n_m)),
+        is_torque_smooth: true,
+        slices_per_step: 64,
+        ..Config::new(T::lit(noise_rad_s))
+    }
+}
+
+/// After a flight with noise, always the same.
+fn flown(samples: &[Sample<f64, 1>], wheel: (Vec3<f64>, f64)) -> Considering<f64> {
+    let wheels = WheelArray::new([wheel.0], [wheel.1]).unwrap();
+    let mut window = Considering::new(config(HARDWARE, NOISE_RAD_S), wheels).unwrap();
+    let mut draw = normal(1);
+    for sample in samples {
+        let noise_rad_s = Vec3::from_fn(|_, _| NOISE_RAD_S * draw());
+        window.step(&Sample { rate_rad_s: sample.rate_rad_s + noise_rad_s, ..*sample });
+    }
+    window.finish();
+    window
+}
+
+/// Groups that are considered here.
+fn is_considered(parameter: Parameter) -> bool {
+    use Parameter::{GyroAxes, GyroScale, WheelAxis, WheelInertia};
+    matches!(parameter, GyroScale(_) | GyroAxes(..) | WheelInertia(_) | WheelAxis(..))
+}
+
+/// Each effect against two fits of which one meets a tenth of a sigma of the parameter. Tolerance 3 % of the largest
+/// element: of robust weights, and of terms of second order.
+#[test]
+fn effects_are_the_derivatives_of_the_fit() {
+    const SHARE: f64 = 0.1;
+    const TOLERANCE: f64 = 0.03;
+    let wheel = (Vec3::from(AXIS), SPIN_INERTIA);
+    let samples = flight();
+    let exact = flown(&samples, wheel);
+    let mut findings = Vec::new();
+    exact.each_of_hardware(&mut |finding| findings.push(finding));
+    findings.retain(|finding| is_considered(finding.parameter));
+    assert_eq!(findings.len(), 12);
+    let inertia = |window: &Considering<f64>| window.estimate().inertia.elements_kg_m2();
+    for Finding { parameter, stated, effect_kg_m2, .. } in findings {
+        let mut known = wheel;
+        let changed = with_error(&samples, &mut known, parameter, stated * SHARE);
+        let (before, after) = (inertia(&exact), inertia(&flown(&changed, known)));
+        let largest = effect_kg_m2.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        for (i, effect) in effect_kg_m2.iter().enumerate() {
+            let apart = (after[i] - before[i]) / SHARE;
+            let error = (apart - effect).abs();
+            assert!(error < TOLERANCE * largest, "{parameter:?} {i}: {apart} {effect}");
+        }
+    }
+}
+
+/// Mean NEES over flights with all errors drawn, of windows that end at these samples. None diverges, none is called
+/// not white, and no error exceeds five sigma.
+fn mean_nees(flights: u64, ends: &[usize]) -> f64 {
+    let samples = flight();
+    let (hardware, _) = stated();
+    let mut sum = 0.0;
+    for seed in 0..flights {
+        let (readings, wheels) = drawn(&samples, seed);
+        let config = config(hardware, NOISE_RAD_S);
+        let mut window = Considering::<f32>::new(config, wheels).unwrap();
+        for (k, sample) in readings.iter().enumerate() {
+            if ends.contains(&k) {
+                window.close_window();
+                window.finish();
+                window.open_window();
+            }
+            window.step(sample);
+        }
+        window.finish();
+        let estimate = window.estimate();
+        assert_eq!(estimate.status, Status::Converged, "{seed}");
+        assert_eq!(estimate.residuals_white, Some(true), "{seed}");
+        let random = estimate.sigma_random_kg_m2.unwrap();
+        let is_within = |i: usize| random[i] < estimate.sigma_kg_m2()[i];
+        assert!((0..6).all(is_within), "{seed}");
+        sum += nees(&estimate);
+    }
+    sum / flights as f64
+}
+
+/// Sampling error of the mean over 40 flights: 0.09.
+#[test]
+fn all_errors_of_the_considered_hardware_are_covered() {
+    let nees = mean_nees(40, &[]);
+    assert!((0.7..1.3).contains(&nees), "{nees}");
+}
+
+/// Errors of the hardware that three windows share do not average out.
+#[test]
+fn windows_share_the_errors_of_the_hardware() {
+    let nees = mean_nees(40, &[400, 800]);
+    assert!((0.7..1.3).contains(&nees), "{nees}");
+}
+
+/// A place for each group: all are solved for. Without a place to take turns: rejected.
+#[test]
+fn groups_are_solved_where_all_have_a_place() {
+    let config = config(HARDWARE, NOISE_RAD_S);
+    assert_eq!(config.validate::<30, 0>(), Ok(()));
+    assert_eq!(config.validate::<21, 4>(), Ok(()));
+    for refused in
+        [config.validate::<21, 3>(), config.validate::<27, 0>(), config.validate::<15, 9>()]
+    {
+        assert_eq!(refused.unwrap_err().field, "hardware");
+    }
+    let wheels = WheelArray::new([Vec3::from(AXIS)], [SPIN_INERTIA]).unwrap();
+    assert!(!Solving::new(config, wheels).unwrap().considers());
+}
+
+/// With hardware that is known exactly, places for considered groups leave every bit.
+#[test]
+fn ideal_hardware_leaves_the_bits() {
+    let wheels = WheelArray::new([Vec3::from(AXIS)], [SPIN_INERTIA]).unwrap();
+    let config = config(Hardware::ideal(), NOISE_RAD_S);
+    let mut without = Window::<f64, 1, 512, 21>::new(config, wheels).unwrap();
+    let mut with = Considering::new(config, wheels).unwrap();
+    for sample in &flight() {
+        assert_eq!(without.step(sample), with.step(sample));
+    }
+    assert_eq!(without.estimate(), with.estimate());
+}
