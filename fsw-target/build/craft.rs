@@ -40,11 +40,37 @@ pub fn source(craft: &Craft, capacity: usize) -> Result<String, Rejection> {
         ("wheel_axes", format!("[{}]", axes.join(", "))),
         ("spin_inertia_kg_m2", floats(&spin_inertia)),
         ("gyro_noise_rad_s", float(noise_rad_s)),
+        ("hardware", hardware_source(craft, capacity)),
         ("prior", prior),
     ] {
         writeln!(source, "    {field}: {value},").map_err(|error| error.to_string())?;
     }
     Ok(source + "};\n")
+}
+
+/// The errors of the hardware as Rust source. An absent wheel has none.
+fn hardware_source(craft: &Craft, capacity: usize) -> String {
+    let stated = &craft.hardware;
+    let of_wheels = |sigma: &[f64]| {
+        let all: Vec<_> =
+            sigma.iter().copied().chain(std::iter::repeat(0.0)).take(capacity).collect();
+        floats(&all)
+    };
+    let has_wheels = !craft.wheels.is_empty();
+    let common = if has_wheels { stated.common_spin_inertia_sigma } else { 0.0 };
+    let fields = [
+        ("gyro_scale", float(stated.gyro_scale_sigma)),
+        ("gyro_axes_rad", float(stated.gyro_axes_sigma_rad)),
+        ("delay_s", float(stated.gyro_delay_s)),
+        ("delay_sigma_s", float(stated.gyro_delay_sigma_s)),
+        ("wheel_inertia", of_wheels(&stated.wheel_spin_inertia_sigma)),
+        ("wheel_axis_rad", of_wheels(&stated.wheel_axis_sigma_rad)),
+        ("common_wheel_inertia", float(common)),
+        ("torque_scale", float(stated.torque_scale_sigma)),
+        ("mount_rad", floats(&stated.mount_sigma_rad)),
+    ];
+    let fields: Vec<_> = fields.iter().map(|(field, value)| format!("{field}: {value}")).collect();
+    format!("Hardware {{ {} }}", fields.join(", "))
 }
 
 /// Rejects keys without a counterpart in the image.
@@ -64,6 +90,13 @@ fn check_keys(craft: &Craft, capacity: usize) -> Result<(), Rejection> {
             craft.filter.inertia_walk_kg_m2_sqrt_hour.is_some(),
         ),
         ("filter.torque_is_smooth", craft.filter.is_torque_smooth),
+        ("gyro.scale", craft.hardware.gyro_scale != [0.0; 3]),
+        ("gyro.axes_deg", craft.hardware.gyro_axes_rad != [0.0; 6]),
+        ("gyro.averaged", craft.hardware.gyro_averaged),
+        ("gyro.bias_sigma_rad_s", craft.hardware.bias_sigma_rad_s.is_some()),
+        ("gyro.bias_walk_rad_s_sqrt_s", craft.hardware.bias_walk_rad_s_sqrt_s != 0.0),
+        ("disturbance.torque_sigma_n_m", craft.hardware.torque_sigma_n_m.is_some()),
+        ("mode", !craft.hardware.modes.is_empty()),
         ("disturbance.torque", craft.solve_for.torque),
         ("disturbance.gyro_bias", craft.solve_for.gyro_bias),
     ];
@@ -89,7 +122,7 @@ fn check_values(craft: &Craft, noise_rad_s: f64) -> Result<(), Rejection> {
             .map_err(|why| format!("`wheel[{number}]` in single precision: {why}"))?;
     }
     window::Config::<f32, 0>::new(noise_rad_s as f32)
-        .validate::<9>()
+        .validate::<9, 0>()
         .map_err(|why| format!("`gyro` in single precision: {why}"))?;
     let Some(prior) = &craft.prior else { return Ok(()) };
     let narrow = |values: [f64; 6]| values.map(|x| x as f32);

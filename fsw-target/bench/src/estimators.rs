@@ -13,6 +13,7 @@ use fsw_core::{ConfigError, Outcome, Sample, Status, WheelArray};
 use fsw_roster::Work;
 use fsw_steps::{
     BLOCKS, EkfSgfRls, JointEkf, JointEkfOfHardware, Step, Window9, Window12, Window15, Window18,
+    WindowOfHardware,
 };
 use fsw_target::flight::computer::SLICES_PER_SAMPLE;
 use fsw_target::flight::craft::WHEELS;
@@ -101,7 +102,10 @@ pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigE
         ..config
     };
     bench.fly("window-15", place, |place| begin(place.fifteen(wheels), config))?;
-    bench.fly("window-18", place, |place| begin(place.eighteen(wheels), config))
+    bench.fly("window-18", place, |place| begin(place.eighteen(wheels), config))?;
+    let config =
+        window::Config { slices_per_step: 0, hardware: HARDWARE, ..window::Config::new(noise) };
+    bench.fly("window-hardware", place, |place| begin(place.of_stated(wheels), config))
 }
 
 /// The window in its place, started again.
@@ -127,6 +131,7 @@ enum AnyEstimator {
     Twelve(Window12),
     Fifteen(Window15),
     Eighteen(Window18),
+    OfStated(WindowOfHardware),
 }
 
 /// Windows in their place, to be reset.
@@ -151,7 +156,7 @@ macro_rules! in_place {
 
 in_place! {
     nine: Nine(Window9), twelve: Twelve(Window12), fifteen: Fifteen(Window15),
-    eighteen: Eighteen(Window18)
+    eighteen: Eighteen(Window18), of_stated: OfStated(WindowOfHardware)
 }
 
 impl AnyEstimator {

@@ -10,5 +10,7 @@
 mod roster;
 mod work;
 
-pub use roster::{EstimatorId, EstimatorSlot, InitialData, Refused, Selected};
+pub use roster::{
+    EstimatorId, EstimatorSlot, FlightJointEkf, FlightWindow, InitialData, Refused, Selected,
+};
 pub use work::Work;

@@ -12,8 +12,15 @@ use crate::work::Work;
 use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator;
 use fsw_core::estimator::window::Remaining;
+use fsw_core::hardware::{Disturbance, Finding, Hardware};
 use fsw_core::{ConfigError, Estimate, Innovation, Outcome, Prior, Sample, Vec3, WheelArray};
-use fsw_steps::{EkfSgfRls, JointEkf, Step, WHEELS, Window9};
+use fsw_steps::{EkfSgfRls, JointEkfOfHardware, Step, WHEELS, WindowOfHardware};
+
+/// `window` of the flight image. The only place that decides which form flies; `docs/budgets.md` has the figures of the
+/// others.
+pub type FlightWindow = WindowOfHardware;
+/// `joint-ekf` of the flight image: considers the same errors.
+pub type FlightJointEkf = JointEkfOfHardware;
 
 /// Reason why a telecommand to the estimators is not executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +48,8 @@ pub struct InitialData {
     pub gyro_noise_rad_s: f32,
     /// Reaction wheels.
     pub wheels: WheelArray<f32, WHEELS>,
+    /// Errors of gyro, wheels and torque, one sigma each. Unused by `ekf-sgf-rls`.
+    pub hardware: Hardware<f32, WHEELS>,
     /// Inertia before the first sample, with its uncertainty.
     pub prior: Option<Prior<f32>>,
 }
@@ -69,6 +78,8 @@ pub trait Selected {
     fn rate_rad_s(&self) -> Vec3<f32>;
     /// As [`fsw_core::Estimator::innovation`].
     fn innovation(&self) -> Option<Innovation<f32>>;
+    /// As [`fsw_core::Estimator::each_of_hardware`].
+    fn each_of_hardware(&self, visit: &mut dyn FnMut(Finding<f32>));
 }
 
 impl<E: Entry> Selected for E {
@@ -86,6 +97,11 @@ impl<E: Entry> Selected for E {
 
     fn innovation(&self) -> Option<Innovation<f32>> {
         fsw_core::Estimator::innovation(self)
+    }
+
+    #[inline(never)]
+    fn each_of_hardware(&self, visit: &mut dyn FnMut(Finding<f32>)) {
+        fsw_core::Estimator::each_of_hardware(self, visit);
     }
 }
 
@@ -225,8 +241,9 @@ macro_rules! roster {
 }
 
 roster! {
-    /// `window`: each manoeuvre fitted as a whole. Unknowns: angular momentum and inertia.
-    0 "window" => Window(Window9) {
+    /// `window`: each manoeuvre fitted as a whole. Unknowns: angular momentum, inertia, time offset and common scales;
+    /// the other errors of the hardware are considered.
+    0 "window" => Window(FlightWindow) {
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
             check_window(from)?;
             if !matches!(slot, EstimatorSlot::Window(_)) {
@@ -236,13 +253,14 @@ roster! {
         }
     }
 
-    /// `joint-ekf`: rate and inertia in one filter.
-    1 "joint-ekf" => JointEkf(JointEkf) {
+    /// `joint-ekf`: rate and inertia in one filter, which considers the stated errors of the hardware.
+    1 "joint-ekf" => JointEkf(FlightJointEkf) {
         #[inline(never)]
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
             check_joint_ekf(from)?;
             place_joint_ekf(slot, from);
             if let EstimatorSlot::JointEkf(filter) = slot {
+                filter.consider(&from.hardware, &Disturbance::none())?;
                 filter.complete();
             }
             Ok(())
@@ -267,7 +285,12 @@ roster! {
 fn window_config(from: &InitialData) -> estimator::window::Config<f32, WHEELS> {
     let config = estimator::window::Config::new(from.gyro_noise_rad_s);
     // The flight computer calls `work` itself.
-    estimator::window::Config { prior: from.prior, slices_per_step: 0, ..config }
+    estimator::window::Config {
+        prior: from.prior,
+        hardware: from.hardware,
+        slices_per_step: 0,
+        ..config
+    }
 }
 
 /// Checks the configuration of `window`. Not inlined, as each of the functions of a start: their copies on the stack
@@ -275,7 +298,7 @@ fn window_config(from: &InitialData) -> estimator::window::Config<f32, WHEELS> {
 #[cfg(feature = "window")]
 #[inline(never)]
 fn check_window(from: &InitialData) -> Result<(), ConfigError> {
-    window_config(from).validate::<9>()
+    window_config(from).validate::<{ FlightWindow::UNKNOWNS }, { FlightWindow::CONSIDERED }>()
 }
 
 /// Resets `window` in its storage.
@@ -293,7 +316,7 @@ fn reset_window(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refu
 #[cfg(feature = "window")]
 #[inline(never)]
 fn place_window(slot: &mut EstimatorSlot, from: &InitialData) {
-    *slot = EstimatorSlot::Window(Window9::in_place(from.wheels));
+    *slot = EstimatorSlot::Window(FlightWindow::in_place(from.wheels));
 }
 
 /// Configuration of `joint-ekf`.
@@ -307,6 +330,7 @@ fn joint_ekf_config(from: &InitialData) -> estimator::joint_ekf::Config<f32> {
 #[cfg(feature = "joint-ekf")]
 #[inline(never)]
 fn check_joint_ekf(from: &InitialData) -> Result<(), ConfigError> {
+    from.hardware.validate()?;
     joint_ekf_config(from).validate()
 }
 
@@ -314,7 +338,7 @@ fn check_joint_ekf(from: &InitialData) -> Result<(), ConfigError> {
 #[cfg(feature = "joint-ekf")]
 #[inline(never)]
 fn place_joint_ekf(slot: &mut EstimatorSlot, from: &InitialData) {
-    *slot = EstimatorSlot::JointEkf(JointEkf::in_place(joint_ekf_config(from), from.wheels));
+    *slot = EstimatorSlot::JointEkf(FlightJointEkf::in_place(joint_ekf_config(from), from.wheels));
 }
 
 /// Configuration of `ekf-sgf-rls`.
@@ -340,7 +364,7 @@ impl EstimatorSlot {
     /// The window estimator, for the functions that it alone has. No function of each estimator in the
     /// slot: an image without `window` would contain their code.
     #[inline]
-    pub fn window(&self) -> Option<&Window9> {
+    pub fn window(&self) -> Option<&FlightWindow> {
         match self {
             #[cfg(feature = "window")]
             Self::Window(window) => Some(window),
@@ -350,7 +374,7 @@ impl EstimatorSlot {
 
     /// As [`window`](Self::window), mutable.
     #[inline]
-    pub fn window_mut(&mut self) -> Option<&mut Window9> {
+    pub fn window_mut(&mut self) -> Option<&mut FlightWindow> {
         match self {
             #[cfg(feature = "window")]
             Self::Window(window) => Some(window),

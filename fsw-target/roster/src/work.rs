@@ -1,7 +1,10 @@
 //! Work of an estimator beside its steps, in slices.
 
 use fsw_core::estimator::window::Remaining;
-use fsw_steps::{EkfSgfRls, JointEkf, JointEkfOfHardware, Window9, Window12, Window15, Window18};
+use fsw_steps::{
+    EkfSgfRls, JointEkf, JointEkfOfHardware, Window9, Window12, Window15, Window18,
+    WindowOfHardware,
+};
 
 /// Work beside the steps.
 pub trait Work {
@@ -27,4 +30,4 @@ macro_rules! work_of_windows {
     };
 }
 
-work_of_windows!(Window9, Window12, Window15, Window18);
+work_of_windows!(Window9, Window12, Window15, Window18, WindowOfHardware);

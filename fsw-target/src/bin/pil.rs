@@ -84,7 +84,7 @@ mod on_target {
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let setup = line.hello().map_err(|_| "no setup from the simulator")?;
-        let selected = estimator(&setup).ok_or("the estimator rejects the craft")?;
+        let selected = estimator(line, &setup)?;
         bring_up(line, &setup, selected, link)
     }
 
@@ -104,10 +104,14 @@ mod on_target {
 
     /// Configured estimator. Not inlined: its stack is free again in the loop.
     #[inline(never)]
-    fn estimator(setup: &Setup) -> Option<&'static mut SelectedEstimator> {
-        let estimator = ESTIMATOR.try_take()?;
-        estimator.configure(setup.craft()).ok()?;
-        Some(estimator)
+    fn estimator(
+        line: &Line,
+        setup: &Setup,
+    ) -> Result<&'static mut SelectedEstimator, &'static str> {
+        let stated = line.hardware().map_err(|_| "no stated hardware from the simulator")?;
+        let estimator = ESTIMATOR.try_take().ok_or("the estimator exists already")?;
+        estimator.configure(setup.craft(&stated)).map_err(|_| "the estimator rejects the craft")?;
+        Ok(estimator)
     }
 }
 

@@ -1,11 +1,11 @@
-//! Spacecraft data: reaction wheels, gyro noise and prior.
+//! Spacecraft data: reaction wheels, gyro noise, stated errors of the hardware, and prior.
 //!
 //! [`CRAFT`] is the spacecraft of the flight image. The build script generates it from `craft.toml` at the
 //! root of this crate, in the format of `host-sim replay --craft`: simulator and firmware read the same
 //! file.
 
-use fsw_core::Prior;
-use fsw_core::{ConfigError, Vec3, WheelArray};
+use fsw_core::hardware::Hardware;
+use fsw_core::{ConfigError, Prior, Vec3, WheelArray};
 
 pub use fsw_steps::WHEELS;
 
@@ -18,6 +18,8 @@ pub struct Craft<const W: usize> {
     pub spin_inertia_kg_m2: [f32; W],
     /// Gyro noise, one sigma per sample, rad/s.
     pub gyro_noise_rad_s: f32,
+    /// Errors of gyro, wheels and torque, one sigma each.
+    pub hardware: Hardware<f32, W>,
     /// Inertia before the flight with its uncertainty, if known.
     pub prior: Option<Prior<f32>>,
 }
@@ -33,7 +35,7 @@ impl<const W: usize> Craft<W> {
 }
 
 mod generated {
-    use super::Craft;
+    use super::{Craft, Hardware};
     #[allow(unused_imports)] // unused if the craft file has no prior
     use fsw_core::Prior;
 

@@ -13,12 +13,25 @@
 use crate::flight::craft::{Craft, WHEELS};
 use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator::window::Remaining;
+use fsw_core::hardware::{Finding, Hardware};
 use fsw_core::{Coasting, ConfigError, Estimate, Estimator, Innovation, Outcome, Prior};
 use fsw_core::{Sample, Vec3};
-use fsw_roster::{EstimatorSlot, InitialData};
-use fsw_steps::Window9;
+use fsw_roster::{EstimatorSlot, FlightWindow, InitialData};
 
 pub use fsw_roster::{EstimatorId, Refused};
+
+/// Errors of the hardware before a spacecraft is set: zeros.
+const NO_HARDWARE: Hardware<f32, WHEELS> = Hardware {
+    gyro_scale: 0.0,
+    gyro_axes_rad: 0.0,
+    delay_s: 0.0,
+    delay_sigma_s: 0.0,
+    wheel_inertia: [0.0; WHEELS],
+    wheel_axis_rad: [0.0; WHEELS],
+    common_wheel_inertia: 0.0,
+    torque_scale: 0.0,
+    mount_rad: [0.0; 3],
+};
 
 /// The selected estimator, with the data that it and any other starts from.
 #[derive(Debug, Clone)]
@@ -48,6 +61,7 @@ impl SelectedEstimator {
             wheel_axes: [[0.0; 3]; WHEELS],
             spin_inertia_kg_m2: [0.0; WHEELS],
             gyro_noise_rad_s: 0.0,
+            hardware: NO_HARDWARE,
             prior: None,
         };
         Self { craft, prior: None, slot: EstimatorSlot::Uninitialised }
@@ -103,6 +117,7 @@ impl SelectedEstimator {
         let from = InitialData {
             gyro_noise_rad_s: self.craft.gyro_noise_rad_s,
             wheels: self.craft.wheels()?,
+            hardware: self.craft.hardware,
             prior: self.prior,
         };
         self.slot.start(id, &from)
@@ -123,7 +138,7 @@ impl SelectedEstimator {
     /// # Errors
     /// [`Refused::NoWindows`].
     pub fn open_window(&mut self) -> Result<(), Refused> {
-        self.window_mut().map(Window9::open_window)
+        self.window_mut().map(FlightWindow::open_window)
     }
 
     /// Closes the open window.
@@ -131,7 +146,7 @@ impl SelectedEstimator {
     /// # Errors
     /// [`Refused::NoWindows`].
     pub fn close_window(&mut self) -> Result<(), Refused> {
-        self.window_mut().map(Window9::close_window)
+        self.window_mut().map(FlightWindow::close_window)
     }
 
     /// Does up to this number of slices of the work beside a step, each of bounded cost. Only `window`
@@ -143,10 +158,10 @@ impl SelectedEstimator {
     /// True at rest, when a lost sample costs no information. Always false for estimators other than
     /// `window`, which do not detect rest.
     pub fn is_at_rest(&self) -> bool {
-        self.slot.window().is_some_and(Window9::is_at_rest)
+        self.slot.window().is_some_and(FlightWindow::is_at_rest)
     }
 
-    fn window_mut(&mut self) -> Result<&mut Window9, Refused> {
+    fn window_mut(&mut self) -> Result<&mut FlightWindow, Refused> {
         self.slot.window_mut().ok_or(Refused::NoWindows)
     }
 }
@@ -190,6 +205,12 @@ impl Estimator<f32, WHEELS> for SelectedEstimator {
 
     fn innovation(&self) -> Option<Innovation<f32>> {
         self.slot.selected().and_then(|estimator| estimator.innovation())
+    }
+
+    fn each_of_hardware(&self, visit: &mut dyn FnMut(Finding<f32>)) {
+        if let Some(estimator) = self.slot.selected() {
+            estimator.each_of_hardware(visit);
+        }
     }
 
     // `window` alone has work to complete. Not a function of every estimator in the slot: an image

@@ -3,7 +3,9 @@
 extern crate std;
 use super::command::Function;
 use super::telemetry::fixtures::{estimate, status};
-use super::telemetry::{CheckpointState, ClockSource, GyroState, ResetCause, Telemetry};
+use super::telemetry::{
+    CheckpointState, ClockSource, GyroState, HardwareError, ResetCause, Telemetry,
+};
 use super::wire::{About, Coded, Shape, Value, Visitor};
 use crate::runtime::failure::Kind as FailureKind;
 use fsw_core::{Outcome, Status};
@@ -80,6 +82,7 @@ fn codes_match_the_types() {
         words::<EstimatorId>(),
         words::<Status>(),
         words::<Outcome>(),
+        words::<HardwareError>(),
         words::<ResetCause>(),
         words::<FailureKind>(),
         words::<ClockSource>(),

@@ -96,6 +96,7 @@ pub mod cubesat_pyramid {
     use crate::flight::craft::Craft;
     #[allow(unused_imports)] // unused if the craft file has no prior
     use fsw_core::Prior;
+    use fsw_core::hardware::Hardware;
 
     include!(concat!(env!("OUT_DIR"), "/cubesat_pyramid.rs"));
 }

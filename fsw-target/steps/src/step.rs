@@ -20,6 +20,9 @@ pub type Window12 = Window<f32, WHEELS, BLOCKS, 12>;
 pub type Window15 = Window<f32, WHEELS, BLOCKS, 15>;
 /// `window` with 18 unknowns: torque, gyro bias and drag as well.
 pub type Window18 = Window<f32, WHEELS, BLOCKS, 18>;
+/// `window` for stated hardware, 15 unknowns: momentum and inertia, and time offset, torque scale and common spin inertia.
+/// It considers seven groups of three parameters: gyro 9, wheels 3 each.
+pub type WindowOfHardware = Window<f32, WHEELS, BLOCKS, 15, { 3 + WHEELS }>;
 /// `joint-ekf`.
 pub type JointEkf = JointEkfUd<f32, WHEELS>;
 /// Parameters that `joint-ekf` considers: gyro 9, wheels 3 each, time offset, common spin inertia, torque scale.
@@ -72,7 +75,7 @@ macro_rules! step_fast {
     };
 }
 
-step_fast!(Window::step_alone: Window9, Window12, Window15, Window18);
+step_fast!(Window::step_alone: Window9, Window12, Window15, Window18, WindowOfHardware);
 step_fast!(Estimator::step: JointEkf, JointEkfOfHardware, EkfSgfRls);
 
 /// Prediction and update of the covariance of `joint-ekf` alone, for the bench.

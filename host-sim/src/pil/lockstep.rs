@@ -15,7 +15,7 @@ use fsw_target::link::command::Command;
 use fsw_target::link::frame::Frame;
 use fsw_target::link::packet::SequenceCount;
 use fsw_target::link::telemetry::{Received, Telemetry};
-use fsw_target::stand_in::tunnel::Setup;
+use fsw_target::stand_in::tunnel::{Setup, Stated};
 
 use super::compare::{self, After, Difference};
 use super::firmware::{Firmware, LineFailed, Request};
@@ -41,12 +41,13 @@ pub fn fly(
 ) -> Result<PilFlight, PilFailed> {
     let setup = setup::of(mission)?;
     let host = Rc::new(RefCell::new(Hardware::new(mission, &setup)));
-    let mut estimator = setup.estimator().map_err(NotFlown::Unfit)?;
+    let stated = setup::stated(mission);
+    let mut estimator = setup.estimator(&stated).map_err(NotFlown::Unfit)?;
     let mut lockstep = Lockstep::new(mission, setup, start()?, broken);
     let legs = [mission.restart_at, Some(mission.flight.instants.len())];
     for (leg, until) in legs.into_iter().flatten().enumerate() {
         if leg > 0 {
-            estimator = lockstep.setup.estimator().map_err(NotFlown::Unfit)?;
+            estimator = lockstep.setup.estimator(&stated).map_err(NotFlown::Unfit)?;
             lockstep.restart(start()?);
         }
         let mut software =
@@ -70,6 +71,7 @@ struct Lockstep<'a> {
     firmware: Firmware,
     hardware: Hardware<'a>,
     setup: Setup,
+    stated: Stated,
     broken: Option<BrokenBit>,
     /// Telemetry that the host has sent and the firmware has not.
     expected: VecDeque<Received>,
@@ -116,6 +118,7 @@ impl<'a> Lockstep<'a> {
             firmware,
             hardware: Hardware::new(mission, &setup),
             setup,
+            stated: setup::stated(mission),
             broken,
             expected: VecDeque::new(),
             commands: 0,
@@ -250,6 +253,7 @@ impl<'a> Lockstep<'a> {
                 self.progress.has_started = true;
                 self.firmware.introduce(&self.setup)
             }
+            Request::Hardware => self.firmware.state(&self.stated),
             Request::Next => self.firmware.idle(),
             Request::Transfer { written, read } => {
                 let mut answer = self.hardware.transfer(&written, read);

@@ -3,8 +3,8 @@
 use fsw_target::drivers::gyro::bmi088::Range;
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::flight::selected::EstimatorId;
-use fsw_target::stand_in::tunnel::Setup;
 use fsw_target::stand_in::tunnel::setup::Unfit;
+use fsw_target::stand_in::tunnel::{Setup, Stated};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use thiserror::Error;
 
@@ -92,6 +92,28 @@ pub fn of(mission: &Mission<'_>) -> Result<Setup, NotFlown> {
         zero_after_s: ZERO_AFTER_S,
         ticks_per_s: encoder.ticks_per_s,
     })
+}
+
+/// Errors of the hardware as the scenario states them. Bias, disturbance torque and known errors of the gyro have no
+/// counterpart in the flight computer. An averaging gyro is half an interval old.
+pub fn stated(mission: &Mission<'_>) -> Stated {
+    let (scenario, stated) = (mission.scenario, &mission.scenario.hardware);
+    let period_s = 1.0 / scenario.gyro.rate_hz;
+    let averaging_s = if stated.gyro_averaged { 0.5 * period_s } else { 0.0 };
+    let of_wheels = |sigma: &[f64]| -> [f32; WHEELS] {
+        std::array::from_fn(|i| sigma.get(i).map_or(0.0, |sigma| *sigma as f32))
+    };
+    Stated {
+        gyro_scale: stated.gyro_scale_sigma as f32,
+        gyro_axes_rad: stated.gyro_axes_sigma_rad as f32,
+        delay_s: (stated.gyro_delay_s + averaging_s) as f32,
+        delay_sigma_s: stated.gyro_delay_sigma_s as f32,
+        wheel_inertia: of_wheels(&stated.wheel_spin_inertia_sigma),
+        wheel_axis_rad: of_wheels(&stated.wheel_axis_sigma_rad),
+        common_wheel_inertia: stated.common_spin_inertia_sigma as f32,
+        torque_scale: stated.torque_scale_sigma as f32,
+        mount_rad: stated.mount_sigma_rad.map(|sigma| sigma as f32),
+    }
 }
 
 /// A vector in single precision.

@@ -201,6 +201,11 @@ impl Schedule {
 impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     Window<T, W, N, U, C>
 {
+    /// U.
+    pub const UNKNOWNS: usize = U;
+    /// C.
+    pub const CONSIDERED: usize = C;
+
     /// Estimator that waits for its first sample.
     ///
     /// # Errors

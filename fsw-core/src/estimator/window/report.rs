@@ -308,7 +308,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     /// for those that ended.
     pub(super) fn findings(&self, visit: &mut dyn FnMut(Finding<T>)) {
         let Some((factor, point, sigma, unit)) = self.joint_factor() else { return };
-        let (Some(step), Some(covariance)) = (factor.solve(), factor.covariance()) else { return };
+        let Some(step) = factor.solve() else { return };
         let mut solution = Solution::blank();
         solution.point = point.stepped(&step);
         solution.unit_per_kg_m2 = unit;
@@ -336,14 +336,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
                 effect_kg_m2: inertia.elements_kg_m2().map(|j| j * scale),
             });
         }
-        let of_shape = covariance.fixed_view::<6, 6>(shape_of(U), shape_of(U)) * (sigma * sigma);
-        let source = if self.front.is_some() { Source::Front } else { Source::Nothing };
-        self.each_effect(source, (unit, sigma), &of_shape, &mut |group, i, effect, stated| {
-            if let Some(parameter) = group.parameter(i) {
-                let effect_kg_m2 = (jacobian * effect * stated).into();
-                visit(Finding { parameter, value: T::zero(), sigma: stated, stated, effect_kg_m2 });
-            }
-        });
+        self.findings_considered((&factor, sigma, unit), &jacobian, visit);
         for place in self.groups.hardware..groups_of(U) {
             let Some(Some((group, Belief::Within(stated)))) = self.groups.place.get(place) else {
                 continue;
@@ -354,10 +347,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
                 else {
                     continue;
                 };
-                let root = covariance[(column, column)].sqrt();
-                let of_step = Mat::<T, 6, 1>::from_fn(|k, _| {
-                    covariance[(shape_of(U) + k, column)] * (sigma / root)
-                });
+                // One column of the covariance at a time: the whole matrix exceeds a flight computer's stack.
+                let Some(covariance) = factor.solve_normal(&unit_vector(column)) else { continue };
+                let root = covariance[column].sqrt();
+                let of_step =
+                    Mat::<T, 6, 1>::from_fn(|k, _| covariance[shape_of(U) + k] * (sigma / root));
                 visit(Finding {
                     parameter,
                     value: solution.point.value(column),
@@ -367,6 +361,28 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
                 });
             }
         }
+    }
+
+    /// The same for those that are considered: the data leave all of them.
+    #[inline(never)]
+    fn findings_considered(
+        &self,
+        (factor, sigma, unit): (&SquareRootInformation<T, U>, T, T),
+        jacobian: &Mat<T, 6, 6>,
+        visit: &mut dyn FnMut(Finding<T>),
+    ) {
+        let mut covariance = Mat::<T, 6, 6>::zeros();
+        if C == 0 || !factor.covariance_of_last(&mut covariance) {
+            return;
+        }
+        covariance *= sigma * sigma;
+        let source = if self.front.is_some() { Source::Front } else { Source::Nothing };
+        self.each_effect(source, (unit, sigma), &covariance, &mut |group, i, effect, stated| {
+            if let Some(parameter) = group.parameter(i) {
+                let effect_kg_m2 = (jacobian * effect * stated).into();
+                visit(Finding { parameter, value: T::zero(), sigma: stated, stated, effect_kg_m2 });
+            }
+        });
     }
 
     /// Information with all beliefs, the point that it is about, one sigma of a row of unit weight, and the unit of
@@ -496,6 +512,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
             is_explained: self.is_good(&front.pass, front.is_settled),
         }
     }
+}
+
+/// Unit vector of one unknown.
+fn unit_vector<T: Real, const U: usize>(index: usize) -> [T; U] {
+    core::array::from_fn(|i| if i == index { T::one() } else { T::zero() })
 }
 
 /// Root mean square of the residuals of a sample, one axis, rad/s.

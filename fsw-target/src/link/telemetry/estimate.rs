@@ -4,6 +4,7 @@ use crate::link::packet::ESTIMATE;
 use crate::link::wire::{codes, record};
 use fsw_core::attitude::NoAttitude;
 use fsw_core::gate::Rejection;
+use fsw_core::hardware::{Finding, Parameter};
 use fsw_core::{Coasting, Estimator, Outcome, Reset, Status};
 use fsw_roster::EstimatorId;
 
@@ -44,6 +45,14 @@ record! {
         disturbance_torque_n_m: Option<[f32; 3]>, "N m";
         /// Gyro bias, body axes; absent if not estimated.
         gyro_bias_rad_s: Option<[f32; 3]>, "rad/s";
+        /// Part of `sigma_kg_m2` by the stated errors of the hardware, the rest is random: root sum of squares; absent for hardware without errors.
+        sigma_systematic_kg_m2: Option<[f32; 6]>, "kg m²";
+        /// Error of the hardware that adds most to `sigma_systematic_kg_m2`; absent without any.
+        largest_systematic: Option<HardwareError>, "–";
+        /// Its number from 1: axis, wheel, or of the gyro axes `xy xz yx yz zx zy`; 0 for an error without a number.
+        largest_systematic_number: u8, "–";
+        /// Time offset of the gyro beyond the stated one, and one sigma of it; absent if not estimated.
+        time_offset_s: Option<[f32; 2]>, "s";
     }
 }
 
@@ -59,7 +68,17 @@ impl EstimateReport {
         sample_time_us: u64,
         outcome: Option<Outcome>,
     ) -> Self {
+        // In sequence: their stacks do not add up.
+        let hardware = OfHardware::of(estimator);
         let estimate = estimator.estimate();
+        let has_errors = estimate.sigma_random_kg_m2.is_some();
+        let (largest, number) = match hardware.largest {
+            Some((parameter, _)) => {
+                let (error, number) = HardwareError::of(parameter);
+                (Some(error), number)
+            }
+            None => (None, 0),
+        };
         Self {
             sample_time_us,
             estimator: id,
@@ -78,9 +97,103 @@ impl EstimateReport {
             nis: estimator.innovation().map(|innovation| innovation.nis()),
             disturbance_torque_n_m: estimate.disturbance_torque_n_m.map(Into::into),
             gyro_bias_rad_s: estimate.gyro_bias_rad_s.map(Into::into),
+            sigma_systematic_kg_m2: has_errors.then(|| estimate.sigma_systematic_kg_m2()),
+            largest_systematic: largest,
+            largest_systematic_number: number,
+            time_offset_s: hardware.time_offset_s,
         }
     }
 }
+
+/// Results on the hardware for a report.
+struct OfHardware {
+    /// Parameter with the largest effect on the tensor, and the square of its Frobenius norm, kg² m⁴.
+    largest: Option<(Parameter, f32)>,
+    /// Estimate of the time offset and one sigma, s.
+    time_offset_s: Option<[f32; 2]>,
+}
+
+impl OfHardware {
+    #[inline(never)]
+    fn of<E: Estimator<f32, W>, const W: usize>(estimator: &E) -> Self {
+        let mut this = Self { largest: None, time_offset_s: None };
+        estimator.each_of_hardware(&mut |finding| this.add(&finding));
+        this
+    }
+
+    fn add(&mut self, finding: &Finding<f32>) {
+        // Frobenius norm: a product stands in the tensor twice.
+        let squares = finding.effect_kg_m2.map(|effect| effect * effect);
+        let [xx, yy, zz, xy, xz, yz] = squares;
+        let square = xx + yy + zz + 2.0 * (xy + xz + yz);
+        if square.is_finite() && square > self.largest.map_or(0.0, |(_, square)| square) {
+            self.largest = Some((finding.parameter, square));
+        }
+        if finding.parameter == Parameter::Delay {
+            self.time_offset_s = Some([finding.value, finding.sigma]);
+        }
+    }
+}
+
+/// Kind of an error of the hardware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HardwareError {
+    /// Scale factor of a gyro axis.
+    GyroScale,
+    /// Misalignment or non-orthogonality of the gyro.
+    GyroAxes,
+    /// Spin inertia of a wheel.
+    WheelInertia,
+    /// Tilt of a wheel's axis.
+    WheelAxis,
+    /// Time offset of the gyro.
+    TimeOffset,
+    /// Scale of the known torque.
+    TorqueScale,
+    /// Error common to all spin inertias.
+    CommonWheelInertia,
+    /// Turn of all sensors as one about an axis.
+    Mount,
+    /// Bias of a gyro axis.
+    GyroBias,
+    /// Disturbance torque about an axis.
+    DisturbanceTorque,
+}
+
+impl HardwareError {
+    /// Kind and number of a parameter, as in [`EstimateReport::largest_systematic_number`].
+    fn of(parameter: Parameter) -> (Self, u8) {
+        match parameter {
+            Parameter::GyroScale(axis) => (Self::GyroScale, axis.saturating_add(1)),
+            Parameter::GyroAxes(axis, about) => {
+                // Each axis has two errors, in the order of the axes that they are about.
+                let second = u8::from(about > 1 || (about == 1 && axis == 2));
+                (Self::GyroAxes, axis.saturating_mul(2).saturating_add(second).saturating_add(1))
+            }
+            Parameter::WheelInertia(wheel) => (Self::WheelInertia, wheel.saturating_add(1)),
+            Parameter::WheelAxis(wheel, _) => (Self::WheelAxis, wheel.saturating_add(1)),
+            Parameter::Delay => (Self::TimeOffset, 0),
+            Parameter::TorqueScale => (Self::TorqueScale, 0),
+            Parameter::CommonWheelInertia => (Self::CommonWheelInertia, 0),
+            Parameter::Mount(axis) => (Self::Mount, axis.saturating_add(1)),
+            Parameter::GyroBias(axis) => (Self::GyroBias, axis.saturating_add(1)),
+            Parameter::DisturbanceTorque(axis) => (Self::DisturbanceTorque, axis.saturating_add(1)),
+        }
+    }
+}
+
+codes! { HardwareError {
+    0 "gyro_scale" => GyroScale;
+    1 "gyro_axes" => GyroAxes;
+    2 "wheel_spin_inertia" => WheelInertia;
+    3 "wheel_axis" => WheelAxis;
+    4 "time_offset" => TimeOffset;
+    5 "torque_scale" => TorqueScale;
+    6 "common_wheel_spin_inertia" => CommonWheelInertia;
+    7 "mount" => Mount;
+    8 "gyro_bias" => GyroBias;
+    9 "disturbance_torque" => DisturbanceTorque;
+} }
 
 codes! { Status {
     0 "unobservable" => Unobservable;
@@ -116,6 +229,15 @@ codes! { Outcome {
 mod tests {
     use super::*;
     use crate::link::wire::Coded;
+
+    #[test]
+    fn gyro_axes_are_numbered_by_rows() {
+        let axes = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)];
+        for (number, (axis, about)) in (1..).zip(axes) {
+            let of = HardwareError::of(Parameter::GyroAxes(axis, about));
+            assert_eq!(of, (HardwareError::GyroAxes, number));
+        }
+    }
 
     #[test]
     fn outcomes_have_their_names_in_the_core() {

@@ -1,6 +1,9 @@
 //! Test reports.
 
-use super::{CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause, StatusReport};
+use super::{
+    CheckpointState, ClockSource, EstimateReport, GyroState, HardwareError, ResetCause,
+    StatusReport,
+};
 use crate::link::command::Function;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{Coded, Reader, Wire};
@@ -30,6 +33,10 @@ pub fn estimate() -> EstimateReport {
         nis: Some(2.5),
         disturbance_torque_n_m: Some([1e-6, 2e-6, -3e-6]),
         gyro_bias_rad_s: Some([1e-5, 2e-5, -3e-5]),
+        sigma_systematic_kg_m2: Some([8e-4, 1e-3, 2e-3, 3e-4, 4e-4, 5e-4]),
+        largest_systematic: Some(HardwareError::WheelInertia),
+        largest_systematic_number: 2,
+        time_offset_s: Some([1.2e-2, 3e-4]),
     }
 }
 
@@ -82,25 +89,37 @@ pub fn any_estimate() -> impl Strategy<Value = EstimateReport> {
     let numbers = (any_bits(), any_bits(), any_bits(), any_bits::<2>());
     let optional =
         (any::<bool>(), proptest::option::of(any_bits()), proptest::option::of(any_bits()));
-    (any::<u64>(), any::<u8>(), words, flags, numbers, optional).prop_map(
-        |(sample_time_us, observed_directions, words, flags, numbers, optional)| EstimateReport {
-            sample_time_us,
-            estimator: words.0,
-            status: words.1,
-            outcome: words.2,
-            physical: flags.0[0],
-            projected: flags.0[1],
-            residuals_white: flags.1,
-            observed_directions,
-            element_observed: flags.2,
-            scale_observed: flags.0[2],
-            inertia_kg_m2: numbers.0,
-            sigma_kg_m2: numbers.1,
-            rate_rad_s: numbers.2,
-            residual_rms_rad_s: numbers.3[0],
-            nis: optional.0.then_some(numbers.3[1]),
-            disturbance_torque_n_m: optional.1,
-            gyro_bias_rad_s: optional.2,
+    let hardware = (
+        proptest::option::of(any_bits()),
+        proptest::option::of(any_of()),
+        any::<u8>(),
+        proptest::option::of(any_bits()),
+    );
+    (any::<u64>(), any::<u8>(), words, flags, numbers, optional, hardware).prop_map(
+        |(sample_time_us, observed_directions, words, flags, numbers, optional, hardware)| {
+            EstimateReport {
+                sample_time_us,
+                estimator: words.0,
+                status: words.1,
+                outcome: words.2,
+                physical: flags.0[0],
+                projected: flags.0[1],
+                residuals_white: flags.1,
+                observed_directions,
+                element_observed: flags.2,
+                scale_observed: flags.0[2],
+                inertia_kg_m2: numbers.0,
+                sigma_kg_m2: numbers.1,
+                rate_rad_s: numbers.2,
+                residual_rms_rad_s: numbers.3[0],
+                nis: optional.0.then_some(numbers.3[1]),
+                disturbance_torque_n_m: optional.1,
+                gyro_bias_rad_s: optional.2,
+                sigma_systematic_kg_m2: hardware.0,
+                largest_systematic: hardware.1,
+                largest_systematic_number: hardware.2,
+                time_offset_s: hardware.3,
+            }
         },
     )
 }

@@ -29,7 +29,7 @@ pub mod fixtures;
 mod status;
 
 pub use checkpoint::{CheckpointPart, PART_BYTES};
-pub use estimate::EstimateReport;
+pub use estimate::{EstimateReport, HardwareError};
 pub use status::{CheckpointState, ClockSource, GyroState, ResetCause, StatusReport};
 
 use super::frame::MAX_PACKET;

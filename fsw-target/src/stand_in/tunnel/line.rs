@@ -1,7 +1,9 @@
 //! Requests and replies: each request is answered by its reply, or the tunnel ends.
 
-use super::message::{FAILED, HELLO, IDLE, Message, NEXT, NEXT_WITH_TORQUE, NO, SOURCES, VERSION};
-use super::setup::Setup;
+use super::message::{
+    FAILED, HARDWARE, HELLO, IDLE, Message, NEXT, NEXT_WITH_TORQUE, NO, SOURCES, VERSION,
+};
+use super::setup::{Setup, Stated};
 use crate::link::frame::{FrameReceiver, MAX_FRAME, MAX_PACKET};
 use crate::link::wire::{Reader, Unreadable, Wire, Writer};
 use core::cell::{Cell, RefCell};
@@ -92,6 +94,14 @@ impl<P: Port> Tunnel<P> {
         let setup = self.request(HELLO, version, Setup::take)?;
         self.now_us.set(setup.now_us);
         Ok(setup)
+    }
+
+    /// Requests the stated errors of the hardware.
+    ///
+    /// # Errors
+    /// See [`TunnelError`].
+    pub fn hardware(&self) -> Result<Stated, TunnelError> {
+        self.request(HARDWARE, |_| (), Stated::take)
     }
 
     /// Sends the reason why the flight computer stops.

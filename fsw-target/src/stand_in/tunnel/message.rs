@@ -10,7 +10,7 @@ use crate::link::wire::{Reader, Writer, record};
 use crc::{CRC_16_IBM_3740, Crc};
 
 /// Version of the protocol; changes with the meaning of any message.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 4;
 
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
@@ -36,6 +36,8 @@ pub const FAILED: u8 = 9;
 pub const NEXT_WITH_TORQUE: u8 = 10;
 /// Reply to [`NEXT`]: no sample yet. The computer continues with its other tasks and repeats the request.
 pub const IDLE: u8 = 0xFE;
+/// Request: stated errors of the hardware, after [`HELLO`]. Together they exceed a message.
+pub const HARDWARE: u8 = 11;
 /// Reply to any request that cannot be fulfilled.
 pub const NO: u8 = 0xFF;
 

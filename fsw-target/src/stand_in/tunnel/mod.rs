@@ -14,6 +14,7 @@
 //! | request | fields | reply |
 //! |---|---|---|
 //! | [`HELLO`] | version of this protocol; [`SOURCES`], u64 | [`Setup`] |
+//! | [`HARDWARE`] | – | [`Stated`] |
 //! | [`NEXT`] | – | µs since the last sample, u32; [`NEXT_WITH_TORQUE`]: and N m, 3 × f32; [`IDLE`]: no sample yet; NO: end of the flight |
 //! | [`TRANSFER`] | bytes to read, bytes to write | the bytes read; NO: bus error |
 //! | [`WAIT`] | µs, u32 | – |
@@ -39,4 +40,4 @@ pub mod setup;
 
 pub use line::{Port, Tunnel, TunnelError};
 pub use message::*;
-pub use setup::Setup;
+pub use setup::{Setup, Stated};

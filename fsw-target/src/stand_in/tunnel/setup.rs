@@ -5,8 +5,8 @@ use crate::drivers::wheel_tach::{self, CaptureTimer, WheelTach};
 use crate::flight::craft::{Craft, WHEELS};
 use crate::flight::selected::SelectedEstimator;
 use crate::link::wire::record;
-use fsw_core::Prior;
-use fsw_core::{ConfigError, Mat};
+use fsw_core::hardware::Hardware;
+use fsw_core::{ConfigError, Mat, Prior};
 
 record! {
     /// Spacecraft data and sensor settings.
@@ -34,6 +34,46 @@ record! {
     }
 }
 
+record! {
+    /// Stated errors of the hardware, one sigma each; fields as of [`Hardware`].
+    struct Stated {
+        /// Scale factor of each gyro axis.
+        gyro_scale: f32, "1";
+        /// Each error of the gyro's axes.
+        gyro_axes_rad: f32, "rad";
+        /// Known time offset of the gyro.
+        delay_s: f32, "s";
+        /// Error of it.
+        delay_sigma_s: f32, "s";
+        /// Spin inertia of each wheel, share.
+        wheel_inertia: [f32; WHEELS], "1";
+        /// Each tilt of a spin axis.
+        wheel_axis_rad: [f32; WHEELS], "rad";
+        /// Error common to all spin inertias, share.
+        common_wheel_inertia: f32, "1";
+        /// Known external torque, share.
+        torque_scale: f32, "1";
+        /// Turn of all sensors as one, about each axis.
+        mount_rad: [f32; 3], "rad";
+    }
+}
+
+impl From<&Stated> for Hardware<f32, WHEELS> {
+    fn from(stated: &Stated) -> Self {
+        Self {
+            gyro_scale: stated.gyro_scale,
+            gyro_axes_rad: stated.gyro_axes_rad,
+            delay_s: stated.delay_s,
+            delay_sigma_s: stated.delay_sigma_s,
+            wheel_inertia: stated.wheel_inertia,
+            wheel_axis_rad: stated.wheel_axis_rad,
+            common_wheel_inertia: stated.common_wheel_inertia,
+            torque_scale: stated.torque_scale,
+            mount_rad: stated.mount_rad,
+        }
+    }
+}
+
 /// Reason why a setup is rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
@@ -48,13 +88,14 @@ pub enum Unfit {
 
 impl Setup {
     /// The spacecraft, as estimators are configured for it.
-    pub fn craft(&self) -> Craft<WHEELS> {
+    pub fn craft(&self, stated: &Stated) -> Craft<WHEELS> {
         let prior =
             |[inertia_kg_m2, sigma_kg_m2]: [[f32; 6]; 2]| Prior { inertia_kg_m2, sigma_kg_m2 };
         Craft {
             wheel_axes: self.wheel_axes,
             spin_inertia_kg_m2: self.spin_inertia_kg_m2,
             gyro_noise_rad_s: self.gyro_noise_rad_s,
+            hardware: stated.into(),
             prior: self.prior_kg_m2.map(prior),
         }
     }
@@ -63,8 +104,8 @@ impl Setup {
     ///
     /// # Errors
     /// [`Unfit::Craft`].
-    pub fn estimator(&self) -> Result<SelectedEstimator, Unfit> {
-        SelectedEstimator::new(self.craft()).map_err(Unfit::Craft)
+    pub fn estimator(&self, stated: &Stated) -> Result<SelectedEstimator, Unfit> {
+        SelectedEstimator::new(self.craft(stated)).map_err(Unfit::Craft)
     }
 
     /// Settings of the gyro. Its data rate is the default one: the simulator determines the time of samples.

@@ -18,7 +18,7 @@ use fsw_target::link::Receiver;
 use fsw_target::link::frame::{DELIMITER, FrameReceiver, MAX_PACKET};
 use fsw_target::link::telemetry::Received;
 use fsw_target::link::wire::{Wire, Writer};
-use fsw_target::stand_in::tunnel::{self, Captures, Message, Setup};
+use fsw_target::stand_in::tunnel::{self, Captures, Message, Setup, Stated};
 use target_tools::firmware::build;
 use target_tools::machine::Machine;
 
@@ -220,6 +220,14 @@ impl Firmware {
     pub fn introduce(&mut self, setup: &Setup) -> Result<(), LineFailed> {
         self.announced.time_us = setup.now_us;
         self.reply(tunnel::HELLO, |fields| setup.put(fields))
+    }
+
+    /// Answers [`Request::Hardware`].
+    ///
+    /// # Errors
+    /// Those of the line.
+    pub fn state(&mut self, stated: &Stated) -> Result<(), LineFailed> {
+        self.reply(tunnel::HARDWARE, |fields| stated.put(fields))
     }
 
     /// Answers [`Request::Next`] with a sample.

@@ -10,6 +10,8 @@ use super::line::LineFailed;
 pub enum Request {
     /// Craft data, at the start.
     Hello,
+    /// Stated errors of the hardware, at the start.
+    Hardware,
     /// Next sample.
     Next,
     /// Transaction on the gyro's bus.
@@ -66,6 +68,7 @@ impl Request {
                 },
                 [other] => Err(LineFailed::OtherVersion(other)),
             },
+            tunnel::HARDWARE => Ok(Self::Hardware),
             tunnel::NEXT => Ok(Self::Next),
             tunnel::TRANSFER => {
                 let [read] = fields.take().map_err(unreadable)?;
