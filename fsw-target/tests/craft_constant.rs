@@ -43,6 +43,24 @@ fn keys_without_a_counterpart_are_rejected() {
 }
 
 #[test]
+fn stated_hardware_is_emitted_and_absent_wheels_have_none() {
+    let text = format!(
+        "{GOOD}scale_sigma = 0.003\ndelay_sigma_s = 0.002\n[wheels]\nspin_inertia_sigma = 0.02\n"
+    );
+    let source = source(&text).unwrap();
+    let bits = |value: f32| format!("f32::from_bits({:#010x})", value.to_bits());
+    for expected in [
+        format!("gyro_scale: {}", bits(0.003)),
+        format!("delay_sigma_s: {}", bits(0.002)),
+        format!("wheel_inertia: [{}, {1}, {1}, {1}]", bits(0.02), bits(0.0)),
+        // The data sheet's value of an absent key.
+        format!("gyro_axes_rad: {}", bits(0.1f64.to_radians() as f32)),
+    ] {
+        assert!(source.contains(&expected), "{expected}: {source}");
+    }
+}
+
+#[test]
 fn absent_gyro_noise_is_rejected() {
     let message = source(&GOOD.replace("noise_rad_s = 1e-4", "")).unwrap_err();
     assert!(message.starts_with("missing key `gyro.noise_rad_s`: "), "{message}");

@@ -303,7 +303,7 @@ mod tests {
             saved.set_prior(PRIOR).unwrap();
             saved.select(id).unwrap();
             run(&mut saved);
-            let mut words = std::vec![0; 12_288];
+            let mut words = std::vec![0; 16_384];
             checkpoint::transfer(&mut saved, &mut ToWords::new(&mut words)).unwrap();
             let mut restored = SelectedEstimator::new(Craft { prior: None, ..CRAFT }).unwrap();
             checkpoint::transfer(&mut restored, &mut FromWords::new(&words)).unwrap();

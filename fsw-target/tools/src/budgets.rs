@@ -87,13 +87,13 @@ pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
 ];
 
 /// Static RAM of the flight image, bytes.
-pub const FLIGHT_STATIC_RAM: u64 = 64 * 1024;
-/// Largest stack depth of the flight image, bytes.
-pub const FLIGHT_STACK: u32 = 4_096;
+pub const FLIGHT_STATIC_RAM: Bytes = Bytes { at_most: 64 * 1024, held: 72 * 1024 };
+/// Largest stack depth of the flight image, bytes. 16 KiB are set aside.
+pub const FLIGHT_STACK: Bytes = Bytes { at_most: 4_096, held: 12 * 1024 };
 /// Stack of nested interrupts, bytes. Four priorities can nest: serial port, captures, data ready,
 /// clock failure. Each takes 104 bytes for registers, those of the FPU included, four for alignment,
 /// and the frame of its handler: 16, 56, 16 and 8.
 ///
 /// A measured high-water mark rarely includes an interrupt at the deepest point of the loop. The mark
-/// must therefore stay below [`FLIGHT_STACK`] minus this number.
-pub const INTERRUPTS_STACK: u32 = 4 * 108 + 16 + 56 + 16 + 8;
+/// must therefore stay below the limit of [`FLIGHT_STACK`] minus this number.
+pub const INTERRUPTS_STACK: u64 = 4 * 108 + 16 + 56 + 16 + 8;

@@ -127,6 +127,13 @@ fn note_ignored_keys(scenario: &Scenario, notes: &mut Notes) {
     if !scenario.faults.is_empty() {
         notes.add("the sensors of the loop are models of the chips; [[fault]] is ignored");
     }
+    let stated = &craft.hardware;
+    if stated.bias_sigma_rad_s.is_some() || stated.torque_sigma_n_m.is_some() {
+        notes.add(
+            "the flight image takes gyro bias and disturbance torque as zero; gyro.bias_sigma_rad_s and \
+             disturbance.torque_sigma_n_m are ignored",
+        );
+    }
     let hardware = &scenario.true_hardware;
     if hardware.tachometer != Default::default() || hardware.clock != Default::default() {
         notes.add(

@@ -93,7 +93,8 @@ impl OnThread {
     fn fly(self) -> Option<TunnelError> {
         let tunnel = Tunnel::new(Socket::new(self.sensors));
         let setup = tunnel.hello().ok()?;
-        let mut estimator = Box::new(setup.estimator(&super::setup::stated(&mission)).unwrap());
+        let stated = tunnel.hardware().ok()?;
+        let mut estimator = Box::new(setup.estimator(&stated).unwrap());
         let link = Socket::new(self.link);
         let mut computer =
             parts::computer(&tunnel, &setup, &mut estimator, link, NOT_MEASURED).ok()?;
@@ -221,7 +222,8 @@ fn error_of_a_firmware_that_stops_has_the_number_of_samples() {
     let error = fly_with(PATIENCE, |lines| {
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut estimator = Box::new(setup.estimator(&super::setup::stated(&mission)).unwrap());
+        let stated = tunnel.hardware().unwrap();
+        let mut estimator = Box::new(setup.estimator(&stated).unwrap());
         let mut computer =
             parts::computer(&tunnel, &setup, &mut estimator, Socket::new(lines.link), NOT_MEASURED)
                 .unwrap();
@@ -309,7 +311,8 @@ fn missing_telemetry_is_an_error_after_the_time_limit() {
         // Requests samples and sends no telemetry.
         let tunnel = Tunnel::new(Socket::new(lines.sensors));
         let setup = tunnel.hello().unwrap();
-        let mut estimator = Box::new(setup.estimator(&super::setup::stated(&mission)).unwrap());
+        let stated = tunnel.hardware().unwrap();
+        let mut estimator = Box::new(setup.estimator(&stated).unwrap());
         let (mute, _other_end) = UnixStream::pair().unwrap();
         let mut computer =
             parts::computer(&tunnel, &setup, &mut estimator, Socket::new(mute), NOT_MEASURED)

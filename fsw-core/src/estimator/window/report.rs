@@ -141,10 +141,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     /// Inertia of a pass with earlier windows; false where it has no finite solution.
     #[inline(never)]
     fn report_pass(&self, pass: &Pass<T, W, U>, of: Source, estimate: &mut Estimate<T>) -> bool {
-        let mut window = SquareRootInformation::default();
-        let sigma = self.window_alone(pass, &mut window);
+        let sigma = self.sigma_of_sample(pass);
         let at = (&pass.point, pass.unit_per_kg_m2);
-        self.report_inertia(&window, at, (sigma, of), self.past.as_ref(), estimate)
+        self.report_inertia(Some(pass), at, (sigma, of), self.past.as_ref(), estimate)
     }
 
     /// Estimate of earlier windows; false where it is not finite.
@@ -171,10 +170,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn report_past_alone(&self, past: &Past<T, U>, estimate: &mut Estimate<T>) -> bool {
         // The past enters as a belief: there are no blocks.
-        let mut nothing = SquareRootInformation::default();
-        nothing.eliminate(self.groups.first_kept::<U>());
         let (at, of) = ((&past.point, past.per_kg_m2), (T::one(), Source::Nothing));
-        self.report_inertia(&nothing, at, of, Some(past), estimate)
+        self.report_inertia(None, at, of, Some(past), estimate)
     }
 
     /// Prior where nothing has been found.
@@ -193,7 +190,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn report_inertia(
         &self,
-        window: &SquareRootInformation<T, U>,
+        blocks: Option<&Pass<T, W, U>>,
         at: (&Point<T, U>, T),
         of: (T, Source),
         past: Option<&Past<T, U>>,
@@ -201,8 +198,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     ) -> bool {
         let walk = self.walk_kg_m2();
         match past.filter(|_| walk > T::zero()) {
-            Some(past) => self.report_walked(window, at, of, past, estimate),
-            None => self.report_with(window, at, of, past, estimate),
+            Some(past) => self.report_walked(blocks, at, of, past, estimate),
+            None => self.report_with(blocks, at, of, past, estimate),
         }
     }
 
@@ -211,7 +208,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn report_walked(
         &self,
-        window: &SquareRootInformation<T, U>,
+        blocks: Option<&Pass<T, W, U>>,
         at: (&Point<T, U>, T),
         of: (T, Source),
         past: &Past<T, U>,
@@ -219,13 +216,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     ) -> bool {
         let mut walked = *past;
         walked.walk(self.walk_kg_m2());
-        self.report_with(window, at, of, Some(&walked), estimate)
+        self.report_with(blocks, at, of, Some(&walked), estimate)
     }
 
     #[inline(never)]
     fn report_with(
         &self,
-        window: &SquareRootInformation<T, U>,
+        blocks: Option<&Pass<T, W, U>>,
         (point, unit_per_kg_m2): (&Point<T, U>, T),
         (sigma, source): (T, Source),
         past: Option<&Past<T, U>>,
@@ -234,7 +231,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         let all = Beliefs { past, noise_rad_s: sigma, ..self.beliefs(unit_per_kg_m2) };
         let data = Beliefs { prior: None, ..all };
         let (mut solution, mut alone) = (Solution::blank(), Solution::blank());
-        if !solve(window, point, &all, &mut solution) || !solve(window, point, &data, &mut alone) {
+        let is_found = self.solve(blocks, point, &all, &mut solution)
+            && self.solve(blocks, point, &data, &mut alone);
+        if !is_found {
             return false;
         }
         let systematic = self.systematic(source, unit_per_kg_m2, sigma, &solution.covariance);
@@ -246,7 +245,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
             || self.config.considered_scale() > T::zero();
         let has_hardware = groups_of(U) > 0 && self.groups.has_hardware() || systematic.is_some();
         if has_hardware || is_considered {
-            self.report_random(window, point, &all, &mut solution, estimate);
+            self.report_random(blocks, point, &all, &mut solution, estimate);
         }
         if let Some(systematic) = systematic {
             solution.covariance = systematic;
@@ -260,6 +259,45 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         // In the place of a covariance that is no longer needed.
         alone.report_observed(&mut solution.covariance, estimate);
         true
+    }
+
+    /// Solution of the information of blocks with beliefs, at the beliefs' noise; false where there is none.
+    #[inline(never)]
+    fn solve(
+        &self,
+        blocks: Option<&Pass<T, W, U>>,
+        point: &Point<T, U>,
+        beliefs: &Beliefs<'_, T, U>,
+        solution: &mut Solution<T, U>,
+    ) -> bool {
+        let mut factor = SquareRootInformation::default();
+        self.write_blocks(blocks, &mut factor);
+        beliefs.add_kept(&mut factor, point);
+        let Some(step) = factor.solve() else { return false };
+        if !factor.covariance_of_last(&mut solution.covariance) {
+            return false;
+        }
+        solution.covariance *= beliefs.noise_rad_s;
+        solution.covariance *= beliefs.noise_rad_s;
+        solution.point = point.stepped(&step);
+        solution.unit_per_kg_m2 = beliefs.unit_per_kg_m2;
+        true
+    }
+
+    /// Writes the information of blocks on hardware and inertia to `factor`; none without a pass. Once for each
+    /// solution, rather than a copy of it: a factor of 33 unknowns takes 4.5 KB of the stack.
+    #[inline(never)]
+    fn write_blocks(
+        &self,
+        blocks: Option<&Pass<T, W, U>>,
+        factor: &mut SquareRootInformation<T, U>,
+    ) {
+        match blocks {
+            Some(pass) => {
+                self.window_alone(pass, factor);
+            }
+            None => factor.eliminate(self.groups.first_kept::<U>()),
+        }
     }
 
     /// Adds to the covariance what no motion shows: the turn of all sensors, and a common scale of all that drives the
@@ -279,13 +317,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn report_random(
         &self,
-        window: &SquareRootInformation<T, U>,
+        blocks: Option<&Pass<T, W, U>>,
         point: &Point<T, U>,
         all: &Beliefs<'_, T, U>,
         solution: &mut Solution<T, U>,
         estimate: &mut Estimate<T>,
     ) {
-        let mut factor = *window;
+        let mut factor = SquareRootInformation::default();
+        self.write_blocks(blocks, &mut factor);
         all.add_kept(&mut factor, point);
         for column in self.groups.first_kept::<U>()..shape_of(U) {
             let mut row = [T::zero(); U];
@@ -307,36 +346,41 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     /// Calls `visit` with the result on each parameter of the hardware, for the window's fit or, between windows,
     /// for those that ended.
     pub(super) fn findings(&self, visit: &mut dyn FnMut(Finding<T>)) {
-        let Some((factor, point, sigma, unit)) = self.joint_factor() else { return };
+        let mut factor = SquareRootInformation::default();
+        let Some((point, sigma, unit)) = self.joint_factor(&mut factor) else { return };
         let Some(step) = factor.solve() else { return };
         let mut solution = Solution::blank();
         solution.point = point.stepped(&step);
         solution.unit_per_kg_m2 = unit;
-        let jacobian = solution.jacobian();
-        let trace = T::one() / (solution.point.scale() * unit);
+        self.findings_unseen(&solution, visit);
+        self.findings_considered((&factor, sigma), &solution, visit);
+        self.findings_solved((&factor, sigma), &solution, visit);
+    }
+
+    /// Results on what no motion shows: the turn of all sensors, and a common scale of all that drives the body.
+    fn findings_unseen(&self, solution: &Solution<T, U>, visit: &mut dyn FnMut(Finding<T>)) {
+        let trace = solution.trace_kg_m2();
         let inertia = Inertia::new(solution.point.over_trace().map(|n| n * trace));
-        for (axis, stated) in self.config.hardware.mount_rad.into_iter().enumerate() {
+        let mut visit = |parameter, stated: T, by: [T; 6]| {
             if stated > T::zero() {
-                visit(Finding {
-                    parameter: Parameter::Mount(axis as u8),
-                    value: T::zero(),
-                    sigma: stated,
-                    stated,
-                    effect_kg_m2: turned_by(&inertia, axis).map(|by| by * stated),
-                });
+                let effect_kg_m2 = by.map(|by| by * stated);
+                visit(Finding { parameter, value: T::zero(), sigma: stated, stated, effect_kg_m2 });
             }
+        };
+        for (axis, stated) in self.config.hardware.mount_rad.into_iter().enumerate() {
+            visit(Parameter::Mount(axis as u8), stated, turned_by(&inertia, axis));
         }
-        let scale = self.config.considered_scale();
-        if scale > T::zero() {
-            visit(Finding {
-                parameter: Parameter::TorqueScale,
-                value: T::zero(),
-                sigma: scale,
-                stated: scale,
-                effect_kg_m2: inertia.elements_kg_m2().map(|j| j * scale),
-            });
-        }
-        self.findings_considered((&factor, sigma, unit), &jacobian, visit);
+        visit(Parameter::TorqueScale, self.config.considered_scale(), inertia.elements_kg_m2());
+    }
+
+    /// Results on the hardware that is among the unknowns.
+    fn findings_solved(
+        &self,
+        (factor, sigma): (&SquareRootInformation<T, U>, T),
+        solution: &Solution<T, U>,
+        visit: &mut dyn FnMut(Finding<T>),
+    ) {
+        let jacobian = solution.jacobian();
         for place in self.groups.hardware..groups_of(U) {
             let Some(Some((group, Belief::Within(stated)))) = self.groups.place.get(place) else {
                 continue;
@@ -367,8 +411,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn findings_considered(
         &self,
-        (factor, sigma, unit): (&SquareRootInformation<T, U>, T, T),
-        jacobian: &Mat<T, 6, 6>,
+        (factor, sigma): (&SquareRootInformation<T, U>, T),
+        solution: &Solution<T, U>,
         visit: &mut dyn FnMut(Finding<T>),
     ) {
         let mut covariance = Mat::<T, 6, 6>::zeros();
@@ -377,7 +421,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         }
         covariance *= sigma * sigma;
         let source = if self.front.is_some() { Source::Front } else { Source::Nothing };
-        self.each_effect(source, (unit, sigma), &covariance, &mut |group, i, effect, stated| {
+        let (jacobian, at) = (solution.jacobian(), (solution.unit_per_kg_m2, sigma));
+        self.each_effect(source, at, &covariance, &mut |group, i, effect, stated| {
             if let Some(parameter) = group.parameter(i) {
                 let effect_kg_m2 = (jacobian * effect * stated).into();
                 visit(Finding { parameter, value: T::zero(), sigma: stated, stated, effect_kg_m2 });
@@ -385,13 +430,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         });
     }
 
-    /// Information with all beliefs, the point that it is about, one sigma of a row of unit weight, and the unit of
-    /// the inverse trace.
-    fn joint_factor(&self) -> Option<(SquareRootInformation<T, U>, Point<T, U>, T, T)> {
-        let mut factor = SquareRootInformation::default();
+    /// Writes the information with all beliefs to `factor`. Returns the point that it is about, one sigma of a row of
+    /// unit weight, and the unit of the inverse trace.
+    #[inline(never)]
+    fn joint_factor(
+        &self,
+        factor: &mut SquareRootInformation<T, U>,
+    ) -> Option<(Point<T, U>, T, T)> {
         let (point, sigma, unit) = match (&self.front, &self.past) {
             (Some(Front { pass, .. }), _) => {
-                let sigma = self.window_alone(pass, &mut factor);
+                let sigma = self.window_alone(pass, factor);
                 (pass.point, sigma, pass.unit_per_kg_m2)
             }
             (None, Some(past)) => {
@@ -400,8 +448,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
             }
             (None, None) => return None,
         };
-        Beliefs { noise_rad_s: sigma, ..self.beliefs(unit) }.add_kept(&mut factor, &point);
-        Some((factor, point, sigma, unit))
+        Beliefs { noise_rad_s: sigma, ..self.beliefs(unit) }.add_kept(factor, &point);
+        Some((point, sigma, unit))
     }
 
     /// Torque and bias where the data determine them.
@@ -522,27 +570,6 @@ fn unit_vector<T: Real, const U: usize>(index: usize) -> [T; U] {
 /// Root mean square of the residuals of a sample, one axis, rad/s.
 pub(super) fn rms<T: Real>(residuals: &Residuals<T>, unknowns: usize) -> T {
     (residuals.squares / T::count(residuals.degrees(unknowns as u32).max(1))).sqrt()
-}
-
-/// Solution of a window's information with beliefs, at the beliefs' noise; false where there is none.
-#[inline(never)]
-fn solve<T: Real, const U: usize>(
-    window: &SquareRootInformation<T, U>,
-    point: &Point<T, U>,
-    beliefs: &Beliefs<'_, T, U>,
-    solution: &mut Solution<T, U>,
-) -> bool {
-    let mut factor = *window;
-    beliefs.add_kept(&mut factor, point);
-    let Some(step) = factor.solve() else { return false };
-    if !factor.covariance_of_last(&mut solution.covariance) {
-        return false;
-    }
-    solution.covariance *= beliefs.noise_rad_s;
-    solution.covariance *= beliefs.noise_rad_s;
-    solution.point = point.stepped(&step);
-    solution.unit_per_kg_m2 = beliefs.unit_per_kg_m2;
-    true
 }
 
 impl<T: Real, const U: usize> Solution<T, U> {

@@ -46,7 +46,7 @@ pub const NO: u8 = 0xFF;
 pub const MAX_TRANSFER: usize = 64;
 
 /// Size of the flash, bytes: two halves, each for a checkpoint of the largest estimator.
-pub const FLASH_BYTES: u32 = 96 * 1024;
+pub const FLASH_BYTES: u32 = 128 * 1024;
 /// Size of a page, the unit of an erasure, bytes.
 pub const PAGE_BYTES: u32 = 4 * 1024;
 
