@@ -58,15 +58,17 @@ fn hardware_source(craft: &Craft, capacity: usize) -> String {
     };
     let has_wheels = !craft.wheels.is_empty();
     let common = if has_wheels { stated.common_spin_inertia_sigma } else { 0.0 };
+    // As in host-sim: a clock that is fast by ε shows all rates as too large by ε.
+    let clock = stated.clock_sigma;
     let fields = [
-        ("gyro_scale", float(stated.gyro_scale_sigma)),
+        ("gyro_scale", float(stated.gyro_scale_sigma.hypot(clock))),
         ("gyro_axes_rad", float(stated.gyro_axes_sigma_rad)),
         ("delay_s", float(stated.gyro_delay_s)),
         ("delay_sigma_s", float(stated.gyro_delay_sigma_s)),
         ("wheel_inertia", of_wheels(&stated.wheel_spin_inertia_sigma)),
         ("wheel_axis_rad", of_wheels(&stated.wheel_axis_sigma_rad)),
         ("common_wheel_inertia", float(common)),
-        ("torque_scale", float(stated.torque_scale_sigma)),
+        ("torque_scale", float(stated.torque_scale_sigma.hypot(clock))),
         ("mount_rad", floats(&stated.mount_sigma_rad)),
     ];
     let fields: Vec<_> = fields.iter().map(|(field, value)| format!("{field}: {value}")).collect();
@@ -95,6 +97,8 @@ fn check_keys(craft: &Craft, capacity: usize) -> Result<(), Rejection> {
         ("gyro.averaged", craft.hardware.gyro_averaged),
         ("gyro.bias_sigma_rad_s", craft.hardware.bias_sigma_rad_s.is_some()),
         ("gyro.bias_walk_rad_s_sqrt_s", craft.hardware.bias_walk_rad_s_sqrt_s != 0.0),
+        ("gyro.bias_instability_rad_s", craft.hardware.bias_instability_rad_s != 0.0),
+        ("disturbance.varying_torque_sigma_n_m", craft.hardware.varying_torque_sigma_n_m != 0.0),
         ("disturbance.torque_sigma_n_m", craft.hardware.torque_sigma_n_m.is_some()),
         ("mode", !craft.hardware.modes.is_empty()),
         ("disturbance.torque", craft.solve_for.torque),
