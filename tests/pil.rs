@@ -123,13 +123,13 @@ fn imperfect_gyro_and_wheels_have_the_same_bits_on_firmware_and_host() -> Result
     Ok(())
 }
 
-/// `window` solves for the time offset: that of the scenario and of the chip's filter of 32 Hz, first order.
+/// `window` solves for the time offset of the scenario. The driver removes that of the chip's filter.
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn time_offset_is_found_by_the_firmware() -> Result<()> {
     const SCENARIO: &str = "cubesat-pyramid-data-sheet";
     let gyro = Scenario::load(SCENARIO)?.of_seed(SEED).true_hardware.gyro;
-    let expected_s = gyro.delay_s + gyro.lag_s + 1.0 / (std::f64::consts::TAU * 32.0);
+    let expected_s = gyro.delay_s + gyro.lag_s;
     let flown = fly_plan(&Plan { scenario: SCENARIO, ..SPIN_UP })??;
     let mut found = None;
     flown.estimator.each_of_hardware(&mut |finding| {

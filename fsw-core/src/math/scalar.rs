@@ -48,6 +48,8 @@ pub trait Real:
     + ClosedMulAssign
     + ClosedDivAssign
 {
+    /// Zero, for initial values that are built in their place.
+    const ZERO: Self;
     /// Distance from 1 to the next larger number: 2⁻²³ or 2⁻⁵².
     const EPSILON: Self;
     /// Largest finite number.
@@ -98,6 +100,7 @@ pub trait Real:
 macro_rules! real {
     ($float:ident, $bits:ident, $sqrt:path, $abs:path) => {
         impl Real for $float {
+            const ZERO: Self = 0.0;
             const EPSILON: Self = $float::EPSILON;
             const MAX: Self = $float::MAX;
             const NAME: &'static str = stringify!($float);

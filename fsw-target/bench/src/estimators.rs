@@ -109,10 +109,10 @@ pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigE
 }
 
 /// The window in its place, started again.
-fn begin<const U: usize>(
-    window: Option<&mut Window<f32, WHEELS, BLOCKS, U>>,
+fn begin<const U: usize, const C: usize>(
+    window: Option<&mut Window<f32, WHEELS, BLOCKS, U, C>>,
     config: window::Config<f32, 4>,
-) -> Result<Option<&mut Window<f32, WHEELS, BLOCKS, U>>, ConfigError> {
+) -> Result<Option<&mut Window<f32, WHEELS, BLOCKS, U, C>>, ConfigError> {
     if let Some(window) = window {
         window.reset(config)?;
         return Ok(Some(window));
@@ -232,7 +232,7 @@ trait Sliced: Step + Work {
     }
 }
 
-impl<const U: usize> Sliced for Window<f32, WHEELS, BLOCKS, U>
+impl<const U: usize, const C: usize> Sliced for Window<f32, WHEELS, BLOCKS, U, C>
 where
     Self: Step + Work,
 {

@@ -267,7 +267,11 @@ fn firmware_of_another_version_is_rejected() {
         lines.sensors.write_all(hello.frame().unwrap().bytes()).unwrap();
         lines
     });
-    let expected = "the firmware has version 3 of the sensor tunnel, this program version 2";
+    let ours = tunnel::VERSION;
+    let expected = format!(
+        "the firmware has version {} of the sensor tunnel, this program version {ours}",
+        ours + 1
+    );
     assert_eq!(error, expected);
 }
 

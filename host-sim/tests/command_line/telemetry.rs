@@ -58,6 +58,10 @@ fn estimate(jxx_kg_m2: f32) -> EstimateReport {
         nis: Some(2.5),
         disturbance_torque_n_m: Some([1e-6, 2e-6, -3e-6]),
         gyro_bias_rad_s: None,
+        sigma_systematic_kg_m2: None,
+        largest_systematic: None,
+        largest_systematic_number: 0,
+        time_offset_s: None,
     }
 }
 

@@ -138,17 +138,14 @@ crate::persist!([T: Real] Column<T> { state, reading, momentum; unchanged parame
 
 impl<T: Real> Column<T> {
     /// Place without a parameter.
-    fn unused() -> Self {
-        let (o, none) = (T::zero(), Vec3::zeros());
-        Self {
-            parameter: None,
-            sigma: o,
-            direction: none,
-            state: [o; 9],
-            reading: none,
-            momentum: o,
-        }
-    }
+    const UNUSED: Self = Self {
+        parameter: None,
+        sigma: T::ZERO,
+        direction: zero_vector(),
+        state: [T::ZERO; 9],
+        reading: zero_vector(),
+        momentum: T::ZERO,
+    };
 
     /// Column of a parameter before any sample.
     fn of<const W: usize>(parameter: Parameter, sigma: T, wheels: &WheelArray<T, W>) -> Self {
@@ -162,7 +159,7 @@ impl<T: Real> Column<T> {
             _ => Vec3::zeros(),
         };
         let parameter = Some(parameter);
-        Self { parameter, sigma, direction: direction * sigma, ..Self::unused() }
+        Self { parameter, sigma, direction: direction * sigma, ..Self::UNUSED }
     }
 
     /// Index of the wheel that the parameter belongs to.
@@ -255,6 +252,10 @@ impl<T: Real> Column<T> {
     }
 }
 
+const fn zero_vector<T: Real>() -> Vec3<T> {
+    Vec3::from_array_storage(nalgebra::ArrayStorage([[T::ZERO; 3]]))
+}
+
 /// Unit vector of an axis; zero beyond the third.
 fn axis_vector<T: Real>(axis: u8) -> Vec3<T> {
     Vec3::from_fn(|i, _| if i == usize::from(axis) { T::one() } else { T::zero() })
@@ -281,16 +282,13 @@ pub struct Considered<T: Real, const P: usize> {
 crate::persist!([T: Real, const P: usize] Considered<T, P> { columns, is_reading; unchanged delay_s, mount_rad });
 
 impl<T: Real, const P: usize> Considered<T, P> {
-    /// Hardware that is known exactly. Inlined, so that it is built in its place and not on the stack.
-    #[inline(always)]
-    pub fn nothing() -> Self {
-        Self {
-            columns: [Column::unused(); P],
-            is_reading: false,
-            delay_s: T::zero(),
-            mount_rad: [T::zero(); 3],
-        }
-    }
+    /// Hardware that is known exactly: a constant, built in its place and not on the stack.
+    pub const NOTHING: Self = Self {
+        columns: [Column::UNUSED; P],
+        is_reading: false,
+        delay_s: T::ZERO,
+        mount_rad: [T::ZERO; 3],
+    };
 
     /// Columns of all parameters with a sigma above zero, before any sample.
     ///
@@ -315,7 +313,7 @@ impl<T: Real, const P: usize> Considered<T, P> {
         for column in &mut self.columns {
             *column = match stated.next() {
                 Some((parameter, sigma)) => Column::of(parameter, sigma, wheels),
-                None => Column::unused(),
+                None => Column::UNUSED,
             };
         }
         self.is_reading = false;

@@ -304,7 +304,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             monitor: InnovationMonitor::default(),
             whiteness: Whiteness::default(),
             innovation: None,
-            considered: Considered::nothing(),
+            considered: Considered::NOTHING,
             delay: Delay::new(),
             config,
             wheels,

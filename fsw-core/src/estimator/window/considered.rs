@@ -35,7 +35,7 @@ use super::pass::Pass;
 use super::unknowns::{Belief, Group, Groups, groups_of, shape_of};
 use super::work::Work;
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Mat, scalar::Real};
+use crate::math::{Entries, Mat, scalar::Real};
 
 /// Share of the expected square of an error of the hardware that residuals may have: three sigma.
 pub const EXPLAINED_SQUARE: f64 = 9.0;
@@ -49,11 +49,8 @@ pub struct Cross<T: Real, const C: usize> {
 crate::persist!([T: Real, const C: usize] Cross<T, C> { by_group });
 
 impl<T: Real, const C: usize> Cross<T, C> {
-    /// Without content. Inlined, so that it is built in its place.
-    #[inline(always)]
-    pub fn nothing() -> Self {
-        Self { by_group: [[[T::zero(); 6]; 3]; C] }
-    }
+    /// Without content.
+    pub const NOTHING: Self = Self { by_group: [[[T::ZERO; 6]; 3]; C] };
 
     /// Adds another one: `weight` times, with the scale over `per`.
     fn add(&mut self, other: &Self, weight: T, per: T) {
@@ -91,12 +88,14 @@ pub struct Considered<T: Real, const C: usize> {
 crate::persist!([T: Real, const C: usize] Considered<T, C> { descent, front, fitted_rows, past, doubted });
 
 impl<T: Real, const C: usize> Considered<T, C> {
-    /// Without content. Inlined, so that it is built in its place.
-    #[inline(always)]
-    pub fn nothing() -> Self {
-        let nothing = Cross::nothing();
-        Self { descent: nothing, front: nothing, fitted_rows: 0, past: nothing, doubted: nothing }
-    }
+    /// Without content: a constant, built in its place and not on the stack.
+    pub const NOTHING: Self = Self {
+        descent: Cross::NOTHING,
+        front: Cross::NOTHING,
+        fitted_rows: 0,
+        past: Cross::NOTHING,
+        doubted: Cross::NOTHING,
+    };
 }
 
 /// Source of the cross-information of a solution beside earlier windows.
@@ -112,35 +111,27 @@ pub enum Source {
 
 /// B of a group in the place before the shape, by parameter, and the sum of squares that a fit leaves of each
 /// parameter of one.
-fn cross_of<T: Real, const U: usize>(
-    factor: &SquareRootInformation<T, U>,
-) -> ([[T; 6]; 3], [T; 3]) {
+fn cross_of<T: Real, const U: usize>(factor: &SquareRootInformation<T, U>) -> [([T; 6], T); 3] {
     let first = shape_of(U).saturating_sub(3);
-    let at = |row: usize, column: usize| {
-        let of_row = factor.factor.get(row);
-        let value = of_row.and_then(|of_row| of_row.get(column)).copied().unwrap_or(T::zero());
-        if row == column { T::one() } else { value }
-    };
-    let weight =
-        |row: usize| factor.factor.get(row).and_then(|r| r.get(row)).copied().unwrap_or(T::zero());
-    let (mut cross, mut left) = ([[T::zero(); 6]; 3], [T::zero(); 3]);
-    for i in 0..3 {
+    let mut result = [([T::zero(); 6], T::zero()); 3];
+    for (i, (cross, left)) in result.iter_mut().enumerate() {
         let mut shape = SquareRootInformation::<T, 6>::default();
-        for row in first..U {
-            let y = if row <= first + i { at(row, first + i) } else { T::zero() };
-            let of_row = core::array::from_fn(|k| {
-                let column = shape_of(U) + k;
-                if column < row { T::zero() } else { at(row, column) }
-            });
-            if row < first + 3 {
-                for k in 0..6 {
-                    cross[i][k] += of_row[k] * y * weight(row);
-                }
+        for (row, of_row) in factor.factor.iter().enumerate().skip(first) {
+            let at = |column: usize| match of_row.get(column) {
+                Some(_) if column == row => T::one(),
+                Some(value) if column > row => *value,
+                _ => T::zero(),
+            };
+            let weight = of_row.get(row).copied().unwrap_or(T::zero());
+            let y = at(first + i);
+            let by_shape = core::array::from_fn(|k| at(shape_of(U) + k));
+            for (sum, by) in cross.iter_mut().zip(&by_shape) {
+                *sum += *by * y * weight;
             }
-            left[i] += shape.fold(&of_row, y, weight(row)).square();
+            *left += shape.fold(&by_shape, y, weight).square();
         }
     }
-    (cross, left)
+    result
 }
 
 impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
@@ -183,7 +174,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         *considering = if is_considered { Considering::Group(index) } else { Considering::Done };
         if index == 0 {
             pass.explained = T::zero();
-            self.considered.descent = Cross::nothing();
+            self.considered.descent = Cross::NOTHING;
         }
         let (point, offset, unit) = (pass.point, pass.offset, pass.unit_per_kg_m2);
         self.begin_pass(&point, unit);
@@ -201,12 +192,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         let beliefs = Beliefs { noise_rad_s: sigma, ..self.beliefs(pass.unit_per_kg_m2) };
         beliefs.add_of_window(&mut factor, &pass.point);
         beliefs.add_solved(&mut factor, &pass.point);
-        let (cross, left) = cross_of(&factor);
+        let cross = cross_of(&factor);
         let Some((_, sigma)) = self.considered_group(usize::from(index)) else { return };
         let rows = T::count(pass.residuals.rows.max(1));
-        let squares = (0..3).fold(T::zero(), |sum, i| sum + sigma[i] * sigma[i] * left[i]);
+        let squares = sigma.iter().zip(&cross);
+        let squares = squares.fold(T::zero(), |sum, (s, (_, left))| sum + *s * *s * *left);
         if let Some(of_group) = self.considered.descent.by_group.get_mut(usize::from(index)) {
-            *of_group = cross;
+            *of_group = cross.map(|(cross, _)| cross);
         }
         if let Work::Descent(Descent { pass, .. }) = &mut self.work {
             pass.explained += squares / rows;
@@ -217,7 +209,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     /// unit, for a sigma of a sample.
     fn total_cross(&self, source: Source, unit_per_kg_m2: T, sigma_rad_s: T) -> Cross<T, C> {
         let weight = T::one() / (sigma_rad_s * sigma_rad_s);
-        let mut total = Cross::nothing();
+        let mut total = Cross::NOTHING;
         match (source, &self.front) {
             (Source::Descent, _) => total.add(&self.considered.descent, weight, T::one()),
             (Source::Front, Some(front)) => {
@@ -304,11 +296,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
                 let mut apart = self.considered.front.effect(index, i, &alone);
                 if let Some((past, cross)) = past {
                     let mut by_past = cross.effect(index, i, &of_past);
-                    by_past[5] *= past.per_kg_m2 / unit_per_kg_m2;
+                    *by_past.at_mut(5, 0) *= past.per_kg_m2 / unit_per_kg_m2;
                     apart -= by_past;
                 }
                 let mut along = [T::zero(); U];
-                along[shape_of(U)..].copy_from_slice(apart.as_slice());
+                for (along, apart) in along.iter_mut().skip(shape_of(U)).zip(apart.as_slice()) {
+                    *along = *apart;
+                }
                 let share = sigma / sigma_rad_s;
                 window.walk_along(&along, U - 1, share * share);
             }
@@ -330,14 +324,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         sigma_rad_s: T,
     ) {
         let total = self.total_cross(source, unit_per_kg_m2, sigma_rad_s);
-        let mut joined = Cross::nothing();
+        let mut joined = Cross::NOTHING;
         joined.add(&total, T::one(), scale);
         self.considered.past = joined;
     }
 
     /// That of the descent becomes that of what is doubted.
     pub(super) fn doubt_cross(&mut self, scale: T, sigma_rad_s: T) {
-        let mut doubted = Cross::nothing();
+        let mut doubted = Cross::NOTHING;
         doubted.add(&self.considered.descent, T::one() / (sigma_rad_s * sigma_rad_s), scale);
         self.considered.doubted = doubted;
     }

@@ -105,6 +105,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize, const
     intervals: u32,
     /// Largest rate so far, rad/s. The noise is at least the rounding error of this rate.
     largest_rad_s: T,
+    /// Effects of the hardware that is considered.
+    considered: Considered<T, C>,
     blocks: Storage<T, W, N>,
     /// Stretch of the blocks that are being taken in.
     open: Stretch<T, W>,
@@ -125,8 +127,6 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize, const
     /// the blocks after the contradiction are a window of their own.
     doubted: Option<Past<T, U>>,
     is_doubtful: bool,
-    /// Effects of the hardware that is considered.
-    considered: Considered<T, C>,
     /// False once data have contradicted the prior.
     has_prior: bool,
     ended: Ended<T>,
@@ -137,8 +137,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize, const
 }
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize, const C: usize] Window<T, W, N, U, C> {
-    config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, blocks,
-    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, is_doubtful, considered, has_prior, ended, event, has_refused,
+    config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, considered, blocks,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, is_doubtful, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -246,7 +246,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         self.past_age_s = T::zero();
         self.doubted = None;
         self.is_doubtful = false;
-        self.considered = Considered::nothing();
+        self.considered = Considered::NOTHING;
         self.has_prior = true;
         self.ended = Ended::nothing();
         self.event = None;
@@ -275,6 +275,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
             period_s: T::zero(),
             intervals: 0,
             largest_rad_s: T::zero(),
+            considered: Considered::NOTHING,
             blocks: Storage::new(),
             open: Stretch::new(Momenta::zeros()),
             closing: None,
@@ -288,7 +289,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
             past_age_s: T::zero(),
             doubted: None,
             is_doubtful: false,
-            considered: Considered::nothing(),
             has_prior: true,
             ended: Ended::nothing(),
             event: None,

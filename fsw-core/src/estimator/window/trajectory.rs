@@ -638,7 +638,7 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
     /// the unknowns comes first; none where the torque is no unknown.
     pub fn start_for_torque(&self) -> Option<(usize, [Vec3<T>; 3])> {
         let first = self.model.offset_of(Group::Torque)?;
-        let [a, b, c] = [0, 1, 2].map(|i| self.sensitivity[MOMENTUM + i]);
+        let [a, b, c] = *self.sensitivity.get(MOMENTUM..)?.first_chunk()?;
         let (by_a, by_b, by_c) = (b.cross(&c), c.cross(&a), a.cross(&b));
         let one_over = T::one() / a.dot(&by_a);
         let columns = [0, 1, 2].map(|i| {
@@ -891,8 +891,11 @@ impl<T: Real, const W: usize> Model<T, W> {
                 _ => continue,
             };
             for (component, of) in pairs.into_iter().flatten() {
-                if self.is_active(place, component) {
-                    row[FIRST_GROUP + 3 * place + component] += rate[of];
+                let of_row = row.get_mut(FIRST_GROUP + 3 * place + component);
+                if let (Some(sum), Some(rate), true) =
+                    (of_row, rate.as_slice().get(of), self.is_active(place, component))
+                {
+                    *sum += *rate;
                 }
             }
         }

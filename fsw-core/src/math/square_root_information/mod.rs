@@ -340,6 +340,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// let covariance = known.covariance().unwrap();
     /// assert_eq!((covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]), (2.0, 2.0, 5.0));
     /// ```
+    #[inline(never)]
     pub fn walk_along(&mut self, along: &[T; N], last: usize, variance: T) {
         let mut weight = T::one() / variance;
         let (mut of_change, mut y) = ([T::zero(); N], T::zero());

@@ -525,18 +525,23 @@ fn a_window_closed_by_telecommand_is_completed_with_the_samples_that_follow() {
     let mut complete = ground.computer.estimator().clone();
     complete.work(100_000);
     let mut samples = 0;
-    let inertia = complete.estimate().inertia;
-    while samples < 100 && ground.computer.estimator().estimate().inertia != inertia {
+    let expected = complete.estimate().inertia.elements_kg_m2();
+    // The last block has a neighbour now, and a time offset is read from both: the result differs by rounding.
+    let is_complete = |ground: &Ground| {
+        let found = ground.computer.estimator().estimate().inertia.elements_kg_m2();
+        found.iter().zip(&expected).all(|(found, expected)| (found - expected).abs() < 1e-8)
+    };
+    while samples < 300 && !is_complete(&ground) {
         ground.poll(1);
         samples += 1;
     }
-    assert!(samples > 1 && samples < 100, "{samples}");
+    assert!(samples > 1 && samples < 300, "{samples}");
     assert_eq!(complete.estimate().status, Status::Converged);
 }
 
 /// Flash whose halves hold one checkpoint of `window`.
 fn small_flash() -> Vec<u8> {
-    vec![0xff; 96 * 1024]
+    vec![0xff; 112 * 1024]
 }
 
 /// Longest erasure of a sector of an STM32F405, µs: twice `GYRO_SILENCE_US`.
