@@ -41,6 +41,9 @@ const SPIN_UP: Plan = Plan {
 fn fly_plan(plan: &Plan) -> Result<Result<PilFlight, PilFailed>> {
     let mut scenario = Scenario::load(plan.scenario)?.of_seed(SEED);
     scenario.duration_s = plan.duration_s.unwrap_or(scenario.duration_s);
+    // The flight image takes both as zero.
+    scenario.gyro.bias_rad_s.fill(0.0);
+    scenario.disturbance_torque_n_m.fill(0.0);
     let flight = Flight::simulate(&scenario)?;
     let mission = Mission {
         scenario: &scenario,

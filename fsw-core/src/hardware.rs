@@ -242,14 +242,14 @@ pub fn turned_by<T: Real>(inertia: &Inertia<T>, axis: usize) -> [T; 6] {
 /// The two directions of the tilts of a unit axis a: `e₁` normal to a and to the body axis that is farthest from
 /// it, `e₂ = a × e₁`.
 pub fn tilt_directions<T: Real>(axis: &Vec3<T>) -> [Vec3<T>; 2] {
-    let mut least = 0;
-    for i in 1..3 {
-        if axis[i].abs() < axis[least].abs() {
-            least = i;
-        }
-    }
-    let mut far = Vec3::zeros();
-    far[least] = T::one();
+    let [x, y, z] = [axis.x.abs(), axis.y.abs(), axis.z.abs()];
+    let far = if x <= y && x <= z {
+        Vec3::x()
+    } else if y <= z {
+        Vec3::y()
+    } else {
+        Vec3::z()
+    };
     let first = axis.cross(&far);
     let first = first * (T::one() / norm(&first));
     [first, axis.cross(&first)]

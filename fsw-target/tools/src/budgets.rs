@@ -91,7 +91,7 @@ pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
 /// Static RAM of the flight image, bytes.
 pub const FLIGHT_STATIC_RAM: Bytes = Bytes { at_most: 64 * 1024, held: 64 * 1024 };
 /// Largest stack depth of the flight image, bytes. 16 KiB are set aside.
-pub const FLIGHT_STACK: Bytes = Bytes { at_most: 4_096, held: 4_096 };
+pub const FLIGHT_STACK: Bytes = Bytes { at_most: 4_096, held: 6_144 };
 /// Stack of nested interrupts, bytes. Four priorities can nest: serial port, captures, data ready,
 /// clock failure. Each takes 104 bytes for registers, those of the FPU included, four for alignment,
 /// and the frame of its handler: 16, 56, 16 and 8.

@@ -44,13 +44,16 @@ pub const EXPLAINED_SQUARE: f64 = 9.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cross<T: Real, const C: usize> {
     by_group: [[[T; 6]; 3]; C],
+    /// Effect of each parameter on the group that is solved for before them: that of the time offset.
+    on_solved: [[[T; 3]; 3]; C],
 }
 
-crate::persist!([T: Real, const C: usize] Cross<T, C> { by_group });
+crate::persist!([T: Real, const C: usize] Cross<T, C> { by_group, on_solved });
 
 impl<T: Real, const C: usize> Cross<T, C> {
     /// Without content.
-    pub const NOTHING: Self = Self { by_group: [[[T::ZERO; 6]; 3]; C] };
+    pub const NOTHING: Self =
+        Self { by_group: [[[T::ZERO; 6]; 3]; C], on_solved: [[[T::ZERO; 3]; 3]; C] };
 
     /// Adds another one: `weight` times, with the scale over `per`.
     fn add(&mut self, other: &Self, weight: T, per: T) {
@@ -109,14 +112,18 @@ pub enum Source {
     Nothing,
 }
 
-/// B of a group in the place before the shape, by parameter, and the sum of squares that a fit leaves of each
-/// parameter of one.
-fn cross_of<T: Real, const U: usize>(factor: &SquareRootInformation<T, U>) -> [([T; 6], T); 3] {
-    let first = shape_of(U).saturating_sub(3);
-    let mut result = [([T::zero(); 6], T::zero()); 3];
-    for (i, (cross, left)) in result.iter_mut().enumerate() {
-        let mut shape = SquareRootInformation::<T, 6>::default();
-        for (row, of_row) in factor.factor.iter().enumerate().skip(first) {
+/// A parameter of a pass: its row of B, its effect on the group before it, and the sum of squares that a fit leaves of
+/// its column.
+type OfParameter<T> = ([T; 6], [T; 3], T);
+
+/// B of a group in the place before the shape, by parameter.
+fn cross_of<T: Real, const U: usize>(factor: &SquareRootInformation<T, U>) -> [OfParameter<T>; 3] {
+    let (first, solved) = (shape_of(U).saturating_sub(3), shape_of(U).saturating_sub(6));
+    let mut result = [([T::zero(); 6], [T::zero(); 3], T::zero()); 3];
+    for (i, (cross, on_solved, left)) in result.iter_mut().enumerate() {
+        // Solved group and shape for a parameter of one.
+        let mut fit = SquareRootInformation::<T, 9>::default();
+        for (row, of_row) in factor.factor.iter().enumerate().skip(solved) {
             let at = |column: usize| match of_row.get(column) {
                 Some(_) if column == row => T::one(),
                 Some(value) if column > row => *value,
@@ -124,11 +131,19 @@ fn cross_of<T: Real, const U: usize>(factor: &SquareRootInformation<T, U>) -> [(
             };
             let weight = of_row.get(row).copied().unwrap_or(T::zero());
             let y = at(first + i);
-            let by_shape = core::array::from_fn(|k| at(shape_of(U) + k));
-            for (sum, by) in cross.iter_mut().zip(&by_shape) {
-                *sum += *by * y * weight;
+            let known =
+                core::array::from_fn(|k| if k < 3 { at(solved + k) } else { at(first + k) });
+            if row >= first {
+                for (sum, by) in cross.iter_mut().zip(known.iter().skip(3)) {
+                    *sum += *by * y * weight;
+                }
             }
-            *left += shape.fold(&by_shape, y, weight).square();
+            *left += fit.fold(&known, y, weight).square();
+        }
+        if let Some(solution) = fit.solve() {
+            for (effect, x) in on_solved.iter_mut().zip(&solution) {
+                *effect = *x;
+            }
         }
     }
     result
@@ -196,9 +211,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         let Some((_, sigma)) = self.considered_group(usize::from(index)) else { return };
         let rows = T::count(pass.residuals.rows.max(1));
         let squares = sigma.iter().zip(&cross);
-        let squares = squares.fold(T::zero(), |sum, (s, (_, left))| sum + *s * *s * *left);
-        if let Some(of_group) = self.considered.descent.by_group.get_mut(usize::from(index)) {
-            *of_group = cross.map(|(cross, _)| cross);
+        let squares = squares.fold(T::zero(), |sum, (s, (_, _, left))| sum + *s * *s * *left);
+        let index = usize::from(index);
+        let Cross { by_group, on_solved } = &mut self.considered.descent;
+        if let (Some(by), Some(on)) = (by_group.get_mut(index), on_solved.get_mut(index)) {
+            *by = cross.map(|(by, _, _)| by);
+            *on = cross.map(|(_, on, _)| on);
         }
         if let Work::Descent(Descent { pass, .. }) = &mut self.work {
             pass.explained += squares / rows;
@@ -268,6 +286,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
                 }
             }
         }
+    }
+
+    /// Variance of a component of the solved group before the considered ones that their errors cause.
+    pub(super) fn variance_of_solved(&self, place: usize, component: usize) -> T {
+        let mut variance = T::zero();
+        if place + 2 != groups_of(U) {
+            return variance;
+        }
+        for (index, of_group) in self.considered.front.on_solved.iter().enumerate() {
+            let Some((_, sigma)) = self.considered_group(index) else { break };
+            for (effect, sigma) in of_group.iter().zip(sigma) {
+                let by = effect.get(component).copied().unwrap_or(T::zero()) * sigma;
+                variance += by * by;
+            }
+        }
+        variance
     }
 
     /// Widens the information of the front's window on shape and scale by the difference that the considered hardware

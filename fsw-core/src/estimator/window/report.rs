@@ -396,10 +396,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
                 let root = covariance[column].sqrt();
                 let of_step =
                     Mat::<T, 6, 1>::from_fn(|k, _| covariance[shape_of(U) + k] * (sigma / root));
+                let random = root * sigma;
+                let by_others = self.variance_of_solved(place, i);
                 visit(Finding {
                     parameter,
                     value: solution.point.value(column),
-                    sigma: root * sigma,
+                    sigma: (random * random + by_others).sqrt().min(stated[i].max(random)),
                     stated: stated[i],
                     effect_kg_m2: (jacobian * of_step).into(),
                 });

@@ -564,9 +564,9 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
                 Group::Drag => w * -duration_s,
                 _ => continue,
             };
-            for i in 0..3 {
-                let c = FIRST_GROUP + 3 * place + i;
-                put(&mut self.sensitivity[c], c, series.column(i) * by_rate[i]);
+            let columns = series.data.0.iter().zip(by_rate.as_slice());
+            for (c, (column, by)) in (FIRST_GROUP + 3 * place..).zip(columns) {
+                put(&mut self.sensitivity[c], c, Vec3::from(*column) * *by);
             }
         }
         if U > WITHOUT_HARDWARE {
