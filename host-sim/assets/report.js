@@ -67,9 +67,16 @@
   const PATHS = {
     band: (series) => (u) => {
       const at = position(u), path = new Path2D();
-      series.x.forEach((x, i) => path.lineTo(at.x(x), at.y(series.high[i])));
-      for (let i = series.x.length - 1; i >= 0; i--) path.lineTo(at.x(series.x[i]), at.y(series.low[i]));
-      path.closePath();
+      let first = 0;
+      // A point without value ends a piece.
+      for (let end = 0; end <= series.x.length; end++) {
+        if (end < series.x.length && series.high[end] != null) continue;
+        for (let i = first; i < end; i++) path.lineTo(at.x(series.x[i]), at.y(series.high[i]));
+        for (let i = end - 1; i >= first; i--) path.lineTo(at.x(series.x[i]), at.y(series.low[i]));
+        if (end > first) path.closePath();
+        if (end + 1 < series.x.length) path.moveTo(at.x(series.x[end + 1]), at.y(series.high[end + 1]));
+        first = end + 1;
+      }
       return { fill: path, stroke: null };
     },
     bars: (series) => (u) => {
@@ -116,7 +123,7 @@
       fill: alpha && base + alpha,
       width: WIDTHS[series.kind],
       dash: series.kind === "dashes" ? [6, 5] : undefined,
-      spanGaps: true,
+      spanGaps: false,
       points: { show: series.kind in WIDTHS && !(series.kind in PATHS) && series.x.length === 1 },
       paths: series.kind in PATHS ? PATHS[series.kind](series) : undefined,
       value: (u) => (isOutside(u) ? "" : readOut(series, u.posToVal(u.cursor.left, "x"))),
@@ -241,6 +248,7 @@
         label.textContent = panel.y_label;
         box.append(label);
         place.append(box);
+        // Null interrupts a line; positions of other series do not.
         const data = uPlot.join(panel.series.map((s) => [s.x, s.y]));
         const chart = new uPlot(options(figure, panel, colour, widthOf(box, panel)), data, box);
         touch(chart, panel);

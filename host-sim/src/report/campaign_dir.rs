@@ -102,6 +102,9 @@ fn write(
     folder.sources(scenario)
 }
 
+/// Name of a column, and its value in a cell of the matrix.
+type Named<T> = (&'static str, fn(&FaultCell) -> T);
+
 /// Cells of a fault matrix as a table, named as in the document.
 fn cells(cells: &[FaultCell]) -> Frame {
     let mut frame = Frame::default();
@@ -112,7 +115,7 @@ fn cells(cells: &[FaultCell]) -> Frame {
     text("precision", |cell| Some(cell.precision.clone()));
     text("fault", |cell| cell.fault.clone());
     text("missed", |cell| Some(cell.missed.join("; ")));
-    let counts: [(&str, fn(&FaultCell) -> u64); 9] = [
+    let counts: [Named<u64>; 9] = [
         ("runs", |cell| cell.runs),
         ("panics", |cell| cell.panics),
         ("not_finite", |cell| cell.not_finite),
@@ -126,7 +129,7 @@ fn cells(cells: &[FaultCell]) -> Frame {
     for (name, count) in counts {
         frame.add(name, Cells::Count(cells.iter().map(|cell| Some(count(cell))).collect()));
     }
-    let numbers: [(&str, fn(&FaultCell) -> Option<f64>); 8] = [
+    let numbers: [Named<Option<f64>>; 8] = [
         ("detection_s", |cell| cell.detection_s),
         ("detection_worst_s", |cell| cell.detection_worst_s),
         ("silent_worst_s", |cell| Some(cell.silent_worst_s)),

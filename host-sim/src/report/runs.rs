@@ -99,7 +99,8 @@ pub(super) fn frame(rows: &[RunRow]) -> Frame {
     frame.add("run", Cells::Count(cells(rows, |row| Some(row.run))));
     frame.add("seed", Cells::Count(cells(rows, |row| Some(row.seed))));
     frame.add("status", Cells::Text(cells(rows, |row| Some(row.status.to_string()))));
-    let quantities: [(&str, fn(&RunRow) -> &[f64; 6]); 3] = [
+    type Elements = fn(&RunRow) -> &[f64; 6];
+    let quantities: [(&str, Elements); 3] = [
         ("", |row| &row.inertia_kg_m2),
         ("sigma_", |row| &row.sigma_kg_m2),
         ("error_", |row| &row.error_kg_m2),

@@ -9,8 +9,8 @@ use crate::input::ELEMENT_NAMES;
 const AXES: [&[usize]; 6] = [&[0], &[1], &[2], &[0, 1], &[0, 2], &[1, 2]];
 /// Names of the body axes.
 const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
-/// Sigmas that an element must exceed for its own size to be the measure of its sigma.
-const NONZERO_SIGMAS: f64 = 3.0;
+/// Sigmas that an element must exceed for its own size to be the measure of its sigma: to 10 %.
+const NONZERO_SIGMAS: f64 = 10.0;
 
 /// Verdict of an estimate, as `All six elements to 0.05 to 1.1 % (one sigma), limited by wheel spin inertia.`
 pub(super) fn of_estimate(report: &ReplayReport, history: &[HistoryRow]) -> String {

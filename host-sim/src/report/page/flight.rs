@@ -139,7 +139,9 @@ fn observed(report: &ReplayReport, history: &[HistoryRow]) -> Markup {
     }
     let row = |i: usize| {
         let since = |percent: &f64| {
-            let is_above = |row: &HistoryRow| !(row.sigma_kg_m2[i] <= percent / 100.0 * mean);
+            let is_above = |row: &HistoryRow| {
+                row.sigma_kg_m2[i].is_nan() || row.sigma_kg_m2[i] > percent / 100.0 * mean
+            };
             let first = history.iter().rposition(is_above).map_or(0, |last| last + 1);
             history.get(first).map_or("never".to_owned(), |row| significant(row.time_s, 3))
         };

@@ -6,6 +6,25 @@ pub(super) const MOST_POINTS: usize = 1200;
 /// A point of a curve: position and value.
 pub(super) type Point = (f64, f64);
 
+/// Interval that is a gap, median intervals.
+const GAP: f64 = 10.0;
+/// Fewest points in which gaps are looked for.
+const FEWEST_POINTS: usize = 10;
+/// Most pieces; points of more have no regular interval.
+const MOST_PIECES: usize = 100;
+
+/// The points cut at gaps; `position` is that of a point.
+pub(super) fn pieces<P>(points: &[P], position: impl Fn(&P) -> f64) -> Vec<&[P]> {
+    let interval = |pair: &[P]| position(&pair[1]) - position(&pair[0]);
+    let mut intervals: Vec<f64> = points.windows(2).map(interval).collect();
+    intervals.sort_by(f64::total_cmp);
+    let median = intervals.get(intervals.len() / 2).copied().unwrap_or(0.0);
+    let is_near = |a: &P, b: &P| position(b) - position(a) <= GAP * median;
+    let pieces: Vec<&[P]> = points.chunk_by(is_near).collect();
+    let is_cut = points.len() >= FEWEST_POINTS && pieces.len() <= MOST_PIECES;
+    if is_cut { pieces } else { vec![points] }
+}
+
 /// At most [`MOST_POINTS`] of the points: the lowest and the highest of each interval, so that a
 /// single spike is kept, and the ends of a constant stretch.
 pub(super) fn curve(points: &[Point]) -> Vec<Point> {
@@ -68,6 +87,16 @@ mod tests {
         assert!(kept.len() <= MOST_POINTS);
         assert!(kept.contains(&(54_321.0, 9.0)));
         assert!(kept.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+    }
+
+    #[test]
+    fn points_are_cut_at_gaps() {
+        let mut points: Vec<f64> = (0..20).map(f64::from).collect();
+        points[12..].iter_mut().for_each(|x| *x += 50.0);
+        let lengths: Vec<usize> = pieces(&points, |x| *x).iter().map(|piece| piece.len()).collect();
+        assert_eq!(lengths, [12, 8]);
+        assert_eq!(pieces(&[0.0, 1.0, 100.0], |x| *x).len(), 1);
+        assert_eq!(pieces(&[] as &[f64], |x| *x).len(), 1);
     }
 
     #[test]

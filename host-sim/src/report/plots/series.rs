@@ -152,15 +152,19 @@ impl Series {
                     Mark::Wide => "wide",
                     Mark::Dashes => "dashes",
                 };
-                let points = decimate::curve(points).into_iter();
-                (kind, points.map(|(x, y)| [x, y, y, y]).collect::<Vec<_>>())
+                let point = |(x, y): Point| [x, y, y, y];
+                let pieces = decimate::pieces(points, |point| point.0).into_iter();
+                let drawn = pieces.map(|piece| decimate::curve(piece).into_iter().map(point));
+                (kind, joined(drawn.map(Iterator::collect)))
             }
             Shape::Diamonds(points) => {
                 ("diamonds", points.iter().map(|&(x, y)| [x, y, y, y]).collect())
             }
             Shape::Band(points) => {
-                let points = decimate::band(points).into_iter();
-                ("band", points.map(|(x, low, high)| [x, high, low, high]).collect())
+                let point = |(x, low, high): (f64, f64, f64)| [x, high, low, high];
+                let pieces = decimate::pieces(points, |point| point.0).into_iter();
+                let drawn = pieces.map(|piece| decimate::band(piece).into_iter().map(point));
+                ("band", joined(drawn.map(Iterator::collect)))
             }
             Shape::Bars(bars) => {
                 let bar =
@@ -181,7 +185,19 @@ impl Series {
     }
 }
 
-/// A series as the page draws it.
+/// Pieces with a point without value between each two, at which the page interrupts the line.
+fn joined(pieces: impl Iterator<Item = Vec<[f64; 4]>>) -> Vec<[f64; 4]> {
+    pieces.fold(Vec::new(), |mut all, piece| {
+        if let (Some(last), Some(next)) = (all.last(), piece.first()) {
+            let middle = 0.5 * (last[0] + next[0]);
+            all.push([middle, f64::NAN, f64::NAN, f64::NAN]);
+        }
+        all.extend(piece);
+        all
+    })
+}
+
+/// A series as the page draws it; a value that is none is null.
 #[derive(Serialize)]
 pub(super) struct Drawn<'a> {
     name: &'a str,
