@@ -78,6 +78,17 @@ if ! have qemu-system-arm; then
 fi
 qemu-system-arm --version | sed -n 1p
 
+heading "Set-up: Chromium"
+if ! have chromium && can_apt; then
+    apt_install chromium fonts-dejavu-core
+fi
+if have chromium; then
+    chromium --version
+else
+    skipped="$skipped reports-in-a-browser"
+    echo "skipped: no chromium; the reports are not opened (Debian: apt-get install chromium)"
+fi
+
 heading "Format"
 if cargo fmt --version >/dev/null 2>&1; then
     cargo fmt --all --check

@@ -1,6 +1,7 @@
 //! [scenarios]: self::scenarios
 //! [replay]: self::replay
 //! [logs]: self::logs
+//! [report]: self::report
 //! [diagnose]: self::diagnose
 //! [keys]: crate::input::keys
 //! [campaigns]: self::campaigns
@@ -13,6 +14,7 @@
 /// [keys]: crate::input::keys
 /// [campaigns]: crate::docs::campaigns
 /// [faults]: crate::docs::faults
+/// [report]: crate::docs::report
 ///
 #[doc = include_str!("../docs/scenarios.md")]
 pub mod scenarios {}
@@ -20,29 +22,43 @@ pub mod scenarios {}
 /// [keys]: crate::input::keys
 /// [logs]: crate::docs::logs
 /// [diagnose]: crate::docs::diagnose
+/// [report]: crate::docs::report
 ///
 #[doc = include_str!("../docs/replay.md")]
 pub mod replay {}
 
 /// [keys]: crate::input::keys
 /// [replay]: crate::docs::replay
+/// [report]: crate::docs::report
 ///
 #[doc = include_str!("../docs/logs.md")]
 pub mod logs {}
+
+/// [diagnose]: crate::docs::diagnose
+/// [campaigns]: crate::docs::campaigns
+/// [faults]: crate::docs::faults
+/// [papers]: crate::docs::papers
+///
+#[doc = include_str!("../docs/report.md")]
+pub mod report {}
 
 #[doc = include_str!("../docs/diagnose.md")]
 pub mod diagnose {}
 
 /// [accuracy]: fsw_core::docs::accuracy
+/// [report]: crate::docs::report
 ///
 #[doc = include_str!("../docs/campaigns.md")]
 pub mod campaigns {}
 
 /// [scenarios]: crate::docs::scenarios
+/// [report]: crate::docs::report
 ///
 #[doc = include_str!("../docs/faults.md")]
 pub mod faults {}
 
+/// [report]: crate::docs::report
+///
 #[doc = include_str!("../docs/papers.md")]
 pub mod papers {}
 

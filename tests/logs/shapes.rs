@@ -117,6 +117,39 @@ fn phyphox() {
         format!("{:.9E},{x:.9E},{y:.9E},{z:.9E},{:.9E}", sample.time_s, x.hypot(y).hypot(z))
     };
     assert_motion(&read("Raw Data.csv", &log(header, row)).1, 0, 1e-9);
+    // As a German telephone exports it.
+    let semicolons = |text: &str| text.replace(',', ";").replace('.', ",");
+    let text = log(&header.replace(',', ";"), |sample| semicolons(&row(sample)));
+    assert_motion(&read("Raw Data.csv", &text).1, 0, 1e-9);
+}
+
+#[test]
+fn matlab() {
+    let header = "Time,omega_1,omega_2,omega_3,wheelSpeed_1,wheelSpeed_2,wheelSpeed_3";
+    let row = |sample: &Sample, time: String| {
+        let [x, y, z] = sample.rate_rad_s;
+        let [a, b, c] = sample.wheels_rad_s;
+        format!("{time},{x:.15},{y:.15},{z:.15},{a},{b},{c}")
+    };
+    let text = log(header, |sample| row(sample, format!("{} sec", sample.time_s)));
+    let (draft, of_durations) = read("flight.csv", &text);
+    assert_motion(&of_durations, 3, 1e-12);
+    assert!(draft.contains("CONFIRM: not in the header; values up to 259"), "{draft}");
+    // A datetime, and a duration across a day.
+    let forms: [fn(f64) -> String; 2] = [
+        |time_s| format!("26-Nov-2026 12:00:{time_s:06.3}"),
+        |time_s| {
+            let (hours, seconds) =
+                if time_s < 3.0 { (23, 57.0 + time_s) } else { (24, time_s - 3.0) };
+            format!("{hours}:{}:{seconds:06.3}", if hours == 23 { "59" } else { "00" })
+        },
+    ];
+    for form in forms {
+        let (draft, read) =
+            read("flight.csv", &log(header, |sample| row(sample, form(sample.time_s))));
+        assert_motion(&read, 3, 1e-12);
+        assert!(draft.contains("time_unit = \"utc\""), "{draft}");
+    }
 }
 
 #[test]
@@ -211,6 +244,23 @@ fn own_log_needs_no_confirmation() {
     let (draft, log) = read("log.csv", &text);
     assert_motion(&log, 3, 1e-12);
     assert!(!draft.contains("# CONFIRM"), "{draft}");
+}
+
+#[test]
+fn time_under_a_wrong_name_is_found_by_its_values() {
+    let header = "t_s,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s";
+    for (factor, origin, reason) in
+        [(1e3, 0, "CONFIRM: by its increments"), (1e9, 1_700_000_000, "as a time since 1970")]
+    {
+        let text = log(header, |sample| {
+            let [x, y, z] = sample.rate_rad_s;
+            let time = origin * 1_000_000_000 + (sample.time_s * factor).round() as u64;
+            format!("{time},{x},{y},{z}")
+        });
+        let (draft, log) = read("log.csv", &text);
+        assert_motion(&log, 0, 1e-12);
+        assert!(draft.contains(reason), "{draft}");
+    }
 }
 
 #[test]

@@ -174,9 +174,10 @@ fn has_names<'a>(cells: impl Iterator<Item = &'a str>) -> bool {
     2 * filled.iter().filter(|cell| is_name(cell)).count() > filled.len()
 }
 
-/// A text with letters that is not a number.
+/// A text with letters that neither is a number nor starts as one, as a date or `0,5E0;1` do.
 fn is_name(cell: &str) -> bool {
-    cell.chars().any(char::is_alphabetic) && cell.parse::<f64>().is_err()
+    let starts_as_number = cell.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    cell.chars().any(char::is_alphabetic) && !starts_as_number && cell.parse::<f64>().is_err()
 }
 
 /// Index of the record with the names of the columns: the first of names with the usual number of
@@ -225,6 +226,7 @@ mod tests {
         for (text, expected) in [
             ("a,b\n1,2\n", Separator::Comma),
             ("a;b\n0,1;2,5\n3,4;5,6\n", Separator::Semicolon),
+            ("\"a\";\"b\"\n0,1E0;2,5E-1\n3,4E0;5,6E0\n", Separator::Semicolon),
             ("a\tb\n1\t2\n", Separator::Tab),
             ("a|b\n1|2\n", Separator::Bar),
             ("  a   b\n 1.0  2\n", Separator::Spaces),

@@ -39,6 +39,11 @@ impl TomlSource {
         Ok(Self { file: path.display().to_string(), text, faults: RefCell::default() })
     }
 
+    /// The text of the file.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// The values of the file.
     ///
     /// # Errors

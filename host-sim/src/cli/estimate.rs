@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::notes::Notes;
+use crate::diagnosis::innovations;
 use crate::estimation::{EstimationResult, EstimatorName, Method, Setup, estimate_log, key};
 use crate::fault::Computer;
 use crate::input::craft::hardware::DATA_SHEET;
@@ -44,6 +45,10 @@ pub(super) fn estimate(
             history.push(HistoryRow::new(row, outcome, estimator));
         }
     });
+    if history.iter().all(|row| row.innovation_rad_s.is_none()) && !history.is_empty() {
+        let all = innovations(craft, rows, &result);
+        history.iter_mut().zip(all).for_each(|(row, innovation)| row.set_innovation(innovation));
+    }
     note_assumptions(method.estimator, craft, &result, &mut notes);
     let mut report = ReplayReport::new(method, rows.len(), &result);
     let assumed = &craft.hardware.assumed;

@@ -1,15 +1,18 @@
 //! `faults`: the fault matrix.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 use super::notes::Notes;
 use super::progress::{progress_bar, stop_on_ctrl_c};
-use super::{Failure, print};
+use super::{Failure, command_line, print};
 use crate::campaign::Truths;
 use crate::estimation::{EstimatorName, Method, Precision, SetUpError};
 use crate::fault::{Entry, Matrix, catalogue};
-use crate::input::Scenario;
 use crate::input::scenario::FAULTS_SCENARIO;
+use crate::input::{Scenario, scenario};
+use crate::report::campaign_dir::write_faults;
 use crate::report::{FaultsReport, table};
 use crate::truth::Flight;
 
@@ -34,13 +37,17 @@ pub struct Arguments {
     /// Fly only the faults whose name contains this text
     #[arg(long, value_name = "TEXT")]
     fault: Option<String>,
+    /// Write a report for the browser, and the cells as CSV and Parquet, into this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Print one JSON document instead of tables
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let Arguments { scenario, runs, seed, json, .. } = arguments;
+    let Arguments { scenario, runs, seed, json, out, .. } = arguments;
+    let sources = scenario::sources(scenario);
     let mut scenario = Scenario::load(scenario)?;
     let entries = arguments.entries(&scenario)?;
     scenario.faults.clear();
@@ -66,6 +73,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         eprintln!("note: stopped early; each cell has the number of its completed runs");
     }
     let report = FaultsReport::new(&matrix, &cells);
+    if let Some(folder) = out {
+        write_faults(folder, &report, &command_line(), &sources?)?;
+    }
     print(*json, &report, &table::faults(&report))
 }
 

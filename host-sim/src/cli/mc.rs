@@ -8,11 +8,12 @@ use clap::Args;
 use super::estimate::{note_changes, note_ignored_disturbances};
 use super::notes::Notes;
 use super::progress::{note_if_stopped, progress_bar, stop_on_ctrl_c};
-use super::{Failure, print};
+use super::{Failure, command_line, print};
 use crate::campaign::{Campaign, Truths};
 use crate::estimation::Method;
-use crate::input::{Scenario, plausible};
-use crate::report::runs::{RunRow, RunsFile};
+use crate::input::{Scenario, plausible, scenario};
+use crate::report::campaign_dir::write_campaign;
+use crate::report::runs::{RunRow, RunsOutput};
 use crate::report::{McReport, table};
 
 #[derive(Debug, Args)]
@@ -27,8 +28,9 @@ pub struct Arguments {
     seed: u64,
     #[command(flatten)]
     method: Method,
-    /// Write one CSV row per run into this file
-    #[arg(long, value_name = "FILE")]
+    /// Write a report for the browser, and a row per run as CSV and Parquet, into this folder; a name that ends in .csv
+    /// or .parquet: the rows alone
+    #[arg(long, value_name = "DIR|FILE")]
     out: Option<PathBuf>,
     /// Print one JSON document instead of a table
     #[arg(long)]
@@ -37,6 +39,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, runs: requested, seed, method, out, json } = arguments;
+    let sources = scenario::sources(scenario);
     let scenario = Scenario::load(scenario)?;
     let mut notes = Notes::default();
     note_ignored_disturbances(method.estimator, &scenario.craft(), &mut notes);
@@ -51,7 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         runs: *requested,
     };
     let stop = stop_on_ctrl_c();
-    let out = out.as_deref().map(RunsFile::create).transpose()?;
+    let out = out.as_deref().map(RunsOutput::create).transpose()?;
 
     let begun = Instant::now();
     let bar = progress_bar(*requested, "runs");
@@ -64,9 +67,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Interrupted);
     }
     note_if_stopped(runs.len() as u64, *requested);
-    if let Some(file) = out {
-        file.write(runs.iter().map(RunRow::from))?;
-    }
     let report = McReport::new(&campaign, &runs, wall);
+    let rows = || runs.iter().map(RunRow::from).collect::<Vec<_>>();
+    match out {
+        Some(RunsOutput::File(file)) => file.write(&rows())?,
+        Some(RunsOutput::Folder(folder)) => {
+            let command = command_line();
+            write_campaign(folder, &report, &rows(), &command, &notes.into_list(), &sources?)?;
+        }
+        None => {}
+    }
     print(*json, &report, &table::mc(&report))
 }

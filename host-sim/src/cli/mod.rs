@@ -82,12 +82,10 @@ enum Verb {
     /// Ctrl-C stops the campaign; the result is of the completed runs. All cores are used, or the
     /// number in the environment variable RAYON_NUM_THREADS; the result is the same.
     #[command(
-        after_help = "Examples:\n  host-sim mc cubesat-pyramid --runs 1000\n  host-sim mc my.toml --runs 1000 --out runs.csv"
+        after_help = "Examples:\n  host-sim mc cubesat-pyramid --runs 1000\n  host-sim mc my.toml --runs 1000 --out report\n  host-sim mc my.toml --runs 1000 --out runs.parquet"
     )]
     Mc(mc::Arguments),
     /// Fault matrix: every fault, every estimator, both precisions, compared with the clean flight
-    ///
-    /// Example: host-sim faults --runs 20
     ///
     /// Each run flies without a fault and then with each fault, with the same noise. A cell counts runs
     /// without panic and with finite numbers, detections and their median time, silent lies, recoveries,
@@ -95,6 +93,9 @@ enum Verb {
     ///
     /// Ctrl-C stops the matrix; the result is of the completed runs. All cores are used, or the number in
     /// the environment variable RAYON_NUM_THREADS; the result is the same.
+    #[command(
+        after_help = "Examples:\n  host-sim faults --runs 20\n  host-sim faults my.toml --out report"
+    )]
     Faults(faults::Arguments),
     /// Tables of five papers: published, reproduced, and the bound
     ///
@@ -167,7 +168,7 @@ enum Verb {
 struct Options {
     #[command(flatten)]
     method: Method,
-    /// Write time history, plots and a report into this folder
+    /// Write a report for the browser, time history and plot data into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON document instead of a table

@@ -11,13 +11,13 @@ use super::notes::Notes;
 use super::progress::progress_bar;
 use super::{Failure, command_line, print};
 use crate::estimation::{Method, Precision};
-use crate::input::Scenario;
-use crate::input::scenario::DEFAULT_SCENARIO;
+use crate::input::scenario::{DEFAULT_SCENARIO, SourceFile};
+use crate::input::{Scenario, scenario};
 use crate::pil::firmware::Image;
 use crate::pil::{Mission, PilFailed, fly, setup};
 use crate::report::json::PilReport;
 use crate::report::pil::PilHistory;
-use crate::report::{ReportFolder, Simulated, table};
+use crate::report::{FlightResult, ReportFolder, Simulated, table};
 use crate::truth::Flight;
 
 #[derive(Debug, Args)]
@@ -37,7 +37,7 @@ pub struct Arguments {
     /// ELF file of the image `pil`; without it, the image is built from source
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
-    /// Write time history, plots and a report into this folder
+    /// Write a report for the browser, time history and plot data into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON document instead of a table
@@ -47,6 +47,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, estimator, seed, restart_at, image, out, json } = arguments;
+    let sources = scenario::sources(scenario);
     let scenario = Scenario::load(scenario)?.of_seed(*seed);
     let mut notes = Notes::default();
     note_changes(&scenario, &mut notes);
@@ -85,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     report.run.estimate.notes = notes.into_list();
     let table = table::pil(&report);
     if let Some(folder) = out {
-        write_folder(folder, &mission, &report, &table, &history)?;
+        write_folder(folder, &mission, &sources?, &report, &history)?;
     }
     print(*json, &report, &table)
 }
@@ -93,8 +94,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn write_folder(
     folder: &Path,
     mission: &Mission<'_>,
+    sources: &[SourceFile],
     report: &PilReport,
-    table: &str,
     history: &PilHistory,
 ) -> Result<(), Failure> {
     let Mission { scenario, flight, .. } = mission;
@@ -103,11 +104,10 @@ fn write_folder(
     ReportFolder {
         title: &format!("{}, {estimator}, processor in the loop", scenario.name),
         command: &command_line(),
-        table,
-        result: report,
+        result: FlightResult::Pil(report),
         history: &history.rows,
-        notes: &report.run.estimate.notes,
-        simulated: Some(Simulated { log: &history.log, craft: &craft, flight }),
+        inputs: &[],
+        simulated: Some(Simulated { log: &history.log, craft: &craft, flight, scenario: sources }),
     }
     .write(folder)?;
     Ok(())

@@ -6,8 +6,8 @@ use super::estimate::{estimate, note_changes};
 use super::notes::Notes;
 use super::{Failure, Options, command_line, print};
 use crate::input::scenario::DEFAULT_SCENARIO;
-use crate::input::{Scenario, plausible};
-use crate::report::{ReportFolder, RunReport, Simulated, table};
+use crate::input::{Scenario, plausible, scenario};
+use crate::report::{FlightResult, ReportFolder, RunReport, Simulated, table};
 use crate::simulation::log_of;
 use crate::truth::Flight;
 
@@ -25,6 +25,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { scenario, seed, options } = arguments;
+    let sources = scenario::sources(scenario);
     let scenario = Scenario::load(scenario)?.of_seed(*seed);
     let mut notes = Notes::default();
     note_changes(&scenario, &mut notes);
@@ -48,11 +49,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         ReportFolder {
             title: &title,
             command: &command_line(),
-            table: &table,
-            result: &report,
+            result: FlightResult::Run(&report),
             history: &estimated.history,
-            notes: &report.estimate.notes,
-            simulated: Some(Simulated { log: &log, craft: &craft, flight: &flight }),
+            inputs: &[],
+            simulated: Some(Simulated {
+                log: &log,
+                craft: &craft,
+                flight: &flight,
+                scenario: &sources?,
+            }),
         }
         .write(folder)?;
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::progress::{note_if_stopped, progress_bar, stop_on_ctrl_c};
-use super::{Failure, print};
+use super::{Failure, command_line, print};
 use crate::papers::Papers;
 use crate::report::published::folder::write_papers;
 use crate::report::tables_text;
@@ -18,7 +18,7 @@ pub struct Arguments {
     /// Seed of the first run; run i has this plus i
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Write the tables, and a counterpart of every figure of the papers, into this folder
+    /// Write a report for the browser, the tables, and a counterpart of every figure of the papers, into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON document instead of tables
@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     note_if_stopped(complete, *runs);
     let report = results.tables();
     if let Some(folder) = out {
-        write_papers(folder, &report, &results.figures()?)?;
+        write_papers(folder, &report, &results.figures()?, &command_line())?;
     }
     print(*json, &report, &tables_text(&report))
 }

@@ -17,6 +17,7 @@
 
 mod fit;
 mod hardware;
+mod innovations;
 mod mistakes;
 mod mode;
 mod model;
@@ -25,6 +26,8 @@ mod record;
 mod start;
 
 use rayon::prelude::*;
+
+pub use innovations::innovations;
 
 use crate::input::Craft;
 use crate::input::log::LogRow;

@@ -261,6 +261,12 @@ fn middles(values: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
 }
 
 impl Unknown {
+    /// True for a parameter of a wheel that a craft of this number of wheels does not have: estimators fill up their
+    /// arrays.
+    pub(super) fn is_wheel_beyond(self, wheels: usize) -> bool {
+        matches!(self, Self::WheelInertia(w) | Self::WheelAxis(w, _) if w >= wheels)
+    }
+
     /// Prior sigma of a diagnosis: wider than any error that a craft file states.
     pub(super) fn widest(self) -> f64 {
         match self {

@@ -70,7 +70,7 @@ pub(super) fn of_elements(w: &Vector3<f64>) -> Matrix3x6<f64> {
 }
 
 /// Motion and sensitivities of one segment.
-struct Trajectory<'a> {
+pub(super) struct Trajectory<'a> {
     record: &'a Record,
     drive: &'a Drive,
     inverse: Matrix3<f64>,
@@ -79,14 +79,37 @@ struct Trajectory<'a> {
     sensitivity: Vec<Vector3<f64>>,
 }
 
-impl Trajectory<'_> {
+impl<'a> Trajectory<'a> {
+    /// Motion from this momentum, with the sensitivities to it.
+    pub(super) fn new(
+        record: &'a Record,
+        drive: &'a Drive,
+        inverse: Matrix3<f64>,
+        momentum: Vector3<f64>,
+    ) -> Self {
+        let mut sensitivity = vec![Vector3::zeros(); LOCAL + INERTIA + drive.columns.len()];
+        for i in 0..LOCAL {
+            sensitivity[i][i] = 1.0;
+        }
+        Self { record, drive, inverse, momentum, sensitivity }
+    }
+
+    pub(super) fn momentum(&self) -> Vector3<f64> {
+        self.momentum
+    }
+
+    /// Derivative of the momentum by the one at the start.
+    pub(super) fn transition(&self) -> Matrix3<f64> {
+        Matrix3::from_columns(&self.sensitivity[..LOCAL])
+    }
+
     fn rate(&self, row: usize) -> Vector3<f64> {
         self.inverse * (self.momentum - self.drive.momentum.at[row])
     }
 
     /// Moves to the next row: momentum by the classical Runge-Kutta rule, sensitivities by the transition matrix at
     /// midway, `Φ = 1 + A Δt + (A Δt)²/2` with `A = [H]× J⁻¹ − [ω]×`.
-    fn advance(&mut self, row: usize) {
+    pub(super) fn advance(&mut self, row: usize) {
         let (time, drive) = (&self.record.time_s, self.drive);
         let step_s = time[row + 1] - time[row];
         let (h, torque) = (&drive.momentum, &drive.torque);
@@ -200,16 +223,7 @@ pub(super) fn pass(
     };
     for (segment, start) in segments.starts.iter().enumerate() {
         let end = segments.starts.get(segment + 1).copied().unwrap_or(segments.end);
-        let mut trajectory = Trajectory {
-            record,
-            drive,
-            inverse,
-            momentum: point.momentum[segment],
-            sensitivity: vec![Vector3::zeros(); LOCAL + common],
-        };
-        for i in 0..LOCAL {
-            trajectory.sensitivity[i][i] = 1.0;
-        }
+        let mut trajectory = Trajectory::new(record, drive, inverse, point.momentum[segment]);
         let sums = segment_sums(&mut trajectory, *start..end, &mut equations.rows)?;
         eliminate(&sums, common, &mut equations)?;
     }
@@ -358,13 +372,9 @@ mod tests {
         record.torque_n_m.fill(Vector3::zeros());
         let drive = Drive::new(&record, &[], &[], &[], 1.0);
         let inertia = Vector6::new(1.0, 1.3, 1.6, 0.1, -0.05, 0.02);
-        let mut trajectory = Trajectory {
-            record: &record,
-            drive: &drive,
-            inverse: tensor(&inertia).try_inverse().unwrap(),
-            momentum: Vector3::new(0.2, 0.1, 0.4),
-            sensitivity: vec![Vector3::zeros(); LOCAL + INERTIA],
-        };
+        let inverse = tensor(&inertia).try_inverse().unwrap();
+        let momentum = Vector3::new(0.2, 0.1, 0.4);
+        let mut trajectory = Trajectory::new(&record, &drive, inverse, momentum);
         let before = trajectory.momentum.norm();
         (0..record.len() - 1).for_each(|row| trajectory.advance(row));
         assert!((trajectory.momentum.norm() - before).abs() < 1e-8 * before);

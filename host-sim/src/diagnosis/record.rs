@@ -151,10 +151,19 @@ impl Record {
         3.0 * self.weight[fitted].iter().filter(|weight| **weight > 0.0).count() as f64
     }
 
-    /// First rows after gaps.
+    fn intervals_s(&self) -> Vec<f64> {
+        self.time_s.windows(2).map(|pair| pair[1] - pair[0]).collect()
+    }
+
+    /// Median interval between rows, s.
+    pub(super) fn period_s(&self) -> f64 {
+        median(self.intervals_s())
+    }
+
+    /// First rows after gaps, ascending.
     pub(super) fn gaps(&self) -> Vec<usize> {
-        let steps: Vec<f64> = self.time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let limit = GAP * median(steps.clone());
+        let steps = self.intervals_s();
+        let limit = GAP * self.period_s();
         (0..steps.len()).filter(|k| steps[*k] > limit).map(|k| k + 1).collect()
     }
 }

@@ -29,5 +29,5 @@ pub use events::Events;
 pub use hardware::{key, largest_systematic, name as parameter_name, squared_norm};
 pub use name::{EstimatorName, Method, Precision, Properties};
 pub use setup::Setup;
-pub use stream::{EstimationResult, estimate_log};
+pub use stream::{EstimationResult, estimate_log, median_period_s};
 pub use system::set_up;

@@ -55,7 +55,7 @@ pub fn estimate_log(
 
 /// Median time between samples, s; zero for a single sample. A clock set back counts as the time by
 /// which it was set.
-pub(super) fn median_period_s(rows: &[LogRow]) -> f64 {
+pub fn median_period_s(rows: &[LogRow]) -> f64 {
     let mut periods: Vec<u64> =
         rows.windows(2).map(|w| w[1].time_us.abs_diff(w[0].time_us)).collect();
     periods.sort_unstable();

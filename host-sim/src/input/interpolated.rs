@@ -1,32 +1,34 @@
-//! Interpolated wheel speeds: their error as an uncertain time offset between gyro and wheels.
+//! Interpolated wheel speeds: their error as noise of the gyro.
 
 use flight_input::log::Interpolation;
+use nalgebra::Matrix3;
 
 use super::Craft;
 
-/// Adds the error of the interpolation to the stated sigma of the time offset, and returns a note.
+/// White noise of the rate, one sigma per sample and axis, rad/s, that has the effect of the
+/// interpolation's error; none for a singular tensor.
 ///
-/// With `e` the error of the speeds, one sigma, and `Ω̇` their rate of change, RMS, an offset of
-/// `d = √(Σ (Iₛ e)² / Σ (Iₛ Ω̇)²)` makes the momentum of the wheels wrong by as much: the sums are over
-/// the wheels of spin inertia `Iₛ`. None for wheels of constant speed.
-pub fn add_error(craft: &mut Craft, interpolation: &Interpolation) -> Option<String> {
-    let inertia = craft.wheels.iter().map(|wheel| wheel.spin_inertia_kg_m2);
-    let square = |values: &[f64]| -> f64 {
-        inertia.clone().zip(values).map(|(inertia, value)| (inertia * value).powi(2)).sum()
-    };
-    let error = square(&interpolation.sigma_rad_s);
-    let slope = square(&interpolation.slope_rad_s2);
-    if error == 0.0 || slope == 0.0 {
-        return None;
-    }
-    let offset_s = (error / slope).sqrt();
-    let stated = craft.hardware.gyro_delay_sigma_s;
-    craft.hardware.gyro_delay_sigma_s = stated.hypot(offset_s);
-    Some(format!(
-        "the error of the interpolated wheel speeds is in the sigma, as a time offset of {:.2e} s beside \
-         gyro.delay_sigma_s, {stated} s",
-        offset_s
-    ))
+/// An error `e` of the wheel speeds, one sigma, is one of the momentum, and shows in the rate as
+/// `δω = J⁻¹ Σ aᵢ Iₛᵢ eᵢ`, with the axis `a` and the spin inertia `Iₛ` of each wheel. Its mean square over the axes
+/// is `tr(J⁻¹ C J⁻¹) / 3`, `C = Σ aᵢ aᵢᵀ (Iₛᵢ eᵢ)²`. Assumption: the error is common to the `n` samples of one
+/// interval between readings. White noise of `√n` times its size has the same mean over them.
+pub fn rate_noise_rad_s(
+    craft: &Craft,
+    interpolation: &Interpolation,
+    inertia_kg_m2: &Matrix3<f64>,
+    sample_period_s: f64,
+) -> Option<f64> {
+    let inverse = inertia_kg_m2.try_inverse()?;
+    let errors = craft.wheels.iter().zip(&interpolation.sigma_rad_s);
+    let momentum: Matrix3<f64> = errors
+        .map(|(wheel, sigma)| {
+            wheel.axis * wheel.axis.transpose() * (wheel.spin_inertia_kg_m2 * sigma).powi(2)
+        })
+        .sum();
+    let square = (inverse * momentum * inverse.transpose()).trace() / 3.0;
+    let samples = (interpolation.period_s / sample_period_s).max(1.0);
+    let noise = (square * samples).sqrt();
+    noise.is_finite().then_some(noise)
 }
 
 #[cfg(test)]
@@ -34,16 +36,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn offset_gives_the_error_of_the_momentum() {
-        let wheel = "[[wheel]]\naxis = [1, 0, 0]\nspin_inertia_kg_m2 = 1e-3\n";
-        let text = format!("{wheel}{wheel}[gyro]\ndelay_sigma_s = 0.003\n");
-        let mut craft = Craft::from_toml("craft.toml", &text).unwrap();
-        let interpolation = Interpolation {
-            sigma_rad_s: vec![0.04, 0.0],
-            slope_rad_s2: vec![6.0, 8.0],
-            period_s: 1.0,
-        };
-        assert!(add_error(&mut craft, &interpolation).unwrap().contains("offset of 4.00e-3 s"));
-        assert!((craft.hardware.gyro_delay_sigma_s - 0.005).abs() < 1e-15);
+    fn noise_is_that_of_the_momentum_over_the_inertia() {
+        let wheel = |axis: &str| format!("[[wheel]]\naxis = {axis}\nspin_inertia_kg_m2 = 1e-3\n");
+        let text = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"].map(wheel).concat();
+        let craft = Craft::from_toml("craft.toml", &text).unwrap();
+        let interpolation = Interpolation { sigma_rad_s: vec![0.5, 0.5, 0.5], period_s: 0.9 };
+        let inertia = Matrix3::from_diagonal_element(2.0);
+        let noise = rate_noise_rad_s(&craft, &interpolation, &inertia, 0.1).unwrap();
+        assert!((noise - 3.0 * 0.5e-3 / 2.0).abs() < 1e-15, "{noise}");
+        assert_eq!(rate_noise_rad_s(&craft, &interpolation, &Matrix3::zeros(), 0.1), None);
     }
 }

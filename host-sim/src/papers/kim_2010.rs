@@ -5,7 +5,7 @@ use super::distribution::Distribution;
 use super::paper::{Paper, PapersFailed};
 use crate::estimation::{EstimatorName, Method, Precision};
 use crate::input::ELEMENT_NAMES;
-use crate::report::plots::{Colour, Dot, Figure, Mark, Panel, PlotError, Series, flight};
+use crate::report::plots::{Colour, Dot, Figure, Mark, Panel, Series, flight};
 use crate::report::published::{PaperFigure, PublishedTable, Row};
 
 /// A column of Tables 2 and 3. The paper orders the products xy, yz, zx; here they are xy, xz, yz.
@@ -126,14 +126,14 @@ impl Paper for Kim2010 {
     ) -> Result<Vec<PaperFigure>, PapersFailed> {
         let instants = &self.case.flight.instants;
         let wheels = &self.case.craft().wheels;
-        let angles = flight::euler_angles("Euler angles of the slew ([Kim2010] Fig. 1)", instants)?;
+        let angles = flight::euler_angles("Euler angles of the slew ([Kim2010] Fig. 1)", instants);
         let title = "Angular rates and control inputs of the slew ([Kim2010] Fig. 2)";
-        let inputs = flight::rates_and_control(title, instants, wheels)?;
+        let inputs = flight::rates_and_control(title, instants, wheels);
         Ok(vec![
-            Self::figure("figure-1.svg", angles),
-            Self::figure("figure-2.svg", inputs),
-            Self::figure("figure-3.svg", self.estimates(trials)?),
-            Self::figure("figure-4.svg", self.errors(trials)?),
+            Self::figure("figure-1", angles),
+            Self::figure("figure-2", inputs),
+            Self::figure("figure-3", self.estimates(trials)),
+            Self::figure("figure-4", self.errors(trials)),
         ])
     }
 }
@@ -188,7 +188,7 @@ impl Kim2010 {
         self.table("3", "errors", column, (0..6).map(row).collect())
     }
 
-    fn estimates(&self, trials: &[Kim2010Trial]) -> Result<String, PlotError> {
+    fn estimates(&self, trials: &[Kim2010Trial]) -> Figure {
         let span = (-0.5, COLUMNS.len() as f64 - 0.5);
         let panel = |i: usize| {
             let truth = self.case.truth_kg_m2()[i];
@@ -198,10 +198,10 @@ impl Kim2010 {
         };
         let title =
             format!("Estimates by method, {} runs ([Kim2010] Fig. 3, Table 2)", trials.len());
-        Figure::grid(title, "", 2, (0..6).map(panel).collect()).draw()
+        Figure::grid(title, "", 2, (0..6).map(panel).collect())
     }
 
-    fn errors(&self, trials: &[Kim2010Trial]) -> Result<String, PlotError> {
+    fn errors(&self, trials: &[Kim2010Trial]) -> Figure {
         let panel = |i: usize| {
             let published = |column: &Column| column.error_percent[i];
             let label = format!("{} error, %", ELEMENT_NAMES[i]);
@@ -209,7 +209,7 @@ impl Kim2010 {
             by_method(trials, label, published, &percent).logarithmic()
         };
         let title = format!("Errors by method, {} runs ([Kim2010] Fig. 4, Table 3)", trials.len());
-        Figure::grid(title, "", 2, (0..6).map(panel).collect()).draw()
+        Figure::grid(title, "", 2, (0..6).map(panel).collect())
     }
 }
 

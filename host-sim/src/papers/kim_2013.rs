@@ -95,25 +95,25 @@ impl Paper for Kim2013 {
         let title = |quantity: &str, slide: u32| {
             format!("{quantity}, ekf-sgf-rls, seed {first_seed} ([Kim2013] slide {slide})")
         };
-        let rates = flight::rates(&title("Angular rate filtered by the EKF", 13), &history)?;
+        let rates = flight::rates(&title("Angular rate filtered by the EKF", 13), &history);
         let errors = title("Error of the filtered rate", 13);
-        let errors = flight::rate_errors(&errors, &history, truth)?;
+        let errors = flight::rate_errors(&errors, &history, truth);
         let accelerations = title("Angular acceleration by the SGF", 14);
-        let accelerations = flight::accelerations(&accelerations, &history, Some(truth))?;
+        let accelerations = flight::accelerations(&accelerations, &history, Some(truth));
         let acceleration_errors = title("Error of the angular acceleration by the SGF", 15);
         let acceleration_errors =
-            flight::acceleration_errors(&acceleration_errors, &history, truth)?;
+            flight::acceleration_errors(&acceleration_errors, &history, truth);
         let moments = title("Moments of inertia by RLS", 16);
-        let moments = flight::inertia(&moments, &history, Some(truth), &[0, 1, 2])?;
+        let moments = flight::inertia(&moments, &history, Some(truth), &[0, 1, 2]);
         let percent = title("Error over time", 16);
-        let percent = flight::inertia_errors(&percent, &history, inertia, &[0, 1, 2])?;
+        let percent = flight::inertia_errors(&percent, &history, inertia, &[0, 1, 2]);
         Ok(vec![
-            Self::figure("slide-13-rates.svg", rates),
-            Self::figure("slide-13-rate-errors.svg", errors),
-            Self::figure("slide-14-accelerations.svg", accelerations),
-            Self::figure("slide-15-acceleration-errors.svg", acceleration_errors),
-            Self::figure("slide-16-inertia.svg", moments),
-            Self::figure("slide-16-inertia-errors.svg", percent),
+            Self::figure("slide-13-rates", rates),
+            Self::figure("slide-13-rate-errors", errors),
+            Self::figure("slide-14-accelerations", accelerations),
+            Self::figure("slide-15-acceleration-errors", acceleration_errors),
+            Self::figure("slide-16-inertia", moments),
+            Self::figure("slide-16-inertia-errors", percent),
         ])
     }
 }

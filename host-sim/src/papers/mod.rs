@@ -115,7 +115,7 @@ impl Reproduction {
     /// All figures.
     ///
     /// # Errors
-    /// A figure that cannot be drawn.
+    /// An estimator that rejects its configuration.
     pub fn figures(&self) -> Result<Vec<PaperFigure>, PapersFailed> {
         let mut figures = Vec::new();
         for entry in &self.entries {

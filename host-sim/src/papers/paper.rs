@@ -5,7 +5,8 @@ use thiserror::Error;
 use crate::campaign::RunFailed;
 use crate::estimation::SetUpError;
 use crate::input::InputError;
-use crate::report::plots::PlotError;
+use crate::report::plots::Figure;
+use crate::report::published::folder::folder_name;
 use crate::report::published::{PaperFigure, PublishedTable};
 use crate::truth::IntegrationFailed;
 
@@ -35,16 +36,17 @@ pub trait Paper: Sized + Send + Sync {
     /// Counterparts of the paper's figures. Time histories are those of `first_seed`.
     ///
     /// # Errors
-    /// A figure that cannot be drawn.
+    /// An estimator that rejects its configuration.
     fn figures(
         &self,
         first_seed: u64,
         trials: &[Self::Trial],
     ) -> Result<Vec<PaperFigure>, PapersFailed>;
 
-    /// A figure of this paper: its file name and its SVG text.
-    fn figure(file: &str, svg: String) -> PaperFigure {
-        PaperFigure { paper: Self::KEY, file: file.to_owned(), svg }
+    /// A figure of this paper: its name, as that of its file.
+    fn figure(name: &str, figure: Figure) -> PaperFigure {
+        let folder = folder_name(Self::KEY);
+        PaperFigure { paper: Self::KEY, figure: figure.named(format!("{folder}/{name}")) }
     }
 }
 
@@ -63,7 +65,4 @@ pub enum PapersFailed {
     /// A run of a campaign failed.
     #[error(transparent)]
     Run(#[from] RunFailed),
-    /// A figure cannot be drawn.
-    #[error(transparent)]
-    Plot(#[from] PlotError),
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fsw_core::{Outcome, Status as CoreStatus};
+use fsw_core::{Innovation, Outcome, Status as CoreStatus};
 
 use super::history::{AccelerationRow, HistoryRow};
 use super::json::{
@@ -16,9 +16,8 @@ use crate::truth::{Bound, Effect, Flight, TorqueEffect};
 impl HistoryRow {
     /// State of the estimator after one row of the log.
     pub fn new(row: &LogRow, outcome: &Outcome, estimator: &dyn AnyEstimator) -> Self {
-        let innovation = estimator.innovation();
         let estimate = estimator.estimate();
-        Self {
+        let mut history = Self {
             time_s: row.time_us as f64 * 1e-6,
             measured_rate_rad_s: row.rate_rad_s.into(),
             estimated_rate_rad_s: estimator.rate_rad_s().into(),
@@ -26,13 +25,22 @@ impl HistoryRow {
             acceleration: estimator
                 .acceleration()
                 .map(|a| AccelerationRow { rad_s2: a.rad_s2.into(), delay_s: a.delay_s }),
-            innovation_rad_s: innovation.map(|i| i.rate_rad_s.into()),
-            innovation_sigma_rad_s: innovation.map(|i| i.variance_rad2_s2.map(f64::sqrt).into()),
-            nis: innovation.map(|i| i.nis()),
+            innovation_rad_s: None,
+            innovation_sigma_rad_s: None,
+            nis: None,
             inertia_kg_m2: estimate.inertia.elements_kg_m2(),
             sigma_kg_m2: estimate.sigma_kg_m2(),
             outcome: outcome.name(),
-        }
+        };
+        history.set_innovation(estimator.innovation());
+        history
+    }
+
+    /// Sets innovation, its sigma and its NIS.
+    pub fn set_innovation(&mut self, innovation: Option<Innovation<f64>>) {
+        self.innovation_rad_s = innovation.map(|i| i.rate_rad_s.into());
+        self.innovation_sigma_rad_s = innovation.map(|i| i.variance_rad2_s2.map(f64::sqrt).into());
+        self.nis = innovation.map(|i| i.nis());
     }
 }
 

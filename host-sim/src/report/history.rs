@@ -18,7 +18,8 @@ pub struct HistoryRow {
     pub rate_sigma_rad_s: Option<[f64; 3]>,
     /// Angular acceleration, if the estimator computes one and this sample completed it.
     pub acceleration: Option<AccelerationRow>,
-    /// Innovation: measured minus predicted rate, rad/s. None if the sample was not predicted.
+    /// Innovation: measured minus predicted rate, rad/s. None if the sample was not predicted. The estimator's own, or
+    /// that of a filter with its last estimate: see [`innovations`](crate::diagnosis::innovations).
     pub innovation_rad_s: Option<[f64; 3]>,
     /// One sigma of the innovation by its predicted variance, rad/s.
     pub innovation_sigma_rad_s: Option<[f64; 3]>,

@@ -1,15 +1,16 @@
-//! Output: JSON documents, tables for the terminal, CSV files, plots, and folders of them.
+//! Output: JSON documents, tables for the terminal, CSV and Parquet files, and folders of them with an HTML page.
 //!
 //! ```text
 //! estimation ─┬─► json::{ReplayReport, RunReport, CrlbReport} ─┬─► --json
 //!             │                                                └─► table ──► stdout
 //!             └─► history::HistoryRow ──► plots
-//!                   all of these ──► out_dir: report.md, result.json, history.csv, log.csv, *.svg
+//!                   all of these ──► out_dir: page, result.json, history.csv, log.csv, data/*.csv
 //! campaign ───┬─► json::McReport ──► --json, table
-//!             └─► runs::RunRow, one per run ──► CSV file
-//! fault ──────► json::FaultsReport ──► --json, table
+//!             └─► runs::RunRow, one per run ──► CSV or Parquet file, or campaign_dir: page and both
+//! fault ──────► json::FaultsReport ──► --json, table, campaign_dir
 //! papers ─────┬─► published::TablesReport ──► --json, published::text, published::folder
 //!             └─► published::PaperFigure ──► published::folder
+//! page ───────► report.html of each of these folders: verdict, tables, plots
 //! ground ───────► packet: one line of text or JSON per telemetry packet
 //! ```
 //!
@@ -18,27 +19,32 @@
 
 mod assemble;
 mod campaign;
+pub mod campaign_dir;
 mod columns;
 mod faults;
 mod files;
+mod frame;
 pub mod history;
 pub mod json;
 mod number;
 pub mod out_dir;
 pub mod packet;
+mod page;
 #[cfg(unix)]
 pub mod pil;
 pub mod plots;
+mod principal;
 pub mod published;
 pub mod runs;
 pub mod table;
+mod verdict;
 
-pub use files::OutputError;
+pub use files::{Folder, OutputError};
 pub use history::{AccelerationRow, HistoryRow};
 pub use json::{
     CrlbReport, DiagnosisReport, ExplanationReport, FaultsReport, LogReport, McReport,
     ReplayReport, RunReport, Status,
 };
-pub use out_dir::{ReportFolder, Simulated};
+pub use out_dir::{FlightResult, ReportFolder, Simulated};
 pub use published::TablesReport;
 pub use published::text::tables as tables_text;

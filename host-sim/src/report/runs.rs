@@ -1,10 +1,11 @@
-//! The runs of a campaign as CSV, one row per run.
+//! The runs of a campaign as CSV and Parquet, one row per run.
 
 use std::fs::File;
-use std::io;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use super::files::{OutputError, unwritable};
+use super::files::{Folder, OutputError};
+use super::frame::{Cells, Frame};
 use super::json::Status;
 use crate::input::ELEMENT_NAMES;
 
@@ -44,60 +45,81 @@ pub struct RunRow {
     pub silent_lie: bool,
 }
 
-/// File of the runs. It is created before the first run, so that a wrong path fails at once.
+/// Where the runs of a campaign are written: a file, or the folder of a report. It is created before the first run, so
+/// that a wrong path fails at once.
+pub enum RunsOutput {
+    /// One row per run, by the ending of the name.
+    File(RunsFile),
+    /// A report, with the runs as CSV and Parquet.
+    Folder(Folder),
+}
+
+/// A file of runs.
 pub struct RunsFile {
     path: PathBuf,
     file: File,
+    is_parquet: bool,
 }
 
-impl RunsFile {
-    /// Creates the file, or empties an existing one.
+impl RunsOutput {
+    /// Creates the file if the name ends in `.csv` or `.parquet`, else the folder.
     ///
     /// # Errors
     /// A path that cannot be written.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        let file = File::create(path).map_err(|reason| unwritable(path, reason))?;
-        Ok(Self { path: path.to_owned(), file })
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        let is_parquet = match ending.as_deref() {
+            Some("csv") => false,
+            Some("parquet") => true,
+            _ => return Ok(Self::Folder(Folder::open(path, &[])?)),
+        };
+        let file = File::create(path).map_err(|reason| OutputError::new(path, reason))?;
+        Ok(Self::File(RunsFile { path: path.to_owned(), file, is_parquet }))
     }
+}
 
+impl RunsFile {
     /// Writes the runs.
     ///
     /// # Errors
     /// A failure of the file system.
-    pub fn write(self, rows: impl IntoIterator<Item = RunRow>) -> Result<(), OutputError> {
-        write_runs(self.file, rows).map_err(|reason| unwritable(&self.path, reason))
+    pub fn write(self, rows: &[RunRow]) -> Result<(), OutputError> {
+        let (frame, out) = (frame(rows), BufWriter::new(self.file));
+        let written = if self.is_parquet { frame.write_parquet(out) } else { frame.write_csv(out) };
+        written.map_err(|reason| OutputError::new(&self.path, reason))
     }
 }
 
-/// Writes runs as CSV. A missing value is an empty cell. Numbers have the fewest digits that read
-/// back as the same `f64`.
-fn write_runs<W: io::Write>(out: W, rows: impl IntoIterator<Item = RunRow>) -> io::Result<()> {
-    let mut out = csv::Writer::from_writer(out);
-    out.write_record(header())?;
-    for row in rows {
-        let numbers = [row.inertia_kg_m2, row.sigma_kg_m2, row.error_kg_m2].concat();
-        let mut cells = vec![row.run.to_string(), row.seed.to_string(), row.status.to_string()];
-        cells.extend(numbers.iter().map(|x| format!("{x:?}")));
-        cells.push(row.nees.map_or(String::new(), |x| format!("{x:?}")));
-        cells.extend([row.converged.to_string(), row.diverged.to_string()]);
-        cells.extend([row.restarts.to_string(), row.changes.to_string()]);
-        cells.push(row.residuals_white.map_or(String::new(), |white| white.to_string()));
-        cells.extend([row.shown.to_string(), row.silent_lie.to_string()]);
-        out.write_record(&cells)?;
+/// Runs as a table, one row per run.
+pub(super) fn frame(rows: &[RunRow]) -> Frame {
+    fn cells<T>(rows: &[RunRow], cell: impl Fn(&RunRow) -> Option<T>) -> Vec<Option<T>> {
+        rows.iter().map(cell).collect()
     }
-    out.flush()
-}
-
-fn header() -> Vec<String> {
-    let mut names = ["run", "seed", "status"].map(str::to_owned).to_vec();
-    for quantity in ["", "sigma_", "error_"] {
-        names.extend(ELEMENT_NAMES.map(|element| format!("{quantity}{element}_kg_m2")));
+    let mut frame = Frame::default();
+    frame.add("run", Cells::Count(cells(rows, |row| Some(row.run))));
+    frame.add("seed", Cells::Count(cells(rows, |row| Some(row.seed))));
+    frame.add("status", Cells::Text(cells(rows, |row| Some(row.status.to_string()))));
+    type Elements = fn(&RunRow) -> &[f64; 6];
+    let quantities: [(&str, Elements); 3] = [
+        ("", |row| &row.inertia_kg_m2),
+        ("sigma_", |row| &row.sigma_kg_m2),
+        ("error_", |row| &row.error_kg_m2),
+    ];
+    for (quantity, values) in quantities {
+        for (i, element) in ELEMENT_NAMES.iter().enumerate() {
+            let numbers = cells(rows, |row| Some(values(row)[i]));
+            frame.add(format!("{quantity}{element}_kg_m2"), Cells::Number(numbers));
+        }
     }
-    names.extend(["nees", "converged", "diverged"].map(str::to_owned));
-    names.extend(
-        ["restarts", "changes", "residuals_white", "shown", "silent_lie"].map(str::to_owned),
-    );
-    names
+    frame.add("nees", Cells::Number(cells(rows, |row| row.nees)));
+    frame.add("converged", Cells::Flag(cells(rows, |row| Some(row.converged))));
+    frame.add("diverged", Cells::Flag(cells(rows, |row| Some(row.diverged))));
+    frame.add("restarts", Cells::Count(cells(rows, |row| Some(row.restarts.into()))));
+    frame.add("changes", Cells::Count(cells(rows, |row| Some(row.changes.into()))));
+    frame.add("residuals_white", Cells::Flag(cells(rows, |row| row.residuals_white)));
+    frame.add("shown", Cells::Flag(cells(rows, |row| Some(row.shown))));
+    frame.add("silent_lie", Cells::Flag(cells(rows, |row| Some(row.silent_lie))));
+    frame
 }
 
 #[cfg(test)]
@@ -134,7 +156,7 @@ mod tests {
             ..good.clone()
         };
         let mut bytes = Vec::new();
-        write_runs(&mut bytes, [good, bad]).unwrap();
+        frame(&[good, bad]).write_csv(&mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("run,seed,status,jxx_kg_m2,"), "{}", lines[0]);
@@ -154,7 +176,17 @@ mod tests {
     #[test]
     fn error_names_a_file_that_cannot_be_created() {
         let folder = tempfile::tempdir().unwrap();
-        let message = RunsFile::create(folder.path()).err().unwrap().to_string();
-        assert!(message.starts_with(&folder.path().display().to_string()), "{message}");
+        let path = folder.path().join("no/runs.csv");
+        let message = RunsOutput::create(&path).err().unwrap().to_string();
+        assert!(message.starts_with(&path.display().to_string()), "{message}");
+    }
+
+    #[test]
+    fn ending_of_the_name_selects_file_or_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let create = |name: &str| RunsOutput::create(&folder.path().join(name)).unwrap();
+        assert!(matches!(create("a.csv"), RunsOutput::File(RunsFile { is_parquet: false, .. })));
+        assert!(matches!(create("a.PARQUET"), RunsOutput::File(RunsFile { is_parquet: true, .. })));
+        assert!(matches!(create("a"), RunsOutput::Folder(_)));
     }
 }

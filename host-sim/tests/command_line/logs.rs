@@ -136,7 +136,7 @@ fn units_that_are_not_si_are_named() {
     });
     let degrees = flight.replay(&degrees);
     assert!(degrees.notes.contains("log.csv: rates look like deg/s: "), "{}", degrees.notes);
-    assert!(degrees.notes.contains("multiply the gyro columns by π/180"), "{}", degrees.notes);
+    assert!(degrees.notes.contains("state unit = \"deg/s\" in [log.gyro]"), "{}", degrees.notes);
     let milliseconds = flight.with_rows(|index, cells| cells[0] = (100 * index).to_string());
     let milliseconds = flight.replay(&milliseconds).notes;
     let note = "log.csv: median step 100 s: time looks like milliseconds: ";

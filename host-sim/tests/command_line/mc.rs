@@ -68,7 +68,7 @@ fn rounding_error_of_a_coarse_gyro_is_part_of_its_noise() {
 fn result_does_not_depend_on_the_number_of_cores() {
     let folder = TempDir::new().unwrap();
     let on_cores = |cores: &str| {
-        let rows = folder.path().join(cores);
+        let rows = folder.path().join(cores).with_extension("csv");
         let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
             .args(["mc", "cubesat-pyramid", "--runs", "40", "--seed", "7", "--json", "--out"])
             .arg(&rows)
@@ -128,7 +128,7 @@ fn random_spacecraft_follow_from_their_seeds_and_unobserved_ones_are_counted() {
     let files = Files::new();
     let path = files.file("noisy.toml", NOISY_SPACECRAFT);
     let on_cores = |cores: &str| {
-        let rows = files.folder.path().join(cores);
+        let rows = files.folder.path().join(cores).with_extension("csv");
         let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
             .args(["mc", text(&path), "--runs", "12", "--json", "--out"])
             .arg(&rows)
@@ -221,10 +221,28 @@ fn bad_arguments_of_mc_are_rejected() {
     rejected(&host_sim(&["mc", "no-such-scenario", "--runs", "5"]), &["no-such-scenario"]);
 
     let folder = TempDir::new().unwrap();
-    let arguments = ["mc", "cubesat-pyramid", "--runs", "5", "--out", text(folder.path())];
-    let output = host_sim(&arguments);
-    assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stderr).contains(text(folder.path())));
+    let obstacle = folder.path().join("obstacle");
+    fs::write(&obstacle, "").unwrap();
+    for out in [obstacle.join("runs.csv"), obstacle] {
+        let output = host_sim(&["mc", "cubesat-pyramid", "--runs", "5", "--out", text(&out)]);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(String::from_utf8_lossy(&output.stderr).contains(text(&out)));
+    }
+}
+
+#[test]
+fn folder_has_the_page_the_rows_and_the_scenario() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("campaign");
+    json(&["mc", "cubesat-pyramid", "--runs", "3", "--json", "--out", text(&out)]);
+    for file in ["report.html", "result.json", "runs.parquet", "scenario/scenario.toml"] {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    assert_eq!(fs::read_to_string(out.join("runs.csv")).unwrap().lines().count(), 4);
+    // The rows alone.
+    let rows = folder.path().join("rows.parquet");
+    json(&["mc", "cubesat-pyramid", "--runs", "3", "--json", "--out", text(&rows)]);
+    assert_eq!(fs::read(&rows).unwrap(), fs::read(out.join("runs.parquet")).unwrap());
 }
 
 #[cfg(unix)]

@@ -22,9 +22,29 @@ fn replay_of_a_simulated_log_has_the_bits_of_the_run() {
         for key in ["inertia_kg_m2", "covariance_kg2_m4", "accepted", "residual_rms_rad_s"] {
             assert_eq!(run[key], replay[key], "{precision} {key}");
         }
-        for file in ["report.md", "result.json", "history.csv", "inertia.svg", "rates.svg"] {
+        for file in [
+            "report.html",
+            "result.json",
+            "history.csv",
+            "data/inertia.csv",
+            "data/innovations.csv",
+        ] {
             assert!(out.join(file).is_file(), "{file}");
         }
+    }
+}
+
+#[test]
+fn report_in_the_folder_of_its_log_keeps_log_and_craft() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("flown");
+    json(&["run", "cubesat-pyramid", "--json", "--out", text(&out)]);
+    let (craft, log) = (out.join("craft.toml"), out.join("log.csv"));
+    json(&["replay", "--json", "--craft", text(&craft), text(&log), "--out", text(&out)]);
+    assert!(craft.is_file() && log.is_file() && out.join("report.html").is_file());
+    // A log has no truth and no scenario.
+    for stale in ["data/attitude.csv", "scenario/scenario.toml"] {
+        assert!(!out.join(stale).exists(), "{stale}");
     }
 }
 

@@ -35,14 +35,15 @@ const TABLES: [(&str, &str, usize, usize); 9] = [
 ];
 
 /// Some files of the output folder.
-const FILES: [&str; 9] = [
-    "kim-2010/figure-1.svg",
-    "kim-2010/figure-4.svg",
-    "kim-2013/slide-16-inertia.svg",
-    "kim-2016/figure-1.svg",
-    "kim-2016/figure-5.svg",
-    "bellar-2019/figure-1.svg",
-    "bellar-2019/figure-8.svg",
+const FILES: [&str; 10] = [
+    "report.html",
+    "kim-2010/figure-1.csv",
+    "kim-2010/figure-4.csv",
+    "kim-2013/slide-16-inertia.csv",
+    "kim-2016/figure-1.csv",
+    "kim-2016/figure-5.csv",
+    "bellar-2019/figure-1.csv",
+    "bellar-2019/figure-8.csv",
     "bellar-2019/tables.csv",
     "elhariry-2026/tables.csv",
 ];

@@ -25,6 +25,9 @@ pub(super) fn parse(text: &str) -> Option<TimeStamp> {
         let of_day = time.signed_duration_since(NaiveTime::MIN);
         return Some(stamp(of_day.num_seconds(), of_day.subsec_nanos().unsigned_abs()));
     }
+    if let Some(duration) = duration(local) {
+        return Some(duration);
+    }
     let parse = |form: &str| NaiveDateTime::parse_from_str(local, form).ok();
     let date = DATES
         .iter()
@@ -32,6 +35,16 @@ pub(super) fn parse(text: &str) -> Option<TimeStamp> {
         .find_map(|form| parse(&form))?
         .and_utc();
     Some(stamp(date.timestamp(), date.timestamp_subsec_nanos()))
+}
+
+/// A duration as `hh:mm:ss`, of any number of hours, as of MATLAB.
+fn duration(text: &str) -> Option<TimeStamp> {
+    let (hours, rest) = text.split_once(':')?;
+    let is_count = hours.len() < 10 && hours.bytes().all(|byte| byte.is_ascii_digit());
+    let within = NaiveTime::parse_from_str(&format!("00:{rest}"), TIME).ok()?;
+    let hours: i64 = hours.parse().ok().filter(|_| is_count)?;
+    let within = within.signed_duration_since(NaiveTime::MIN);
+    Some(stamp(3600 * hours + within.num_seconds(), within.subsec_nanos().unsigned_abs()))
 }
 
 fn stamp(seconds: i64, nanoseconds: u32) -> TimeStamp {
@@ -64,7 +77,17 @@ mod tests {
     #[test]
     fn time_of_day_is_read_and_other_texts_are_not() {
         assert_eq!(parse("00:01:00.5"), Some(stamp(60, 500_000_000)));
-        for text in ["", "12", "2024-05-01", "2024-13-01T00:00:00", "05/01/2024 12:00:00", "a:b"] {
+        assert_eq!(parse("30:00:01.25"), Some(stamp(108_001, 250_000_000)));
+        for text in [
+            "",
+            "12",
+            "30:61:00",
+            "-1:00:00",
+            "2024-05-01",
+            "2024-13-01T00:00:00",
+            "05/01/2024 12:00:00",
+            "a:b",
+        ] {
             assert_eq!(parse(text), None, "{text}");
         }
     }

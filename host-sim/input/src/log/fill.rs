@@ -90,16 +90,18 @@ impl RecordedLog {
             "the attitude",
         )?;
         if let Some(readings) = wheels {
+            let interpolator = readings.samples.interpolator(Between::Cubic);
             self.keep_rows(&readings, |row| {
-                let speeds = readings.samples.at(row.time_us as i64, Between::Cubic)?;
+                let speeds = interpolator.at(row.time_us as i64)?;
                 row.wheel_speed_rad_s = speeds;
                 Some(())
             })?;
             self.note_interpolation(&readings.file, &readings.samples);
         }
         if let Some(readings) = torque {
+            let interpolator = readings.samples.interpolator(Between::Linear);
             self.keep_rows(&readings, |row| {
-                let torque = readings.samples.at(row.time_us as i64, Between::Linear)?;
+                let torque = interpolator.at(row.time_us as i64)?;
                 row.torque_n_m = Vector3::from_column_slice(&torque);
                 Some(())
             })?;
@@ -107,8 +109,9 @@ impl RecordedLog {
                 .push(format!("{}: torque is interpolated at the gyro's times", readings.file));
         }
         if let Some(readings) = attitude {
+            let interpolator = readings.samples.interpolator(Between::Linear);
             for row in &mut self.rows {
-                let values = readings.samples.at(row.time_us as i64, Between::Linear);
+                let values = interpolator.at(row.time_us as i64);
                 row.attitude = values.and_then(|values| values.try_into().ok());
             }
             self.notes
@@ -146,8 +149,9 @@ impl RecordedLog {
             samples.push(row.time_us as i64, row.wheel_speed_rad_s.clone());
         }
         // A row outside the readings keeps the one that it holds.
+        let interpolator = samples.interpolator(Between::Cubic);
         for row in &mut self.rows {
-            if let Some(speeds) = samples.at(row.time_us as i64, Between::Cubic) {
+            if let Some(speeds) = interpolator.at(row.time_us as i64) {
                 row.wheel_speed_rad_s = speeds;
             }
         }
@@ -164,8 +168,7 @@ impl RecordedLog {
             short(period_s),
             short(largest)
         ));
-        let slope_rad_s2 = samples.slope_rms();
-        self.interpolation = Some(Interpolation { sigma_rad_s, slope_rad_s2, period_s });
+        self.interpolation = Some(Interpolation { sigma_rad_s, period_s });
     }
 }
 

@@ -38,8 +38,6 @@ impl RecordedLog {
 pub struct Interpolation {
     /// One sigma of the speed of each wheel between its readings, rad/s.
     pub sigma_rad_s: Vec<f64>,
-    /// RMS of the rate of change of each speed, rad/s².
-    pub slope_rad_s2: Vec<f64>,
     /// Typical time between readings, s.
     pub period_s: f64,
 }

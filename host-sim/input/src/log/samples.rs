@@ -45,16 +45,10 @@ impl Samples {
         periods.get(periods.len() / 2).copied()
     }
 
-    /// The values at an instant; none outside the samples, or where they are too far apart.
-    pub(super) fn at(&self, time_us: i64, between: Between) -> Option<Vec<f64>> {
-        let after = self.times_us.partition_point(|time| *time <= time_us);
-        let before = after.checked_sub(1)?;
-        if self.times_us[before] == time_us {
-            return Some(self.values[before].clone());
-        }
-        let longest = (self.period_us()? as f64 * MAX_INTERVAL) as i64;
-        let interval = self.times_us.get(after)? - self.times_us[before];
-        (interval <= longest).then(|| self.between([before, after], time_us, between))
+    /// Interpolation of the samples.
+    pub(super) fn interpolator(&self, between: Between) -> Interpolator<'_> {
+        let longest_us = (self.period_us().unwrap_or(0) as f64 * MAX_INTERVAL) as i64;
+        Interpolator { samples: self, longest_us, between }
     }
 
     fn between(&self, pair: [usize; 2], time_us: i64, between: Between) -> Vec<f64> {
@@ -106,20 +100,28 @@ impl Samples {
         let mean = |square: f64| square / inner.len().max(1) as f64;
         squares.into_iter().map(|square| ERROR_SHARE * mean(square).sqrt()).collect()
     }
+}
 
-    /// Rate of change of each value, RMS, per second.
-    pub(super) fn slope_rms(&self) -> Vec<f64> {
-        let count = self.values.first().map_or(0, Vec::len);
-        let intervals = self.times_us.windows(2).zip(self.values.windows(2));
-        let mut squares = vec![0.0; count];
-        for (times, values) in intervals.clone() {
-            let step_s = (times[1] - times[0]) as f64 / 1e6;
-            for (index, square) in squares.iter_mut().enumerate() {
-                *square += ((values[1][index] - values[0][index]) / step_s).powi(2);
-            }
+/// Interpolation of samples.
+pub(super) struct Interpolator<'a> {
+    samples: &'a Samples,
+    /// Longest interval that is interpolated across, µs.
+    longest_us: i64,
+    between: Between,
+}
+
+impl Interpolator<'_> {
+    /// The values at an instant; none outside the samples, or where they are too far apart.
+    pub(super) fn at(&self, time_us: i64) -> Option<Vec<f64>> {
+        let Samples { times_us, values } = self.samples;
+        let after = times_us.partition_point(|time| *time <= time_us);
+        let before = after.checked_sub(1)?;
+        if times_us[before] == time_us {
+            return Some(values[before].clone());
         }
-        let intervals = intervals.len().max(1) as f64;
-        squares.into_iter().map(|square| (square / intervals).sqrt()).collect()
+        let interval = times_us.get(after)? - times_us[before];
+        let is_near = interval <= self.longest_us;
+        is_near.then(|| self.samples.between([before, after], time_us, self.between))
     }
 }
 
@@ -159,7 +161,7 @@ mod tests {
         let parabola = |t: f64| 3.0 - 2.0 * t + 0.5 * t * t;
         let samples = samples(parabola, 10);
         for time_us in [100_000, 1_000_000, 2_500_000, 8_900_000] {
-            let found = samples.at(time_us, Between::Cubic).unwrap()[0];
+            let found = samples.interpolator(Between::Cubic).at(time_us).unwrap()[0];
             assert!((found - parabola(time_us as f64 / 1e6)).abs() < 1e-12, "{time_us}");
         }
         assert!(samples.error()[0] < 1e-12);
@@ -174,7 +176,8 @@ mod tests {
             // As many intervals as samples that are left out.
             let times = (0..140).map(|step| 2_050_000 + step * 100_000);
             let error = |time_us: i64| {
-                samples.at(time_us, Between::Cubic).unwrap()[0] - speed(time_us as f64 / 1e6)
+                samples.interpolator(Between::Cubic).at(time_us).unwrap()[0]
+                    - speed(time_us as f64 / 1e6)
             };
             squares += times.map(|time_us| error(time_us).powi(2)).sum::<f64>() / 140.0;
             stated += samples.error()[0].powi(2);
@@ -189,7 +192,8 @@ mod tests {
             let samples = samples(sine, 200);
             let error = |step: i64| {
                 let time_us = 2_050_000 + step * 100_000;
-                samples.at(time_us, Between::Cubic).unwrap()[0] - sine(time_us as f64 / 1e6)
+                samples.interpolator(Between::Cubic).at(time_us).unwrap()[0]
+                    - sine(time_us as f64 / 1e6)
             };
             let rms = ((0..1900).map(|step| error(step).powi(2)).sum::<f64>() / 1900.0).sqrt();
             let ratio = rms / samples.error()[0];
@@ -211,7 +215,7 @@ mod tests {
             (20_000_000, Some(20.0)),
             (20_000_001, None),
         ] {
-            let found = samples.at(time_us, Between::Linear).map(|values| values[0]);
+            let found = samples.interpolator(Between::Linear).at(time_us).map(|values| values[0]);
             assert_eq!(found, expected, "{time_us}");
         }
         assert_eq!(samples.times_us.len(), 11);

@@ -9,9 +9,10 @@ use super::super::notes::Notes;
 use super::super::progress::progress_bar;
 use super::super::{Failure, command_line, print};
 use super::one::{Read, Replay, write_folder};
-use super::{Arguments, stop_at};
+use super::{Arguments, stop_at, title};
 use crate::estimation::EstimatorName;
 use crate::input::Craft;
+use crate::report::campaign_dir::write_logs;
 use crate::report::{LogReport, table};
 
 /// Most notes on stderr; the documents have all of them.
@@ -35,10 +36,16 @@ pub(super) fn run(
                         1 => folder.clone(),
                         _ => folder.join(estimator.properties().name),
                     });
-                    result(&replay, &read, *estimator, folder.as_deref(), &command)
+                    let craft = (&replay, arguments.craft.as_path());
+                    let (report, failure) =
+                        result(craft, &read, *estimator, folder.as_deref(), &command);
+                    (report, failure, folder.filter(|folder| folder.join("report.html").exists()))
                 })
                 .collect(),
-            Err(failure) => vec![(LogReport::failed(log, "", &failure.to_string()), Some(failure))],
+            Err(failure) => {
+                let report = LogReport::failed(log, "", &failure.to_string());
+                vec![(report, Some(failure), None)]
+            }
         };
         bar.inc(1);
         results
@@ -47,11 +54,18 @@ pub(super) fn run(
     let results: Vec<Vec<_>> = jobs.par_iter().map(one).collect();
     bar.finish_and_clear();
 
-    let (reports, failures): (Vec<_>, Vec<_>) = results.into_iter().flatten().unzip();
+    let (mut reports, mut failures, mut links) = (Vec::new(), Vec::new(), Vec::new());
+    for (report, failure, folder) in results.into_iter().flatten() {
+        reports.push(report);
+        failures.extend(failure);
+        links.push(folder.and_then(|folder| link(arguments.out.as_deref()?, &folder)));
+    }
     show_notes(&reports);
+    if let Some(out) = &arguments.out {
+        write_logs(out, &reports, &links, &command)?;
+    }
     print(arguments.json, &reports, &table::logs(&reports))?;
     // A report that cannot be written is a fault of the run, a log that cannot be read one of the input.
-    let failures: Vec<Failure> = failures.into_iter().flatten().collect();
     let worst = failures.iter().map(Failure::exit_code).min();
     if let Some(exit_code) = worst {
         return Err(Failure::SomeLogs { failed: failures.len(), of: reports.len(), exit_code });
@@ -61,7 +75,7 @@ pub(super) fn run(
 
 /// Estimate of one log by one estimator.
 fn result(
-    replay: &Replay<'_>,
+    (replay, craft): (&Replay<'_>, &Path),
     read: &Read,
     estimator: EstimatorName,
     folder: Option<&Path>,
@@ -70,13 +84,25 @@ fn result(
     let name = estimator.properties().name;
     let estimated = replay.estimate(read, estimator, folder.is_some(), Notes::quiet());
     let written = estimated.and_then(|estimated| {
-        folder.map(|folder| write_folder(folder, &read.file, command, &estimated)).transpose()?;
+        if let Some(folder) = folder {
+            let (title, inputs) = (title(&read.file, estimator), [replay.log, craft]);
+            write_folder(folder, &title, command, &inputs, &estimated)?;
+        }
         Ok(estimated)
     });
     match written {
         Ok(estimated) => (LogReport::of(replay.log, estimated.report), None),
         Err(failure) => (LogReport::failed(replay.log, name, &failure.to_string()), Some(failure)),
     }
+}
+
+/// Link from a page in `out` to a folder within it.
+fn link(out: &Path, folder: &Path) -> Option<String> {
+    let within = folder.strip_prefix(out).ok()?;
+    let parts: Vec<_> = within.iter().map(|part| part.to_string_lossy()).collect();
+    // These end the path of a link.
+    let path = parts.join("/");
+    Some(path.replace('%', "%25").replace('#', "%23").replace('?', "%3F"))
 }
 
 /// Folder of each log: its name without the ending; with the names of its folders where two are equal.

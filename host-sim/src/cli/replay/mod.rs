@@ -33,7 +33,8 @@ pub struct Arguments {
     /// Exit with status 3 if a result is of this kind; may be given several times
     #[arg(long, value_enum, value_name = "KIND", value_delimiter = ',')]
     fail_on: Vec<Kind>,
-    /// Write time history, plots and a report into this folder; several results: into a folder each
+    /// Write a report for the browser, time history and plot data into this folder; several results: into a
+    /// folder each
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON document instead of a table; several results: an array
@@ -78,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match (logs.as_slice(), estimators.as_slice()) {
         ([log], [estimator]) if is_single => {
             let replay = Replay { craft: &craft, log, precision: arguments.precision };
-            single(arguments, &replay, *estimator)
+            single(arguments, &replay, estimator)
         }
         _ => many::run(arguments, &craft, &logs, &estimators),
     }
@@ -88,16 +89,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn single(
     arguments: &Arguments,
     replay: &Replay<'_>,
-    estimator: EstimatorName,
+    estimator: &EstimatorName,
 ) -> Result<(), Failure> {
     let read = replay.read(&mut Notes::default())?;
-    let estimated = replay.estimate(&read, estimator, arguments.out.is_some(), Notes::default())?;
+    let estimated =
+        replay.estimate(&read, *estimator, arguments.out.is_some(), Notes::default())?;
     let table = table::replay(&estimated.report);
     if let Some(folder) = &arguments.out {
-        write_folder(folder, &read.file, &command_line(), &estimated)?;
+        let (title, inputs) = (title(&read.file, *estimator), [replay.log, &arguments.craft]);
+        write_folder(folder, &title, &command_line(), &inputs, &estimated)?;
     }
     print(arguments.json, &estimated.report, &table)?;
     stop_at(&arguments.fail_on, [&estimated.report].into_iter())
+}
+
+/// Heading of a report.
+fn title(log: &str, estimator: EstimatorName) -> String {
+    format!("{log}, {estimator}")
 }
 
 /// The failure that `--fail-on` asks for.

@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
+use flight_input::inertia::tensor;
+
 use super::super::Failure;
 use super::super::estimate::{Estimated, estimate};
 use super::super::notes::Notes;
 use crate::diagnosis::diagnose;
-use crate::estimation::{EstimatorName, Method, Precision};
+use crate::estimation::{EstimatorName, Method, Precision, median_period_s};
 use crate::input::{Craft, RecordedLog, interpolated, log_file, plausible, units};
-use crate::report::{ExplanationReport, ReportFolder, table};
+use crate::report::{ExplanationReport, FlightResult, ReportFolder};
 
 /// A log and the craft that recorded it.
 pub(super) struct Replay<'a> {
@@ -21,8 +23,6 @@ pub(super) struct Replay<'a> {
 pub(super) struct Read {
     /// Name in messages.
     pub file: String,
-    /// The craft, with the error of interpolated wheel speeds.
-    craft: Craft,
     log: RecordedLog,
     notes: Vec<String>,
 }
@@ -32,16 +32,13 @@ impl Replay<'_> {
         let file = self.log.display().to_string();
         let mut log = log_file::load(self.log, self.craft)?;
         log.correct(&self.craft.hardware);
-        let mut craft = self.craft.clone();
+        let craft = self.craft;
         let mut all = log.notes.clone();
-        if let Some(interpolation) = &log.interpolation {
-            all.extend(interpolated::add_error(&mut craft, interpolation));
-        }
-        all.extend(plausible::craft(&craft));
+        all.extend(plausible::craft(craft));
         all.extend(plausible::log(&log.rows).iter().map(|note| format!("{file}: {note}")));
-        all.extend(units::note(&craft, &log.rows).map(|note| format!("{file}: {note}")));
+        all.extend(units::note(craft, &log.rows).map(|note| format!("{file}: {note}")));
         all.iter().for_each(|note| notes.add(note));
-        Ok(Read { file, craft, log, notes: all })
+        Ok(Read { file, log, notes: all })
     }
 
     pub(super) fn estimate(
@@ -49,10 +46,11 @@ impl Replay<'_> {
         read: &Read,
         estimator: EstimatorName,
         keep_history: bool,
-        notes: Notes,
+        mut notes: Notes,
     ) -> Result<Estimated, Failure> {
-        let Read { file, craft, log, .. } = read;
+        let Read { file, log, .. } = read;
         let method = Method { estimator, precision: self.precision };
+        let craft = &self.with_interpolation(method, read, &mut notes)?;
         let mut estimated =
             estimate(method, keep_history, craft, &log.rows, file, (&[], 0), notes)?;
         let report = &mut estimated.report;
@@ -68,20 +66,59 @@ impl Replay<'_> {
     }
 }
 
+impl Replay<'_> {
+    /// The craft, with the error of interpolated wheel speeds in the noise of its gyro. Its effect on the rate
+    /// requires the inertia: that of a first pass, or of the prior.
+    fn with_interpolation(
+        &self,
+        method: Method,
+        read: &Read,
+        notes: &mut Notes,
+    ) -> Result<Craft, Failure> {
+        let mut craft = self.craft.clone();
+        let Some(interpolation) = &read.log.interpolation else { return Ok(craft) };
+        let rows = &read.log.rows;
+        let first =
+            estimate(method, false, &craft, rows, &read.file, (&[], 0), Notes::quiet())?.report;
+        let is_known = first.observed_directions == 6 && first.physical;
+        let found = is_known.then(|| first.elements_kg_m2());
+        let elements = found.or_else(|| craft.prior.as_ref().map(|prior| prior.inertia_kg_m2));
+        let noise = elements.and_then(|elements| {
+            let inertia = tensor(&elements);
+            interpolated::rate_noise_rad_s(&craft, interpolation, &inertia, median_period_s(rows))
+        });
+        let Some(noise) = noise else {
+            notes.add(
+                "the error of the interpolated wheel speeds is not in the sigma: no inertia is known; \
+                 state a [prior]",
+            );
+            return Ok(craft);
+        };
+        // A noise that is not stated is that of the residuals, the error of the interpolation included.
+        let gyro = craft.gyro.noise_rad_s.unwrap_or(first.residual_rms_rad_s);
+        craft.gyro.noise_rad_s = Some(gyro.hypot(noise));
+        notes.add(format!(
+            "the error of the interpolated wheel speeds is in the sigma, as a noise of {noise:.2e} rad/s \
+             beside that of the gyro, {gyro:.2e} rad/s"
+        ));
+        Ok(craft)
+    }
+}
+
+/// Writes the report of a log; `inputs` are the files that were read.
 pub(super) fn write_folder(
     folder: &Path,
     title: &str,
     command: &str,
+    inputs: &[&Path],
     estimated: &Estimated,
 ) -> Result<(), Failure> {
-    let table = table::replay(&estimated.report);
     ReportFolder {
         title,
         command,
-        table: &table,
-        result: &estimated.report,
+        result: FlightResult::Replay(&estimated.report),
         history: &estimated.history,
-        notes: &estimated.report.notes,
+        inputs,
         simulated: None,
     }
     .write(folder)?;

@@ -1,6 +1,6 @@
 //! Column of time of a log, and its unit.
 
-use flight_input::csv_source::{Column, CsvSource};
+use flight_input::csv_source::CsvSource;
 use flight_input::units::TimeUnit;
 
 use super::name::Name;
@@ -40,7 +40,16 @@ pub(super) fn find(source: &CsvSource, names: &[Name]) -> Option<FoundClock> {
         let mut candidates: Vec<(usize, &Name)> =
             names.iter().filter_map(|name| Some((rank(&name)?, name))).collect();
         candidates.sort_by_key(|(rank, name)| rank + if name.has(&NOT_TIME) { 20 } else { 0 });
-        candidates.into_iter().find_map(|(_, name)| single(source, name))
+        let (_, first) = *candidates.first()?;
+        candidates.into_iter().find_map(|(_, name)| single(source, name)).or_else(|| {
+            // The log names the fault of its stamps when it is read.
+            Some(FoundClock {
+                columns: vec![first.full.clone()],
+                units: vec![TimeUnit::Second],
+                reason: "CONFIRM: the column does not increase".to_owned(),
+                step_s: None,
+            })
+        })
     })
 }
 
@@ -82,6 +91,9 @@ fn single(source: &CsvSource, name: &Name) -> Option<FoundClock> {
     if is_date(source, &name.full) {
         return Some(found(TimeUnit::Date, "dates", None));
     }
+    if let Some(unit) = unit_of_cells(source, &name.full) {
+        return Some(found(unit, "as in the cells", None));
+    }
     let values = super::numbers(source, &name.full);
     let step = median_step(&values)?;
     let of = |unit: TimeUnit| match unit {
@@ -90,7 +102,8 @@ fn single(source: &CsvSource, name: &Name) -> Option<FoundClock> {
         TimeUnit::Microsecond => step / 1e6,
         TimeUnit::Nanosecond => step / 1e9,
     };
-    if let Some(unit) = name.unit.as_deref().and_then(TimeUnit::find) {
+    let named = name.unit.as_deref().and_then(TimeUnit::find);
+    if let Some(unit) = named.filter(|unit| ORDINARY_STEP_S.contains(&of(*unit))) {
         return Some(found(unit, "by its name", Some(of(unit))));
     }
     let numeric =
@@ -102,17 +115,26 @@ fn single(source: &CsvSource, name: &Name) -> Option<FoundClock> {
         return Some(found(unit, "as a time since 1970", Some(of(unit))));
     }
     let unit = numeric.into_iter().find(|unit| ORDINARY_STEP_S.contains(&of(*unit)))?;
-    Some(found(unit, "by its increments", Some(of(unit))))
+    Some(found(unit, "CONFIRM: by its increments", Some(of(unit))))
 }
 
 /// True for a column of dates or times of day.
 fn is_date(source: &CsvSource, name: &str) -> bool {
-    let Ok(column) = source.column(name, |_| true) else { return false };
-    let cell = |column: &Column| {
-        let mut cells = source.rows().iter().map(|row| source.text(row, column).to_owned());
-        cells.find(|cell| !cell.is_empty())
-    };
-    cell(&column).is_some_and(|text| text.matches(':').count() >= 2)
+    first_cell(source, name).is_some_and(|text| text.matches(':').count() >= 2)
+}
+
+/// Unit in the cells themselves, as of `0.1 sec`.
+fn unit_of_cells(source: &CsvSource, name: &str) -> Option<TimeUnit> {
+    let text = first_cell(source, name)?;
+    let (number, unit) = text.rsplit_once(' ')?;
+    number.trim().parse::<f64>().ok().and_then(|_| TimeUnit::find(unit))
+}
+
+/// The first cell of a column that is not empty.
+fn first_cell(source: &CsvSource, name: &str) -> Option<String> {
+    let column = source.column(name, |_| true).ok()?;
+    let mut cells = source.rows().iter().map(|row| source.text(row, &column));
+    cells.find(|cell| !cell.is_empty()).map(str::to_owned)
 }
 
 /// Typical increment; none for a column that does not increase.

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use flight_input::csv_source::CsvSource;
 use flight_input::units::TimeUnit;
+use flight_input::words::short;
 
 use super::clock::{self, FoundClock};
 use super::name::Name;
@@ -90,16 +91,13 @@ fn line(text: &mut String, line: &str, comment: &str) {
 fn write_clock(text: &mut String, clock: &FoundClock) {
     let FoundClock { columns, units, reason, step_s } = clock;
     *text += "\n[log]\n";
-    let step = step_s.map_or(String::new(), |step| format!("; rows typically every {step:.6} s"));
-    let step = step.replace("000 s", " s").replace("000 s", " s");
-    let is_guess = reason.contains("increments");
-    let confirm = if is_guess { "CONFIRM: " } else { "" };
+    let step = step_s.map_or(String::new(), |s| format!("; rows typically every {} s", short(s)));
     let unit: Vec<&str> = units.iter().map(|unit| unit.key()).collect();
     match (columns.as_slice(), unit.as_slice()) {
         ([column], [unit]) => {
             line(text, &format!("time = {}", toml(column)), "");
             let zone = if units == &[TimeUnit::Date] { ", UTC without an offset" } else { "" };
-            let comment = format!("{confirm}{reason}{zone}{step}");
+            let comment = format!("{reason}{zone}{step}");
             line(text, &format!("time_unit = {unit:?}"), &comment);
         }
         _ => {
@@ -124,9 +122,9 @@ fn write_rates(
     let (unit, reason) = match found.columns[0].rate_unit() {
         Some(unit) => (unit.name, "as in the header".to_owned()),
         None if size > largest_si => {
-            (other, format!("CONFIRM: not in the header; values up to {size:.4}"))
+            (other, format!("CONFIRM: not in the header; values up to {}", short(size)))
         }
-        None => ("rad/s", format!("CONFIRM: not in the header; values up to {size:.4}")),
+        None => ("rad/s", format!("CONFIRM: not in the header; values up to {}", short(size))),
     };
     line(text, &format!("unit = {unit:?}"), &reason);
     let ones = vec!["1"; found.columns.len()].join(", ");

@@ -1,6 +1,7 @@
 //! Scenarios by path or by name.
 
-use std::path::Path;
+use std::fs;
+use std::path::{Component, Path};
 
 use flight_input::InputError;
 use flight_input::error::Place;
@@ -44,6 +45,60 @@ impl Scenario {
     }
 }
 
+/// A file of a scenario.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourceFile {
+    /// Path relative to the scenario; `scenario.toml` for the scenario itself.
+    pub name: String,
+    /// Content.
+    pub text: String,
+}
+
+/// The scenario of this path or name as text, and the CSV tables that it names by a path below its own folder.
+///
+/// # Errors
+/// Those of [`Scenario::load`] for a file that cannot be read.
+pub fn sources(name_or_path: &str) -> Result<Vec<SourceFile>, InputError> {
+    let own = |text: &str| SourceFile { name: "scenario.toml".to_owned(), text: text.to_owned() };
+    let path = Path::new(name_or_path);
+    let built_in = built_in::text(name_or_path).filter(|_| !path.is_file());
+    if let Some(text) = built_in {
+        return Ok(vec![own(text)]);
+    }
+    let source = TomlSource::read(path)?;
+    let text = source.text();
+    let mut files = vec![own(text)];
+    let document: toml::Table = text.parse().unwrap_or_default();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut names = Vec::new();
+    tables_of(&toml::Value::Table(document), &mut names);
+    names.sort_unstable();
+    names.dedup();
+    for name in names {
+        let is_below = Path::new(&name).components().all(|c| matches!(c, Component::Normal(_)));
+        if let (true, Ok(text)) = (is_below, fs::read_to_string(folder.join(&name))) {
+            files.push(SourceFile { name, text });
+        }
+    }
+    Ok(files)
+}
+
+/// Values of all keys `csv`.
+fn tables_of(value: &toml::Value, names: &mut Vec<String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (key, value) in table {
+                match value {
+                    toml::Value::String(name) if key == "csv" => names.push(name.clone()),
+                    value => tables_of(value, names),
+                }
+            }
+        }
+        toml::Value::Array(values) => values.iter().for_each(|value| tables_of(value, names)),
+        _ => {}
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,5 +110,20 @@ mod tests {
         assert!(message.contains("stsat3-spin-up, stsat3-spin-up-wrong-prior"), "{message}");
         let message = Scenario::load("gone.toml").unwrap_err().to_string();
         assert!(message.starts_with("gone.toml: cannot be read: "), "{message}");
+    }
+
+    #[test]
+    fn sources_of_a_file_have_its_tables() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.toml");
+        let text = "[[wheel]]\ntorque = { kind = 'table', csv = 'tables/a.csv' }\n[torque]\ncsv = '../b.csv'\n";
+        fs::write(&path, text).unwrap();
+        fs::create_dir(folder.path().join("tables")).unwrap();
+        fs::write(folder.path().join("tables/a.csv"), "t_s,x\n").unwrap();
+        let files = sources(path.to_str().unwrap()).unwrap();
+        let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
+        assert_eq!(names, ["scenario.toml", "tables/a.csv"]);
+        assert_eq!((files[0].text.as_str(), files[1].text.as_str()), (text, "t_s,x\n"));
+        assert_eq!(sources("stsat3-spin-up").unwrap().len(), 1);
     }
 }

@@ -50,6 +50,7 @@ pub use file::TABLES;
 pub use gyro::SimulatedGyro;
 pub use hardware::TrueHardware;
 pub use limits::{MAX_RATE_HZ, MAX_SAMPLES};
+pub use load::{SourceFile, sources};
 pub use problem::ScenarioProblem;
 pub use profile::{ExternalTorque, Sine, TorqueProfile};
 pub use random_spacecraft::RandomSpacecraft;

@@ -79,16 +79,16 @@ impl Unit {
     fn note(self, reason: &str, step_s: f64) -> String {
         match self {
             Self::DegPerSecond => format!(
-                "rates look like deg/s: {reason} with the rates times π/180; if so, multiply the gyro \
-                 columns by π/180"
+                "rates look like deg/s: {reason} with the rates times π/180; if so, state unit = \"deg/s\" in \
+                 [log.gyro] of the craft file"
             ),
             Self::Millisecond => format!(
                 "median step {step_s} s: time looks like milliseconds: {reason} with t_s / 1000; if \
-                 so, divide t_s by 1000"
+                 so, state time_unit = \"ms\" in [log] of the craft file"
             ),
             Self::Microsecond => format!(
                 "median step {step_s} s: time looks like microseconds: {reason} with t_s / 1e6; if so, \
-                 divide t_s by 1e6"
+                 state time_unit = \"us\" in [log] of the craft file"
             ),
         }
     }
@@ -163,7 +163,7 @@ fn beyond_range(craft: &Craft, rows: &[LogRow]) -> Option<String> {
     (largest > range && largest.to_radians() < range).then(|| {
         format!(
             "rates look like deg/s: the median of the largest axis, {largest:.1} rad/s, is beyond the \
-             range of the gyro, {range} rad/s; if so, multiply the gyro columns by π/180"
+             range of the gyro, {range} rad/s; if so, state unit = \"deg/s\" in [log.gyro] of the craft file"
         )
     })
 }

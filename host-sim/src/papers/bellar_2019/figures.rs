@@ -6,12 +6,12 @@ use crate::input::ELEMENT_NAMES;
 use crate::papers::case::OWN;
 use crate::papers::paper::{Paper, PapersFailed};
 use crate::papers::rank_test::{TIME_CONSTANT_S, rank_of_observability_matrix};
-use crate::report::plots::{Colour, Figure, Mark, Panel, PlotError, Series, flight};
+use crate::report::plots::histogram::{bar_width, histogram, normal_curve};
+use crate::report::plots::{Colour, Figure, Mark, Panel, Series, flight};
 use crate::report::published::PaperFigure;
 
 /// Half the width of a histogram, in bounds.
 const HISTOGRAM_BOUNDS: f64 = 8.0;
-const HISTOGRAM_BARS: usize = 48;
 
 impl Bellar2019 {
     /// Figures 1 to 6 of the first seed, 7 and 8 of all trials.
@@ -25,27 +25,27 @@ impl Bellar2019 {
         let title = |quantity: &str, number: &str| {
             format!("{quantity}, joint-ekf-published, seed {first_seed} ([Bellar2019] {number})")
         };
-        let rates = flight::rates(&title("Estimated rate", "Fig. 2"), &history)?;
-        let errors = flight::rate_errors(&title("Error of the rate", "Fig. 3"), &history, truth)?;
+        let rates = flight::rates(&title("Estimated rate", "Fig. 2"), &history);
+        let errors = flight::rate_errors(&title("Error of the rate", "Fig. 3"), &history, truth);
         let variances = title("Variance of the rate", "Fig. 4");
-        let variances = flight::rate_variances(&variances, &history)?;
+        let variances = flight::rate_variances(&variances, &history);
         let estimates = |quantity: &str, number: &str, elements: &[usize]| {
             flight::inertia(&title(quantity, number), &history, Some(truth), elements)
         };
         Ok(vec![
-            Self::figure("figure-1.svg", self.ranks()?),
-            Self::figure("figure-2.svg", rates),
-            Self::figure("figure-3.svg", errors),
-            Self::figure("figure-4.svg", variances),
-            Self::figure("figure-5.svg", estimates("Moments of inertia", "Fig. 5", &[0, 1, 2])?),
-            Self::figure("figure-6.svg", estimates("Products of inertia", "Fig. 6", &[3, 4, 5])?),
-            Self::figure("figure-7.svg", self.histograms("Fig. 7", 0..3, trials)?),
-            Self::figure("figure-8.svg", self.histograms("Fig. 8", 3..6, trials)?),
+            Self::figure("figure-1", self.ranks()),
+            Self::figure("figure-2", rates),
+            Self::figure("figure-3", errors),
+            Self::figure("figure-4", variances),
+            Self::figure("figure-5", estimates("Moments of inertia", "Fig. 5", &[0, 1, 2])),
+            Self::figure("figure-6", estimates("Products of inertia", "Fig. 6", &[3, 4, 5])),
+            Self::figure("figure-7", self.histograms("Fig. 7", 0..3, trials)),
+            Self::figure("figure-8", self.histograms("Fig. 8", 3..6, trials)),
         ])
     }
 
     /// Rank of the observability matrix over the true motion.
-    fn ranks(&self) -> Result<String, PlotError> {
+    fn ranks(&self) -> Figure {
         let scenario = &self.case.scenario;
         let ranks = |time_constant_s: [f64; 6]| {
             let instants = self.case.flight.instants.iter().step_by(CHECKED_EVERY);
@@ -68,7 +68,7 @@ impl Bellar2019 {
             .span(0.0, 10.0);
         let title =
             "Rank of the observability matrix at the true motion ([Bellar2019] Fig. 1, Eq. 23)";
-        Figure::stacked(title, "time, s", vec![panel]).draw()
+        Figure::stacked(title, "time, s", vec![panel])
     }
 
     /// Distribution of the errors over the runs of the campaign, beside the normal distribution at
@@ -78,7 +78,7 @@ impl Bellar2019 {
         number: &str,
         elements: std::ops::Range<usize>,
         trials: &[Bellar2019Trial],
-    ) -> Result<String, PlotError> {
+    ) -> Figure {
         let typical = self.truths.typical(trials.iter().map(|trial| trial.campaign[0].reference));
         let panel = |i: usize| {
             let bound_percent =
@@ -90,7 +90,7 @@ impl Bellar2019 {
                 scores.map(|s| percent(s.error_kg_m2[i], s.inertia_kg_m2[i])).collect()
             };
             let bars = |method| histogram(&errors(method), reach);
-            let width = 2.0 * reach / HISTOGRAM_BARS as f64;
+            let width = bar_width(reach);
             let normal = normal_curve(bound_percent, trials.len() as f64 * width, reach);
             let own = format!("{}, {}", OWN.estimator, OWN.precision);
             Panel::new(format!("runs by {} error", ELEMENT_NAMES[i]))
@@ -110,46 +110,6 @@ impl Bellar2019 {
             diverged(CAMPAIGN.len() - 1),
             OWN.estimator
         );
-        Figure::grid(title, "error, % of the true element", 3, elements.map(panel).collect()).draw()
-    }
-}
-
-/// Histogram from `−reach` to `reach`: lower edge, upper edge and count of each bar. Values outside
-/// are not counted.
-fn histogram(values: &[f64], reach: f64) -> Vec<(f64, f64, f64)> {
-    let width = 2.0 * reach / HISTOGRAM_BARS as f64;
-    let edge = |bar: usize| -reach + bar as f64 * width;
-    let is_in = |value: f64, bar: usize| (edge(bar)..edge(bar + 1)).contains(&value);
-    let height = |bar: usize| values.iter().filter(|value| is_in(**value, bar)).count() as f64;
-    (0..HISTOGRAM_BARS).map(|bar| (edge(bar), edge(bar + 1), height(bar))).collect()
-}
-
-/// Normal distribution of zero mean, `area / (σ √(2π)) exp(−x² / 2σ²)`, from `−reach` to `reach`.
-fn normal_curve(sigma: f64, area: f64, reach: f64) -> Vec<(f64, f64)> {
-    const POINTS: i32 = 100;
-    let peak = area / (sigma * (2.0 * std::f64::consts::PI).sqrt());
-    let x = |k: i32| reach * f64::from(k) / f64::from(POINTS);
-    (-POINTS..=POINTS).map(|k| (x(k), peak * (-0.5 * (x(k) / sigma).powi(2)).exp())).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn histogram_counts_the_values_within_reach() {
-        let bars = histogram(&[0.0, 0.01, -7.99, 8.0, f64::NAN, 100.0], 8.0);
-        assert_eq!(bars.iter().map(|bar| bar.2).sum::<f64>(), 3.0);
-        assert_eq!((bars[0].0, bars[0].2), (-8.0, 1.0));
-        assert_eq!(bars[HISTOGRAM_BARS / 2].2, 2.0);
-    }
-
-    #[test]
-    fn normal_curve_has_the_given_area() {
-        /// Trapezoidal rule with 200 intervals, runs.
-        const TOLERANCE: f64 = 0.5;
-        let curve = normal_curve(0.5, 200.0, 8.0);
-        let area: f64 = curve.windows(2).map(|p| (p[1].0 - p[0].0) * (p[0].1 + p[1].1) / 2.0).sum();
-        assert!((area - 200.0).abs() < TOLERANCE, "{area}");
+        Figure::grid(title, "error, % of the true element", 3, elements.map(panel).collect())
     }
 }

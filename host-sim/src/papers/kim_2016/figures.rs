@@ -32,15 +32,15 @@ impl Kim2016 {
         let title = |quantity: &str, figure: u32| {
             format!("{quantity}, ekf-sgf-lls, seed {first_seed} ([Kim2016] Fig. {figure})")
         };
-        let filtered = flight::rates(&title("Angular rate filtered by the EKF", 2), &history)?;
+        let filtered = flight::rates(&title("Angular rate filtered by the EKF", 2), &history);
         let errors = title("Error of the filtered rate", 3);
-        let errors = flight::rate_errors(&errors, &history, truth)?;
+        let errors = flight::rate_errors(&errors, &history, truth);
         Ok(vec![
-            Self::figure("figure-1.svg", self.window_sizes(&rates)?.draw()?),
-            Self::figure("figure-2.svg", filtered),
-            Self::figure("figure-3.svg", errors),
-            Self::figure("figure-4.svg", self.mean_squares(&rates)?.draw()?),
-            Self::figure("figure-5.svg", self.over_batches(trials).draw()?),
+            Self::figure("figure-1", self.window_sizes(&rates)?),
+            Self::figure("figure-2", filtered),
+            Self::figure("figure-3", errors),
+            Self::figure("figure-4", self.mean_squares(&rates)?),
+            Self::figure("figure-5", self.over_batches(trials)),
         ])
     }
 

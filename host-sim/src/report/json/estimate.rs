@@ -126,6 +126,8 @@ pub struct RunReport {
     pub truth_kg_m2: [f64; 6],
     /// Estimated minus true, per cent of the true element. Null if the element is zero.
     pub error_percent: [Option<f64>; 6],
+    /// Estimated minus true over the reported sigma. Null without a sigma.
+    pub error_over_sigma: [Option<f64>; 6],
     /// Cramér-Rao bound of each element, one sigma, kg m². Null if the element is unobserved.
     pub bound_kg_m2: [Option<f64>; 6],
 }
@@ -167,8 +169,12 @@ impl RunReport {
         let found = estimate.elements_kg_m2();
         let error_percent =
             std::array::from_fn(|i| percent(found[i] - truth_kg_m2[i], truth_kg_m2[i]));
+        let error_over_sigma = std::array::from_fn(|i| {
+            let ratio = (found[i] - truth_kg_m2[i]) / estimate.sigma_kg_m2[i];
+            ratio.is_finite().then_some(ratio)
+        });
         let scenario = scenario.to_owned();
-        Self { scenario, seed, estimate, truth_kg_m2, error_percent, bound_kg_m2 }
+        Self { scenario, seed, estimate, truth_kg_m2, error_percent, error_over_sigma, bound_kg_m2 }
     }
 }
 

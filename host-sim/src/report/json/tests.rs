@@ -82,7 +82,8 @@ fn hardware_has_the_stable_names_and_shapes() {
 fn run_has_the_names_of_replay_and_the_truth() {
     let document = serde_json::to_value(examples::run()).unwrap();
     let mut expected = REPLAY_KEYS.to_vec();
-    expected.extend(["bound_kg_m2", "error_percent", "scenario", "seed", "truth_kg_m2"]);
+    expected.extend(["bound_kg_m2", "error_over_sigma", "error_percent"]);
+    expected.extend(["scenario", "seed", "truth_kg_m2"]);
     expected.sort_unstable();
     assert_eq!(keys(&document), expected);
     /// Rounding of the difference of two elements, per cent.

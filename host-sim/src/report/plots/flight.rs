@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use super::canvas::PlotError;
 use super::decimate::Point;
 use super::figure::Figure;
 use super::panel::Panel;
@@ -25,9 +24,9 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const TIME: &str = "time, s";
 
 /// Panels for x, y and z, one above the other.
-fn by_axis(title: &str, panel: impl Fn(usize, &str) -> Panel) -> Result<String, PlotError> {
+fn by_axis(title: &str, panel: impl Fn(usize, &str) -> Panel) -> Figure {
     let panels = (0..3).map(|axis| panel(axis, AXES[axis])).collect();
-    Figure::stacked(title, TIME, panels).draw()
+    Figure::stacked(title, TIME, panels)
 }
 
 /// A value over time. Rows without a value are skipped.
@@ -51,10 +50,7 @@ fn band_over_time<'a>(
 }
 
 /// Measured and estimated body rate with ±3 sigma of the estimate, rad/s; one panel per axis.
-///
-/// # Errors
-/// Here and below: a failure of the drawing backend.
-pub fn rates(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
+pub fn rates(title: &str, history: &[HistoryRow]) -> Figure {
     by_axis(title, |axis, name| {
         let band = band_over_time(history, move |row| {
             Some((row.estimated_rate_rad_s[axis], row.rate_sigma_rad_s?[axis]))
@@ -69,11 +65,7 @@ pub fn rates(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
 }
 
 /// Estimated minus true rate with ±3 sigma of the estimate, deg/s as in the papers.
-pub fn rate_errors(
-    title: &str,
-    history: &[HistoryRow],
-    truth: &[Instant],
-) -> Result<String, PlotError> {
+pub fn rate_errors(title: &str, history: &[HistoryRow], truth: &[Instant]) -> Figure {
     by_axis(title, |axis, name| {
         let error = history.iter().zip(truth).map(|(row, instant)| {
             let error = row.estimated_rate_rad_s[axis] - instant.rate_rad_s[axis];
@@ -90,7 +82,7 @@ pub fn rate_errors(
 }
 
 /// Variance of the estimated rate by the filter's covariance, (deg/s)².
-pub fn rate_variances(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
+pub fn rate_variances(title: &str, history: &[HistoryRow]) -> Figure {
     by_axis(title, |axis, name| {
         let variance =
             over_time(history, move |row| Some(row.rate_sigma_rad_s?[axis].to_degrees().powi(2)));
@@ -101,7 +93,7 @@ pub fn rate_variances(title: &str, history: &[HistoryRow]) -> Result<String, Plo
 }
 
 /// Innovation, measured minus predicted rate, with ±3 sigma of its predicted variance, rad/s.
-pub fn innovations(title: &str, history: &[HistoryRow]) -> Result<String, PlotError> {
+pub fn innovations(title: &str, history: &[HistoryRow]) -> Figure {
     by_axis(title, |axis, name| {
         let band =
             band_over_time(history, move |row| Some((0.0, row.innovation_sigma_rad_s?[axis])));
@@ -118,7 +110,7 @@ pub fn inertia(
     history: &[HistoryRow],
     truth: Option<&[Instant]>,
     elements: &[usize],
-) -> Result<String, PlotError> {
+) -> Figure {
     let panel = |&i: &usize| {
         let band =
             band_over_time(history, move |row| Some((row.inertia_kg_m2[i], row.sigma_kg_m2[i])));
@@ -134,7 +126,17 @@ pub fn inertia(
         }
         panel
     };
-    Figure::grid(title, TIME, 3, elements.iter().map(panel).collect()).draw()
+    Figure::grid(title, TIME, 3, elements.iter().map(panel).collect())
+}
+
+/// Sigma of each element, kg m²: it falls when the motion shows the element.
+pub fn sigmas(title: &str, history: &[HistoryRow]) -> Figure {
+    let panel = ALL_ELEMENTS.iter().fold(Panel::new("one sigma, kg m²"), |panel, &i| {
+        let mark = if i < 3 { Mark::Line } else { Mark::Dashes };
+        let sigma = over_time(history, move |row| Some(row.sigma_kg_m2[i]));
+        panel.with(Series::curve(ELEMENT_NAMES[i], mark, Colour::ALL[i], sigma))
+    });
+    Figure::stacked(title, TIME, vec![panel.logarithmic()])
 }
 
 /// Error of each element with ±3 sigma, per cent of the true element.
@@ -143,7 +145,7 @@ pub fn inertia_errors(
     history: &[HistoryRow],
     truth_kg_m2: &[f64; 6],
     elements: &[usize],
-) -> Result<String, PlotError> {
+) -> Figure {
     let panel = |&i: &usize| {
         let truth = truth_kg_m2[i];
         let percent = move |row: &HistoryRow| 100.0 * (row.inertia_kg_m2[i] - truth) / truth;
@@ -158,15 +160,11 @@ pub fn inertia_errors(
             .with(Series::curve("none", Mark::Dashes, Colour::Truth, zero))
             .fit_after(SETTLING)
     };
-    Figure::grid(title, TIME, 3, elements.iter().map(panel).collect()).draw()
+    Figure::grid(title, TIME, 3, elements.iter().map(panel).collect())
 }
 
 /// Angular acceleration estimated from the rates, and the truth if it is known, deg/s².
-pub fn accelerations(
-    title: &str,
-    history: &[HistoryRow],
-    truth: Option<&[Instant]>,
-) -> Result<String, PlotError> {
+pub fn accelerations(title: &str, history: &[HistoryRow], truth: Option<&[Instant]>) -> Figure {
     by_axis(title, |axis, name| {
         let estimated = history.iter().filter_map(move |row| {
             let acceleration = row.acceleration?;
@@ -182,11 +180,7 @@ pub fn accelerations(
 }
 
 /// Estimated minus true angular acceleration, deg/s².
-pub fn acceleration_errors(
-    title: &str,
-    history: &[HistoryRow],
-    truth: &[Instant],
-) -> Result<String, PlotError> {
+pub fn acceleration_errors(title: &str, history: &[HistoryRow], truth: &[Instant]) -> Figure {
     let truth: Vec<(f64, [f64; 3])> = true_accelerations(truth).collect();
     by_axis(title, |axis, name| {
         let error = history.iter().filter_map(|row| {
@@ -221,40 +215,30 @@ pub fn true_accelerations(truth: &[Instant]) -> impl Iterator<Item = (f64, [f64;
 }
 
 /// Wheel speeds in one panel, rad/s. None without wheels.
-pub fn wheel_speeds(title: &str, flight: &[Instant]) -> Option<Result<String, PlotError>> {
-    const COLOURS: [Colour; 5] =
-        [Colour::Main, Colour::Other, Colour::Third, Colour::Light, Colour::Truth];
+pub fn wheel_speeds(title: &str, flight: &[Instant]) -> Option<Figure> {
     let wheels = flight.first()?.wheel_speed_rad_s.len();
     let speed = |wheel: usize| {
         flight.iter().map(move |instant| (seconds(instant), instant.wheel_speed_rad_s[wheel]))
     };
     let panel = (0..wheels).fold(Panel::new("wheel speed, rad/s"), |panel, wheel| {
         let name = format!("wheel {}", wheel + 1);
-        let colour = COLOURS[wheel % COLOURS.len()];
+        let colour = Colour::ALL[wheel % Colour::ALL.len()];
         panel.with(Series::curve(&name, Mark::Line, colour, speed(wheel)))
     });
-    (wheels > 0).then(|| Figure::stacked(title, TIME, vec![panel]).draw())
+    (wheels > 0).then(|| Figure::stacked(title, TIME, vec![panel]))
 }
 
 /// Body rate, rad/s, and torque of the wheels on the body, N m, in one panel each.
-pub fn rates_and_control(
-    title: &str,
-    flight: &[Instant],
-    wheels: &[Wheel],
-) -> Result<String, PlotError> {
+pub fn rates_and_control(title: &str, flight: &[Instant], wheels: &[Wheel]) -> Figure {
     let rates = by_colour("rate, rad/s", |axis| {
         flight.iter().map(|instant| (seconds(instant), instant.rate_rad_s[axis])).collect()
     });
-    Figure::stacked(title, TIME, vec![rates, control(flight, wheels)]).draw()
+    Figure::stacked(title, TIME, vec![rates, control(flight, wheels)])
 }
 
 /// Torque of the wheels on the body in one panel, N m. None without wheels.
-pub fn control_torque(
-    title: &str,
-    flight: &[Instant],
-    wheels: &[Wheel],
-) -> Option<Result<String, PlotError>> {
-    (!wheels.is_empty()).then(|| Figure::stacked(title, TIME, vec![control(flight, wheels)]).draw())
+pub fn control_torque(title: &str, flight: &[Instant], wheels: &[Wheel]) -> Option<Figure> {
+    (!wheels.is_empty()).then(|| Figure::stacked(title, TIME, vec![control(flight, wheels)]))
 }
 
 fn control(flight: &[Instant], wheels: &[Wheel]) -> Panel {
@@ -295,7 +279,7 @@ fn by_colour(y_label: &str, points: impl Fn(usize) -> Vec<Point>) -> Panel {
 }
 
 /// True attitude as roll, pitch and yaw, deg. Rotation order: yaw, pitch, roll.
-pub fn euler_angles(title: &str, flight: &[Instant]) -> Result<String, PlotError> {
+pub fn euler_angles(title: &str, flight: &[Instant]) -> Figure {
     const NAMES: [&str; 3] = ["roll", "pitch", "yaw"];
     by_axis(title, |axis, _| {
         let angle = flight.iter().map(|instant| {

@@ -1,26 +1,20 @@
-//! Plots as SVG.
+//! Plots as data: the page of a report draws them, and a CSV file beside it has their points.
 //!
 //! ```text
-//! flight   plots of one flight: rates, errors, accelerations, inertia, wheels, attitude
-//! figure   title, legend, panels ◄── panel  axes ◄── series  curve, band, bars, dots
-//! legend   sample and name of each series
-//! scale    linear or logarithmic height     clip, decimate   points of a curve
-//! canvas   drawing area, error              style, ticks     colours, labels
+//! flight   plots of one flight: rates, errors, accelerations, inertia, sigma, wheels, attitude
+//! figure   title, panels ◄── panel  axes ◄── series  curve, band, bars, dots
+//! style    colours and lines by role         decimate   points that a page draws
+//! histogram  bars of a distribution
 //! ```
 
-mod canvas;
-mod clip;
 mod decimate;
 mod figure;
 pub mod flight;
-mod legend;
+pub mod histogram;
 mod panel;
-mod scale;
 mod series;
 mod style;
-mod ticks;
 
-pub use canvas::PlotError;
 pub use figure::Figure;
 pub use panel::Panel;
 pub use series::{Dot, Series};
@@ -31,6 +25,7 @@ mod tests {
     use nalgebra::{UnitQuaternion, Vector3};
 
     use super::super::history::HistoryRow;
+    use super::Figure;
     use super::flight::{ALL_ELEMENTS, inertia, innovations, rates};
     use crate::truth::Instant;
 
@@ -74,23 +69,23 @@ mod tests {
     }
 
     #[test]
-    fn plots_have_titles_labels_and_legends() {
+    fn plots_have_labels_and_names() {
         let history = history();
-        let rates = rates("Body rate", &history).unwrap();
-        let innovations = innovations("Rate innovation", &history).unwrap();
+        let rates = rates("Body rate", &history);
+        let innovations = innovations("Rate innovation", &history);
         let truth = truth([14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016]);
-        let inertia = inertia("Inertia", &history, Some(&truth), &ALL_ELEMENTS).unwrap();
-        for (svg, words) in [
-            (&rates, ["Body rate", "measured", "estimated", "rate z, rad/s", "time, s"]),
+        let inertia = inertia("Inertia", &history, Some(&truth), &ALL_ELEMENTS);
+        for (figure, words) in [
+            (&rates, ["measured", "estimated", "rate z, rad/s", "time, s"]),
             (
                 &innovations,
-                ["Rate innovation", "±3 sigma", "innovation x, rad/s", "time, s", "600"],
+                ["±3 sigma", "measured minus predicted", "innovation x, rad/s", "time, s"],
             ),
-            (&inertia, ["jxx, kg m²", "jyz, kg m²", "true", "estimated", "time, s"]),
+            (&inertia, ["jxx, kg m²", "jyz, kg m²", "true", "estimated"]),
         ] {
-            assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+            let json = serde_json::to_string(figure).unwrap();
             for word in words {
-                assert!(svg.contains(word), "{word}");
+                assert!(json.contains(word), "{word}");
             }
         }
     }
@@ -98,22 +93,24 @@ mod tests {
     #[test]
     fn plot_of_a_long_history_is_limited_in_size() {
         /// Largest size of a plot after decimation.
-        const LIMIT_BYTES: usize = 1_000_000;
+        const LIMIT_BYTES: usize = 700_000;
         let history = history();
-        assert!(rates("Body rate", &history).unwrap().len() < LIMIT_BYTES);
-        assert!(inertia("Inertia", &history, None, &ALL_ELEMENTS).unwrap().len() < LIMIT_BYTES);
+        let size = |figure: &Figure| serde_json::to_string(figure).unwrap().len();
+        assert!(size(&rates("Body rate", &history)) < LIMIT_BYTES);
+        assert!(size(&inertia("Inertia", &history, None, &ALL_ELEMENTS)) < LIMIT_BYTES);
     }
 
     #[test]
-    fn short_constant_or_non_finite_history_is_drawn() {
+    fn short_constant_or_non_finite_history_has_plots() {
         let mut rows = history();
         rows.truncate(1);
-        inertia("Inertia", &rows, None, &ALL_ELEMENTS).unwrap();
-        innovations("", &rows).unwrap();
-        rates("", &[]).unwrap();
+        assert!(!inertia("Inertia", &rows, None, &ALL_ELEMENTS).is_empty());
+        assert!(innovations("", &rows).is_empty());
+        assert!(rates("", &[]).is_empty());
         rows[0].inertia_kg_m2 = [f64::NAN; 6];
         rows[0].measured_rate_rad_s = [f64::INFINITY, 1e300, -1e-300];
-        inertia("Inertia", &rows, Some(&truth([0.0; 6])), &ALL_ELEMENTS).unwrap();
-        rates("", &rows).unwrap();
+        let figure = inertia("Inertia", &rows, Some(&truth([0.0; 6])), &ALL_ELEMENTS);
+        serde_json::to_string(&figure).unwrap();
+        serde_json::to_string(&rates("", &rows)).unwrap();
     }
 }

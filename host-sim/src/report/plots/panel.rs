@@ -2,19 +2,15 @@
 
 use std::ops::Range;
 
-use plotters::prelude::*;
+use serde::Serialize;
 
-use super::canvas::{Area, PlotError, failed};
 use super::decimate::Point;
-use super::scale::Scale;
-use super::series::{Series, Shape};
-use super::style::{GRID, INK, label_style};
-use super::ticks::{X_TICKS, Y_TICKS, power_of_ten, tick_format};
+use super::series::{Drawn, Series};
 
 /// Series on a pair of axes, and the labels of the axes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    y_label: String,
+    pub(super) y_label: String,
     pub(super) series: Vec<Series>,
     /// Part of the horizontal axis, 0 to 1, that the vertical scale need not contain.
     settling: f64,
@@ -77,8 +73,8 @@ impl Panel {
         first..if last > first { last } else { first + 1.0 }
     }
 
-    /// Vertical scale: all points after settling, and a margin.
-    fn scale(&self, x: &Range<f64>) -> Scale {
+    /// Vertical range: all points after settling, and a margin. None without a point.
+    fn y_range(&self, x: &Range<f64>) -> Option<(f64, f64)> {
         /// Margin above and below, share of the height.
         const MARGIN: f64 = 0.06;
         /// Least margin, share of the largest value: a constant has no height of its own.
@@ -86,8 +82,8 @@ impl Panel {
         /// Larger values are left out: the axis would overflow.
         const LARGEST: f64 = 1e100;
 
-        if let Some((low, high)) = self.span {
-            return Scale { range: low..high, is_logarithmic: false };
+        if self.span.is_some() {
+            return self.span;
         }
         let start = x.start + self.settling * (x.end - x.start);
         let points = self.series.iter().flat_map(Series::extremes);
@@ -96,62 +92,38 @@ impl Panel {
             point.0 >= start && point.1.abs() < LARGEST && (!is_logarithmic || point.1 > 0.0)
         };
         let height = |point: Point| if is_logarithmic { point.1.log10() } else { point.1 };
-        let (low, high) = extent(points.filter(is_fit).map(height)).unwrap_or((-1.0, 1.0));
+        let (low, high) = extent(points.filter(is_fit).map(height))?;
         let least = (low.abs().max(high.abs()) * LEAST_MARGIN).max(1e-30);
         let margin = ((high - low) * MARGIN).max(least);
         // Bars stand on the axis: no margin below zero.
-        let has_bars =
-            self.series.iter().any(|series| matches!(series.shape, Shape::Bars(_))) && low == 0.0;
-        Scale { range: if has_bars { 0.0 } else { low - margin }..high + margin, is_logarithmic }
+        let has_bars = self.series.iter().any(Series::is_bars) && low == 0.0;
+        let (low, high) = (if has_bars { 0.0 } else { low - margin }, high + margin);
+        Some(if is_logarithmic { (10_f64.powf(low), 10_f64.powf(high)) } else { (low, high) })
     }
 
-    /// Draws axes and series.
-    pub(super) fn draw(&self, area: &Area<'_>, x_label: &str) -> Result<(), PlotError> {
-        /// Width of the labels of the vertical axis, px.
-        const Y_LABELS: i32 = 80;
-        /// Height of the labels of the horizontal axis, px.
-        const X_LABELS: i32 = 44;
-
+    /// The panel as the page draws it. Series without points are left out.
+    pub(super) fn drawn(&self) -> DrawnPanel<'_> {
         let x = self.x_range();
-        let scale = self.scale(&x);
-        let mut chart = ChartBuilder::on(area)
-            .margin(6)
-            .margin_right(20)
-            .set_label_area_size(LabelAreaPosition::Left, Y_LABELS)
-            .set_label_area_size(LabelAreaPosition::Bottom, X_LABELS)
-            .build_cartesian_2d(x.clone(), scale.range.clone())
-            .map_err(failed)?;
-        let y_tick = tick_format(&scale.range, Y_TICKS);
-        let x_tick = tick_format(&x, X_TICKS);
-        let y_text = |y: &f64| if self.is_logarithmic { power_of_ten(*y) } else { y_tick(y) };
-        let x_text =
-            |x: &f64| if self.categories.is_empty() { x_tick(x) } else { self.category(*x) };
-        let mut mesh = chart.configure_mesh();
-        mesh.bold_line_style(GRID)
-            .light_line_style(TRANSPARENT)
-            .axis_style(INK)
-            .label_style(label_style())
-            .axis_desc_style(label_style())
-            .x_labels(X_TICKS.max(2 * self.categories.len()))
-            .y_labels(Y_TICKS)
-            .x_label_formatter(&x_text)
-            .y_label_formatter(&y_text)
-            .x_desc(x_label)
-            .y_desc(&self.y_label);
-        if !self.categories.is_empty() {
-            mesh.disable_x_mesh();
+        DrawnPanel {
+            y_label: &self.y_label,
+            x_range: [x.start, x.end],
+            y_range: self.y_range(&x),
+            logarithmic: self.is_logarithmic,
+            categories: &self.categories,
+            series: self.series.iter().filter(|s| !s.is_empty()).map(Series::drawn).collect(),
         }
-        mesh.draw().map_err(failed)?;
-        self.series.iter().try_for_each(|series| series.draw(&mut chart, &scale))
     }
+}
 
-    /// Name of the category at this position.
-    fn category(&self, x: f64) -> String {
-        let index = x.round();
-        let is_whole = (x - index).abs() < 1e-6 && index >= 0.0;
-        let name = is_whole.then(|| self.categories.get(index as usize)).flatten();
-        name.cloned().unwrap_or_default()
-    }
+/// A panel as the page draws it.
+#[derive(Serialize)]
+pub(super) struct DrawnPanel<'a> {
+    y_label: &'a str,
+    x_range: [f64; 2],
+    y_range: Option<(f64, f64)>,
+    logarithmic: bool,
+    categories: &'a [String],
+    series: Vec<Drawn<'a>>,
 }
 
 /// Smallest and largest of the finite values.
@@ -160,4 +132,40 @@ fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
         None => Some((value, value)),
         Some((low, high)) => Some((f64::min(low, value), f64::max(high, value))),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::style::{Colour, Mark};
+    use super::*;
+
+    fn panel(points: &[Point]) -> Panel {
+        let curve = Series::curve("a", Mark::Line, Colour::Main, points.iter().copied());
+        Panel::new("a, m").with(curve)
+    }
+
+    #[test]
+    fn range_fits_the_points_after_settling() {
+        let panel = panel(&[(0.0, 1e6), (50.0, 2.0), (100.0, 1.0)]).fit_after(0.25);
+        let (low, high) = panel.y_range(&panel.x_range()).unwrap();
+        assert!(low < 1.0 && low > 0.9 && high > 2.0 && high < 2.1, "{low} {high}");
+    }
+
+    #[test]
+    fn constant_short_or_not_finite_points_have_a_range() {
+        for points in [vec![(0.0, 3.0)], vec![(0.0, 1e-300), (1.0, 1e300)], vec![(0.0, 0.0)]] {
+            let panel = panel(&points);
+            let x = panel.x_range();
+            assert!(x.end > x.start);
+            assert!(panel.y_range(&x).is_none_or(|(low, high)| high > low), "{points:?}");
+        }
+        assert_eq!(panel(&[(0.0, f64::NAN)]).y_range(&(0.0..1.0)), None);
+    }
+
+    #[test]
+    fn logarithmic_range_leaves_out_what_has_no_logarithm() {
+        let panel = panel(&[(0.0, 0.0), (1.0, 1e-3), (2.0, 10.0)]).logarithmic();
+        let (low, high) = panel.y_range(&panel.x_range()).unwrap();
+        assert!(low > 1e-4 && low < 1e-3 && high > 10.0 && high < 100.0, "{low} {high}");
+    }
 }

@@ -1,25 +1,20 @@
 //! Series of a panel: curve, band, bars, dots, diamonds.
 
-use plotters::chart::ChartContext;
-use plotters::coord::types::RangedCoordf64;
-use plotters::prelude::*;
+use serde::Serialize;
 
-use super::canvas::{PlotError, failed};
-use super::clip::clip;
 use super::decimate::{self, Point};
-use super::scale::Scale;
-use super::style::{AREA_OPACITY, BAR_OPACITY, Colour, DASH, DOT, Mark};
+use super::style::{Colour, Mark};
 
 /// Data with a name, a colour and a shape.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     pub(super) name: String,
-    pub(super) colour: Colour,
-    pub(super) shape: Shape,
+    colour: Colour,
+    shape: Shape,
 }
 
-#[derive(Clone, Debug)]
-pub(super) enum Shape {
+#[derive(Clone, Debug, PartialEq)]
+enum Shape {
     Curve(Mark, Vec<Point>),
     /// Position, lower and upper end.
     Band(Vec<(f64, f64, f64)>),
@@ -40,8 +35,8 @@ pub struct Dot {
     pub reach: f64,
 }
 
-pub(super) type Chart<'a, 'b> =
-    ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// Columns of a table: name and cells, position and value.
+pub(super) type Column = (String, Vec<Point>);
 
 impl Series {
     /// A curve through the finite points.
@@ -51,8 +46,8 @@ impl Series {
         colour: Colour,
         points: impl IntoIterator<Item = Point>,
     ) -> Self {
-        let points: Vec<Point> = points.into_iter().filter(|p| p.1.is_finite()).collect();
-        Self::new(name, colour, Shape::Curve(mark, decimate::curve(&points)))
+        let points = points.into_iter().filter(|p| p.1.is_finite());
+        Self::new(name, colour, Shape::Curve(mark, points.collect()))
     }
 
     /// A horizontal line at `level`, from `x.0` to `x.1`.
@@ -68,8 +63,8 @@ impl Series {
     ) -> Self {
         let is_finite =
             |(_, lower, upper): &(f64, f64, f64)| lower.is_finite() && upper.is_finite();
-        let points: Vec<_> = points.into_iter().filter(is_finite).collect();
-        Self::new(name, colour, Shape::Band(decimate::band(&points)))
+        let points = points.into_iter().filter(is_finite);
+        Self::new(name, colour, Shape::Band(points.collect()))
     }
 
     /// Bars on the zero line: lower edge, upper edge, height.
@@ -93,6 +88,16 @@ impl Series {
         Self { name: name.to_owned(), colour, shape }
     }
 
+    /// True without any point.
+    pub(super) fn is_empty(&self) -> bool {
+        self.extremes().is_empty()
+    }
+
+    /// True for bars, which stand on the axis.
+    pub(super) fn is_bars(&self) -> bool {
+        matches!(self.shape, Shape::Bars(_))
+    }
+
     /// Points that the axes have to contain.
     pub(super) fn extremes(&self) -> Vec<Point> {
         let both = |(x, low, high): (f64, f64, f64)| [(x, low), (x, high)];
@@ -108,98 +113,107 @@ impl Series {
         }
     }
 
-    /// Draws the series in a panel of this vertical scale.
-    pub(super) fn draw(&self, chart: &mut Chart<'_, '_>, scale: &Scale) -> Result<(), PlotError> {
+    /// The series as columns of a table: a band and dots with whiskers have a lower and an upper one.
+    pub(super) fn columns(&self) -> Vec<Column> {
+        let name = &self.name;
+        let pair = |points: &mut dyn Iterator<Item = (f64, f64, f64)>| {
+            let (low, high): (Vec<_>, Vec<_>) =
+                points.map(|(x, low, high)| ((x, low), (x, high))).unzip();
+            vec![(format!("{name}, low"), low), (format!("{name}, high"), high)]
+        };
         match &self.shape {
-            Shape::Curve(mark, points) => draw_curve(chart, scale, self.colour, *mark, points),
-            Shape::Band(points) => draw_band(chart, scale, self.colour, points),
-            Shape::Bars(bars) => draw_bars(chart, scale, self.colour, bars),
-            Shape::Dots(dots) => draw_dots(chart, scale, self.colour, dots),
-            Shape::Diamonds(points) => draw_diamonds(chart, scale, self.colour, points),
-        }
-    }
-}
-
-fn draw_curve(
-    chart: &mut Chart<'_, '_>,
-    scale: &Scale,
-    colour: Colour,
-    mark: Mark,
-    points: &[Point],
-) -> Result<(), PlotError> {
-    let points: Vec<Point> = points.iter().map(|p| (p.0, scale.height(p.1))).collect();
-    let style = colour.rgb().stroke_width(mark.width());
-    for piece in clip(&points, &scale.range) {
-        match mark {
-            Mark::Dashes => chart.draw_series(DashedLineSeries::new(piece, DASH, DASH, style)),
-            Mark::Line | Mark::Thin | Mark::Wide => {
-                chart.draw_series(LineSeries::new(piece, style))
+            Shape::Curve(_, points) | Shape::Diamonds(points) => {
+                vec![(name.clone(), points.clone())]
+            }
+            Shape::Band(points) => pair(&mut points.iter().copied()),
+            Shape::Bars(bars) => {
+                let middle = |&(from, to, height): &(f64, f64, f64)| (0.5 * (from + to), height);
+                vec![(name.clone(), bars.iter().map(middle).collect())]
+            }
+            Shape::Dots(dots) => {
+                let mut ends = dots.iter().map(|dot| {
+                    let Dot { x, value, reach } = *dot;
+                    (x, value - reach, value + reach)
+                });
+                let mut columns = pair(&mut ends);
+                columns.push((name.clone(), dots.iter().map(|dot| (dot.x, dot.value)).collect()));
+                columns
             }
         }
-        .map_err(failed)?;
     }
-    Ok(())
+
+    /// The series as the page draws it: decimated and rounded.
+    pub(super) fn drawn(&self) -> Drawn<'_> {
+        let (kind, points) = match &self.shape {
+            Shape::Curve(mark, points) => {
+                let kind = match mark {
+                    Mark::Line => "line",
+                    Mark::Thin => "thin",
+                    Mark::Wide => "wide",
+                    Mark::Dashes => "dashes",
+                };
+                let point = |(x, y): Point| [x, y, y, y];
+                let pieces = decimate::pieces(points, |point| point.0).into_iter();
+                let drawn = pieces.map(|piece| decimate::curve(piece).into_iter().map(point));
+                (kind, joined(drawn.map(Iterator::collect)))
+            }
+            Shape::Diamonds(points) => {
+                ("diamonds", points.iter().map(|&(x, y)| [x, y, y, y]).collect())
+            }
+            Shape::Band(points) => {
+                let point = |(x, low, high): (f64, f64, f64)| [x, high, low, high];
+                let pieces = decimate::pieces(points, |point| point.0).into_iter();
+                let drawn = pieces.map(|piece| decimate::band(piece).into_iter().map(point));
+                ("band", joined(drawn.map(Iterator::collect)))
+            }
+            Shape::Bars(bars) => {
+                let bar =
+                    |&(from, to, height): &(f64, f64, f64)| [(from + to) / 2.0, height, from, to];
+                ("bars", bars.iter().map(bar).collect())
+            }
+            Shape::Dots(dots) => {
+                let dot =
+                    |dot: &Dot| [dot.x, dot.value, dot.value - dot.reach, dot.value + dot.reach];
+                ("dots", dots.iter().map(dot).collect())
+            }
+        };
+        let column = |i: usize| points.iter().map(|point| rounded(point[i])).collect();
+        let has_ends = matches!(kind, "band" | "bars" | "dots");
+        let end = |i: usize| if has_ends { column(i) } else { Vec::new() };
+        let (x, y, low, high) = (column(0), column(1), end(2), end(3));
+        Drawn { name: &self.name, colour: self.colour, kind, x, y, low, high }
+    }
 }
 
-fn draw_band(
-    chart: &mut Chart<'_, '_>,
-    scale: &Scale,
+/// Pieces with a point without value between each two, at which the page interrupts the line.
+fn joined(pieces: impl Iterator<Item = Vec<[f64; 4]>>) -> Vec<[f64; 4]> {
+    pieces.fold(Vec::new(), |mut all, piece| {
+        if let (Some(last), Some(next)) = (all.last(), piece.first()) {
+            let middle = 0.5 * (last[0] + next[0]);
+            all.push([middle, f64::NAN, f64::NAN, f64::NAN]);
+        }
+        all.extend(piece);
+        all
+    })
+}
+
+/// A series as the page draws it; a value that is none is null.
+#[derive(Serialize)]
+pub(super) struct Drawn<'a> {
+    name: &'a str,
     colour: Colour,
-    points: &[(f64, f64, f64)],
-) -> Result<(), PlotError> {
-    let upper = points.iter().map(|&(x, _, upper)| (x, scale.height_inside(upper)));
-    let lower = points.iter().rev().map(|&(x, lower, _)| (x, scale.height_inside(lower)));
-    let outline: Vec<Point> = upper.chain(lower).collect();
-    let area = Polygon::new(outline, colour.rgb().mix(AREA_OPACITY).filled());
-    chart.draw_series([area]).map(|_| ()).map_err(failed)
+    kind: &'static str,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Lower ends of a band and of whiskers, left edges of bars.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    low: Vec<f64>,
+    /// Upper ends, right edges.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    high: Vec<f64>,
 }
 
-fn draw_bars(
-    chart: &mut Chart<'_, '_>,
-    scale: &Scale,
-    colour: Colour,
-    bars: &[(f64, f64, f64)],
-) -> Result<(), PlotError> {
-    let style = colour.rgb().mix(BAR_OPACITY).filled();
-    let zero = scale.height_inside(0.0);
-    let bar = |&(from, to, height): &(f64, f64, f64)| {
-        Rectangle::new([(from, zero), (to, scale.height_inside(height))], style)
-    };
-    chart.draw_series(bars.iter().map(bar)).map(|_| ()).map_err(failed)
+/// Eight significant digits: more than a zoomed plot resolves, half the text of all digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.7e}").parse().unwrap_or(value)
 }
-
-fn draw_dots(
-    chart: &mut Chart<'_, '_>,
-    scale: &Scale,
-    colour: Colour,
-    dots: &[Dot],
-) -> Result<(), PlotError> {
-    let line = colour.rgb().stroke_width(LINE);
-    let whisker = |dot: &Dot| {
-        let ends = [dot.value - dot.reach, dot.value + dot.reach];
-        PathElement::new(ends.map(|y| (dot.x, scale.height_inside(y))), line)
-    };
-    chart.draw_series(dots.iter().map(whisker)).map_err(failed)?;
-    let filled = colour.rgb().filled();
-    let dot = |dot: &Dot| Circle::new((dot.x, scale.height_inside(dot.value)), DOT, filled);
-    chart.draw_series(dots.iter().map(dot)).map(|_| ()).map_err(failed)
-}
-
-fn draw_diamonds(
-    chart: &mut Chart<'_, '_>,
-    scale: &Scale,
-    colour: Colour,
-    points: &[Point],
-) -> Result<(), PlotError> {
-    let line = colour.rgb().stroke_width(LINE);
-    let diamond = |point: &Point| {
-        EmptyElement::at((point.0, scale.height_inside(point.1)))
-            + PathElement::new(DIAMOND.to_vec(), line)
-    };
-    chart.draw_series(points.iter().map(diamond)).map(|_| ()).map_err(failed)
-}
-
-/// Width of whiskers and outlines, px.
-const LINE: u32 = 2;
-/// Outline of a diamond about its centre, px.
-pub(super) const DIAMOND: [(i32, i32); 5] = [(0, -7), (7, 0), (0, 7), (-7, 0), (0, -7)];

@@ -1,19 +1,22 @@
-//! Output folder of the papers: one folder per paper, with its tables and its figures.
+//! Output folder of the papers: a page, and one folder per paper with its tables and the points of its figures.
 //!
 //! | file | content |
 //! |---|---|
+//! | `report.html` | all tables and figures |
 //! | `tables.txt`, `tables.json` | all tables, as on the terminal and as with `--json` |
 //! | `kim-2010/tables.csv` … | tables of one paper, one row per quantity |
-//! | `kim-2010/figure-1.svg` … | counterpart of each figure of the paper |
+//! | `kim-2010/figure-1.csv` … | counterpart of each figure of the paper |
 
 use std::io;
 use std::path::Path;
 
 use super::table::{PaperFigure, PublishedTable, TablesReport};
 use super::text;
-use crate::report::files::{OutputError, create_folder, stream, write_json, write_text};
+use crate::report::files::{Folder, OutputError};
+use crate::report::page;
 
-/// Writes tables and figures into `folder`, which is created if it does not exist.
+/// Writes tables and figures into `folder`, which is created if it does not exist; files of an earlier report are
+/// removed.
 ///
 /// # Errors
 /// A path that cannot be written.
@@ -21,26 +24,26 @@ pub fn write_papers(
     folder: &Path,
     report: &TablesReport,
     figures: &[PaperFigure],
+    command: &str,
 ) -> Result<(), OutputError> {
-    create_folder(folder)?;
-    write_json(&folder.join("tables.json"), report)?;
-    write_text(&folder.join("tables.txt"), &text::tables(report))?;
-    let mut papers: Vec<&str> = report.tables.iter().map(|table| table.paper).collect();
-    papers.dedup();
-    for paper in papers {
-        let of_paper = folder.join(folder_name(paper));
-        create_folder(&of_paper)?;
-        let tables = report.tables.iter().filter(|table| table.paper == paper);
-        stream(&of_paper.join("tables.csv"), |out| write_tables(out, tables))?;
-        for figure in figures.iter().filter(|figure| figure.paper == paper) {
-            write_text(&of_paper.join(&figure.file), &figure.svg)?;
-        }
+    const FILES: [(&str, &str); 2] =
+        [("tables.json", "all tables"), ("tables.txt", "all tables, as text")];
+    let mut folder = Folder::open(folder, &[])?;
+    folder.text("report.html", &page::papers(report, figures, command, &FILES))?;
+    folder.json("tables.json", report)?;
+    folder.text("tables.txt", &text::tables(report))?;
+    for tables in report.tables.chunk_by(|a, b| a.paper == b.paper) {
+        let name = format!("{}/tables.csv", folder_name(tables[0].paper));
+        folder.stream(&name, |out| write_tables(out, tables.iter()))?;
+    }
+    for PaperFigure { figure, .. } in figures {
+        folder.stream(&format!("{}.csv", figure.name), |out| figure.write_csv(out))?;
     }
     Ok(())
 }
 
 /// Folder of a paper: `kim-2010` for `Kim2010`.
-fn folder_name(paper: &str) -> String {
+pub fn folder_name(paper: &str) -> String {
     let year = paper.find(|c: char| c.is_ascii_digit()).unwrap_or(paper.len());
     format!("{}-{}", &paper[..year].to_lowercase(), &paper[year..])
 }

@@ -3,7 +3,7 @@
 //! ```text
 //! table   the values, as in the JSON document
 //! text    the tables for the terminal
-//! folder  one folder per paper: tables as CSV, figures as SVG
+//! folder  a page, and one folder per paper: tables and points of figures as CSV
 //! ```
 
 pub mod folder;

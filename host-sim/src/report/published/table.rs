@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::report::plots::Figure;
+
 /// All tables of all papers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TablesReport {
@@ -70,8 +72,6 @@ pub struct Row {
 pub struct PaperFigure {
     /// Key of the paper, as `Kim2010`.
     pub paper: &'static str,
-    /// File name, without folder.
-    pub file: String,
-    /// SVG text.
-    pub svg: String,
+    /// The figure, under the name of its file.
+    pub figure: Figure,
 }

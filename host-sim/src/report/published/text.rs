@@ -13,23 +13,24 @@ const EMPTY: &str = "-";
 
 /// All tables, after a paragraph on how to read them.
 pub fn tables(report: &TablesReport) -> String {
-    let last_seed = report.seed.wrapping_add(report.runs.saturating_sub(1));
-    let introduction = wrapped(
-        &format!(
-            "{} runs of each table, seeds {} to {last_seed}: mean ± standard deviation of one run. \
-             Percentile: share of our runs below the published value; near 0 or 100 the published \
-             value differs from ours. Bound: Cramér-Rao bound, one sigma. Errors are absolute \
-             values.",
-            report.runs, report.seed
-        ),
-        "",
-    );
+    let introduction = wrapped(&introduction(report), "");
     let blocks = report.tables.iter().map(table);
     std::iter::once(introduction).chain(blocks).collect::<Vec<_>>().join("\n")
 }
 
+/// How to read the tables.
+pub fn introduction(report: &TablesReport) -> String {
+    let last_seed = report.seed.wrapping_add(report.runs.saturating_sub(1));
+    format!(
+        "{} runs of each table, seeds {} to {last_seed}: mean ± standard deviation of one run. \
+         Percentile: share of our runs below the published value; near 0 or 100 the published \
+         value differs from ours. Bound: Cramér-Rao bound, one sigma. Errors are absolute values.",
+        report.runs, report.seed
+    )
+}
+
 /// One table: heading, columns, remarks.
-fn table(table: &PublishedTable) -> String {
+pub fn table(table: &PublishedTable) -> String {
     let title = format!("[{}] {}: {}", table.paper, place(table.table), table.title);
     let flight = format!(
         "scenario {}, {} of 6 directions observable; ours: {}, {}",

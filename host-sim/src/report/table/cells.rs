@@ -3,11 +3,11 @@
 use crate::report::number::{fixed, power, significant};
 
 /// Significant digits of an uncertainty or an error.
-pub(super) const DIGITS: usize = 3;
+pub(in crate::report) const DIGITS: usize = 3;
 /// Cell without a value.
-pub(super) const EMPTY: &str = "-";
+pub(in crate::report) const EMPTY: &str = "-";
 /// Bound of an element that the motion does not observe.
-pub(super) const UNOBSERVED: &str = "unobserved";
+pub(in crate::report) const UNOBSERVED: &str = "unobserved";
 
 /// A line `name  text` above a table.
 pub(super) fn heading(name: &str, text: &str) -> String {
@@ -20,18 +20,18 @@ pub(super) fn vector(values: &[f64; 3]) -> String {
 }
 
 /// A number with [`DIGITS`] significant digits, or `otherwise`.
-pub(super) fn short(number: Option<f64>, otherwise: &str) -> String {
+pub(in crate::report) fn short(number: Option<f64>, otherwise: &str) -> String {
     or(number.map(|number| significant(number, DIGITS)), otherwise)
 }
 
 /// `text`, or `otherwise`.
-pub(super) fn or(text: Option<String>, otherwise: &str) -> String {
+pub(in crate::report) fn or(text: Option<String>, otherwise: &str) -> String {
     text.unwrap_or_else(|| otherwise.to_owned())
 }
 
 /// Decimals of a column of elements: two digits of the smallest sigma, within four to nine digits
 /// of the largest element. Six digits without a sigma.
-pub(super) fn decimals(sigmas: &[f64; 6], elements: &[f64; 6]) -> i32 {
+pub(in crate::report) fn decimals(sigmas: &[f64; 6], elements: &[f64; 6]) -> i32 {
     let smallest =
         sigmas.iter().copied().filter(|sigma| *sigma > 0.0).fold(f64::INFINITY, f64::min);
     let largest = elements.iter().fold(0.0, |largest: f64, element| largest.max(element.abs()));
@@ -44,7 +44,7 @@ pub(super) fn decimals(sigmas: &[f64; 6], elements: &[f64; 6]) -> i32 {
 }
 
 /// An element in a column: all with the same decimals, or all with an exponent.
-pub(super) fn element(value: f64, decimals: i32) -> String {
+pub(in crate::report) fn element(value: f64, decimals: i32) -> String {
     const MOST_DECIMALS: i32 = 9;
     if decimals <= MOST_DECIMALS {
         fixed(value, decimals)

@@ -24,7 +24,7 @@ pub fn run(report: &RunReport) -> String {
         ("one sigma", "kg m²"),
     ];
     columns.extend(random_column(estimate));
-    columns.extend([("bound", "kg m²"), ("error/bound", "")]);
+    columns.extend([("error/sigma", ""), ("bound", "kg m²"), ("error/bound", "")]);
     let mut table = Columns::new(&columns);
     for i in 0..6 {
         let error = found[i] - report.truth_kg_m2[i];
@@ -37,6 +37,7 @@ pub fn run(report: &RunReport) -> String {
             significant(estimate.sigma_kg_m2[i], DIGITS),
         ];
         cells.extend(random_cell(estimate, i));
+        cells.push(or(report.error_over_sigma[i].map(|ratio| fixed(ratio, 2)), EMPTY));
         cells.push(short(report.bound_kg_m2[i], UNOBSERVED));
         cells.push(or(report.bound_kg_m2[i].map(|bound| fixed(error / bound, 2)), EMPTY));
         table.row(cells);
@@ -240,14 +241,14 @@ physical            yes
 residual            0.0001815 rad/s RMS, white
 spikes              2, at 12.3, 45.6 s
 
-element      true  estimated     error    error  one sigma     bound  error/bound
-            kg m²      kg m²     kg m²        %      kg m²     kg m²
-jxx      14.20000   14.20102   0.00102  0.00718    0.00275   0.00275         0.37
-jyy      17.30000   17.29780  -0.00220  -0.0127    0.00250   0.00249        -0.88
-jzz      20.30000   20.30110   0.00110  0.00542    0.00320   0.00319         0.34
-jxy       0.08670    0.08722  0.000520    0.600    0.00110   0.00112         0.46
-jxz       0.13570    0.13410  -0.00160    -1.18    0.00160   0.00162        -0.99
-jyz       0.60160    0.60150  -1.00e-4  -0.0166   0.000860  0.000854        -0.12
+element      true  estimated     error    error  one sigma  error/sigma     bound  error/bound
+            kg m²      kg m²     kg m²        %      kg m²                  kg m²
+jxx      14.20000   14.20102   0.00102  0.00718    0.00275         0.37   0.00275         0.37
+jyy      17.30000   17.29780  -0.00220  -0.0127    0.00250        -0.88   0.00249        -0.88
+jzz      20.30000   20.30110   0.00110  0.00542    0.00320         0.34   0.00319         0.34
+jxy       0.08670    0.08722  0.000520    0.600    0.00110         0.47   0.00112         0.46
+jxz       0.13570    0.13410  -0.00160    -1.18    0.00160        -1.00   0.00162        -0.99
+jyz       0.60160    0.60150  -1.00e-4  -0.0166   0.000860        -0.12  0.000854        -0.12
 "
         );
     }

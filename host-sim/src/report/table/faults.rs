@@ -41,14 +41,15 @@ fn part(cells: &[FaultCell]) -> String {
         ("RMS", "/clean"),
         ("missed", ""),
     ]);
-    cells.iter().for_each(|cell| table.row(row(cell)));
+    cells.iter().for_each(|cell| table.row(fault_row(cell)));
     let name = format!("{}, {}", clean.estimator, clean.precision);
     let alarms = format!("{} of {} clean flights", clean.false_alarms, clean.runs);
     ["\n", &heading("estimator", &name), &heading("false alarms", &alarms), "\n", &table.finish()]
         .concat()
 }
 
-fn row(cell: &FaultCell) -> Vec<String> {
+/// Cells of a row.
+pub(in crate::report) fn fault_row(cell: &FaultCell) -> Vec<String> {
     let number = |value: Option<f64>| or(value.map(|value| significant(value, 3)), EMPTY);
     let name = cell.fault.clone();
     let is_fault = name.is_some();

@@ -72,7 +72,7 @@ pub(super) fn solved(report: &ReplayReport) -> String {
 }
 
 /// A value with its unit: a share in per cent, an angle in degrees.
-pub(super) fn in_words(value: f64, unit: &str) -> String {
+pub(in crate::report) fn in_words(value: f64, unit: &str) -> String {
     /// Significant digits.
     const SHORT: usize = 2;
     let trimmed = |value: f64| {

@@ -20,8 +20,11 @@ mod target;
 
 pub use bound::crlb;
 pub use campaign::mc;
+pub(super) use cells::{DIGITS, EMPTY, UNOBSERVED, decimals, element, or, short};
 pub use estimate::{replay, run};
 pub use explanation::diagnosis;
+pub(super) use faults::fault_row;
 pub use faults::faults;
+pub(super) use hardware::in_words;
 pub use logs::logs;
 pub use target::pil;
