@@ -35,6 +35,10 @@ pub(super) enum Failure {
     InvalidCommand(CommandError),
     #[error("{file}: no [prior]; add one, or give --inertia and --sigma")]
     NoPrior { file: String },
+    #[error("{file}: the key cannot be read: {error}")]
+    UnreadableKey { file: String, error: io::Error },
+    #[error("{file}: not a key; write 32 hexadecimal digits, as openssl rand -hex 16 prints")]
+    NoKey { file: String },
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
     #[error("{scenario}: {error}")]
@@ -63,7 +67,9 @@ impl Failure {
             | Self::NoTelemetry { .. }
             | Self::TooShort { .. }
             | Self::InvalidCommand(_)
-            | Self::NoPrior { .. } => BAD_INPUT,
+            | Self::NoPrior { .. }
+            | Self::UnreadableKey { .. }
+            | Self::NoKey { .. } => BAD_INPUT,
             #[cfg(unix)]
             Self::Pil(crate::pil::PilFailed::NotFlown(_)) => BAD_INPUT,
             #[cfg(unix)]

@@ -9,6 +9,7 @@ mod diagnose;
 mod estimate;
 mod failure;
 mod flight_estimator;
+mod key;
 mod mc;
 mod notes;
 #[cfg(unix)]
@@ -107,6 +108,12 @@ enum Verb {
     ///
     /// Set the port to raw mode first: stty -F /dev/ttyUSB0 115200 raw -echo.
     Command(command::Arguments),
+    /// Key of a slot from the master key of a flight image, for command and telemetry
+    ///
+    /// Example: host-sim derive-key master.key --slot 1 > slot1.key
+    ///
+    /// The master key stays where the keys are managed; a ground station has the key of its slot.
+    DeriveKey(key::Arguments),
     /// Processor in the loop: the firmware in QEMU with simulated sensors, compared with the host
     ///
     /// Example: host-sim pil stsat3-spin-up --estimator window
@@ -153,6 +160,7 @@ pub fn main() -> ExitCode {
         Verb::Crlb(arguments) => crlb::run(&arguments),
         Verb::Telemetry(arguments) => telemetry::run(&arguments),
         Verb::Command(arguments) => command::run(&arguments),
+        Verb::DeriveKey(arguments) => key::run(&arguments),
         #[cfg(unix)]
         Verb::Pil(arguments) => pil::run(&arguments),
     };
@@ -181,6 +189,15 @@ fn print(json: bool, report: &impl Serialize, table: &str) -> Result<(), Failure
     } else {
         table.to_owned()
     };
+    write_out(&text)
+}
+
+/// Prints a line.
+fn print_line(text: &str) -> Result<(), Failure> {
+    write_out(&format!("{text}\n"))
+}
+
+fn write_out(text: &str) -> Result<(), Failure> {
     match io::stdout().write_all(text.as_bytes()) {
         // A closed pipe, as with `head`, is not an error.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),

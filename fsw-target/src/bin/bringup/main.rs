@@ -22,7 +22,8 @@ mod on_target {
     use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
     use fsw_target::arch::exit;
     use fsw_target::board::{
-        Board, CheckpointFlash, Delay, GyroBus, GyroDataReady, Tunnel, WheelCaptures, now_us,
+        Board, Delay, GyroBus, GyroDataReady, OptionBytes, SectorPair, Tunnel, WheelCaptures,
+        now_us,
     };
     use fsw_target::drivers::gyro::RateGyro;
     use fsw_target::drivers::gyro::bus::Spi;
@@ -40,6 +41,7 @@ mod on_target {
         let report = board.report();
         log::init(board.link.into_log_output());
         defmt::info!("{}", report);
+        report_options(report.options);
 
         let mut all_work = true;
         all_work &= report_check("clock", clock_advances());
@@ -60,6 +62,14 @@ mod on_target {
             stack::size_bytes()
         );
         if all_work { exit::success() } else { exit::failure() }
+    }
+
+    /// Logs whether the option bytes are those of a flight board.
+    fn report_options(options: OptionBytes) {
+        match options.are_as_set() {
+            true => defmt::info!("option bytes: as for flight"),
+            false => defmt::warn!("option bytes: not those of a flight board, see docs/board.md"),
+        }
     }
 
     /// Logs the result of a check and returns it.
@@ -142,10 +152,10 @@ mod on_target {
     }
 
     /// Erases the last sector, writes to it, reads it back, and logs the result.
-    fn report_flash(flash: &mut CheckpointFlash) {
+    fn report_flash(flash: &mut SectorPair) {
         const PATTERN: [u8; 8] = *b"bringup\n";
         let end = flash.capacity() as u32;
-        let start = end - CheckpointFlash::ERASE_SIZE as u32;
+        let start = end - SectorPair::ERASE_SIZE as u32;
         let start_us = now_us();
         let mut read = [0; 8];
         let result = flash
