@@ -26,6 +26,8 @@ pub enum Refused {
     NoWindows,
     /// The estimator is not built into this image.
     NotBuiltIn,
+    /// A bit of craft or prior has flipped in memory. A restart of the computer reads both again.
+    Corrupt,
 }
 
 impl From<ConfigError> for Refused {

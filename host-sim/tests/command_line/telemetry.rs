@@ -75,6 +75,7 @@ const STATUS: StatusReport = StatusReport {
     brown_out: BrownOutLevel::Level3,
     option_bytes_as_set: true,
     supply_low: false,
+    configuration_intact: true,
     short_lives: 0,
     stack_high_water_bytes: 2100,
     gyro: GyroState::WrongIdentity,

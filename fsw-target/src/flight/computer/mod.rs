@@ -437,6 +437,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             brown_out: health.brown_out,
             option_bytes_as_set: health.option_bytes_as_set,
             supply_low: health.supply_low,
+            configuration_intact: self.flight.estimator().is_intact(),
             short_lives: u8::try_from(self.short_lives).unwrap_or(u8::MAX),
             stack_high_water_bytes: health.stack_high_water_bytes,
             gyro: self.gyro.state,

@@ -53,6 +53,7 @@ pub fn status() -> StatusReport {
         brown_out: BrownOutLevel::Level3,
         option_bytes_as_set: true,
         supply_low: false,
+        configuration_intact: true,
         short_lives: 1,
         stack_high_water_bytes: 2100,
         gyro: GyroState::Ready,
@@ -124,7 +125,7 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
     let words = (any_of(), any_of(), any_of(), any_of(), any_of(), any_of());
     let events = (proptest::option::of(any_of()), proptest::option::of(any_of()));
     let optional = (any::<Option<u8>>(), any::<Option<bool>>(), any::<bool>(), any::<u16>());
-    let keys = (any::<[[u32; 3]; 2]>(), any::<Option<u8>>(), any::<[u8; 2]>(), any::<[bool; 6]>());
+    let keys = (any::<[[u32; 3]; 2]>(), any::<Option<u8>>(), any::<[u8; 2]>(), any::<[bool; 7]>());
     let torque = proptest::array::uniform3(-100.0_f32..100.0);
     // Outcomes and uplink counters.
     let counters = proptest::collection::vec(any::<u8>(), 4 * (14 + 11));
@@ -145,6 +146,7 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
                 brown_out: words.4,
                 option_bytes_as_set: flags[4],
                 supply_low: flags[5],
+                configuration_intact: flags[6],
                 short_lives,
                 stack_high_water_bytes: n[1],
                 gyro: words.2,

@@ -42,6 +42,8 @@ record! {
         option_bytes_as_set: bool, "–";
         /// True if the supply is below the limit of flash operations, which are refused.
         supply_low: bool, "–";
+        /// True if craft and prior in memory are as they were set; after a flipped bit no estimator starts until a reboot.
+        configuration_intact: bool, "–";
         /// Starts in a row that a failure or the watchdog ended within a minute.
         short_lives: u8, "–";
         /// Largest stack depth since the last start.
