@@ -10,6 +10,7 @@ TARGET=thumbv7em-none-eabihf
 MINIMUM_RUST=89 # 1.89: rust-version in Cargo.toml
 
 cd "$(dirname "$0")/.."
+export CARGO_INCREMENTAL=0 # each package is compiled once: less disk
 skipped=""
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT

@@ -82,7 +82,10 @@ pub(super) fn cells(columns: Columns, report: &Value) -> Result<Vec<String>> {
         report[key].as_u64().with_context(|| format!("the report of mc has no count `{key}`"))
     };
     let (diverged, not_converged) = (count("diverged")?, count("not_converged")?);
-    let over_bound = range(report, "rmse_over_bound")?;
+    // With stated errors of the hardware, the bound is that of a solution for them.
+    let is_joint = report["rmse_over_joint_bound"].is_array();
+    let over_bound =
+        range(report, if is_joint { "rmse_over_joint_bound" } else { "rmse_over_bound" })?;
     let failed = (diverged + not_converged).to_string();
     Ok(match columns {
         Columns::Summary => vec![over_bound, nees(report), failed],
@@ -93,6 +96,14 @@ pub(super) fn cells(columns: Columns, report: &Value) -> Result<Vec<String>> {
             diverged.to_string(),
             not_converged.to_string(),
             count("changes")?.to_string(),
+            count("residuals_not_white")?.to_string(),
+        ],
+        Columns::Hardware => vec![
+            over_bound,
+            nees(report),
+            count("silent_lies")?.to_string(),
+            diverged.to_string(),
+            not_converged.to_string(),
             count("residuals_not_white")?.to_string(),
         ],
         Columns::Verdicts => {

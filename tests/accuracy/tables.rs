@@ -22,6 +22,8 @@ pub enum Columns {
     Summary,
     /// The same with bias, changes and residuals.
     Full,
+    /// Flights with stated errors of the hardware: error over the bound that solves for them, NEES, verdicts.
+    Hardware,
     /// Verdicts alone: for estimators most of whose runs fail.
     Verdicts,
     /// Runs whose residuals are called not white under a torque of 5, 6 and 8 sigma about x, y, z.
@@ -43,6 +45,15 @@ impl Columns {
                 "changes",
                 "not white",
             ],
+            Self::Hardware => &[
+                "command",
+                "RMS / joint bound",
+                "NEES",
+                "silent lies",
+                "diverged",
+                "not converged",
+                "not white",
+            ],
             Self::Verdicts => &["command", "converged", "not converged", "diverged"],
             Self::WhiteResiduals => &["scenario, axis, runs", "5 sigma", "6 sigma", "8 sigma"],
         };
@@ -55,7 +66,7 @@ impl Table {
     pub fn row_start(&self, row: &Row) -> String {
         match self.columns {
             Columns::Summary => format!("| {} | `{}` |", row.title, row.command()),
-            Columns::Full | Columns::Verdicts => format!("| `{}` |", row.command()),
+            Columns::Full | Columns::Hardware | Columns::Verdicts => format!("| `{}` |", row.command()),
             Columns::WhiteResiduals => {
                 format!("| `{}`, {}, {} |", row.scenario, row.title, row.runs)
             }
@@ -72,6 +83,7 @@ impl Table {
 pub const TABLES: &[Table] = &[
     Table { name: "summary", page: "README.md", columns: Columns::Summary, rows: SUMMARY },
     Table { name: "window", page: PAGE, columns: Columns::Full, rows: WINDOW },
+    Table { name: "hardware", page: PAGE, columns: Columns::Hardware, rows: HARDWARE },
     Table { name: "white", page: PAGE, columns: Columns::WhiteResiduals, rows: WHITE },
     Table { name: "spin-up", page: PAGE, columns: Columns::Full, rows: SPIN_UP },
     Table { name: "start", page: PAGE, columns: Columns::Verdicts, rows: START },
@@ -86,8 +98,19 @@ const CUBESAT: Row = Row::window("cubesat-pyramid", 10_000).titled("four wheels"
 const DISTURBED: Row =
     Row::window("cubesat-pyramid-disturbed", 10_000).titled("torque and gyro bias unknown");
 const RANDOM: Row = Row::window("random-spacecraft", 1000).titled("random spacecraft");
+const RANDOM_HARDWARE: Row = Row::window("random-spacecraft-data-sheet", 2000)
+    .titled("the same, gyro, wheels and torque as good as their data sheets");
 
-const SUMMARY: &[Row] = &[SPIN_UP_BY_WINDOW, SPIN_UP_BY_JOINT_EKF, CUBESAT, DISTURBED, RANDOM];
+const SUMMARY: &[Row] =
+    &[SPIN_UP_BY_WINDOW, SPIN_UP_BY_JOINT_EKF, CUBESAT, DISTURBED, RANDOM, RANDOM_HARDWARE];
+
+const HARDWARE: &[Row] = &[
+    Row::window("cubesat-pyramid-data-sheet", 1000),
+    Row::window("microsat-slew-data-sheet", 1000),
+    Row::window("stsat3-spin-up-data-sheet", 1000),
+    RANDOM_HARDWARE,
+    Row::window("cubesat-pyramid-data-sheet", 1000).by("joint-ekf"),
+];
 
 const WINDOW: &[Row] = &[
     SPIN_UP_BY_WINDOW,

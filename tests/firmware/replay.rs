@@ -5,6 +5,7 @@ use fsw_core::Estimator;
 use fsw_target::flight::flight_loop::Tick;
 use fsw_target::stand_in::replay;
 use host_sim::estimation::{EstimatorName, Precision, Setup, estimate_log, set_up};
+use host_sim::input::craft::StatedHardware;
 use host_sim::input::{Craft, RecordedLog};
 use std::path::Path;
 use std::time::Duration;
@@ -88,7 +89,9 @@ fn replay_image_has_no_code_that_panics_allocates_or_emulates_doubles() -> Resul
 #[test]
 fn simulator_and_flight_loop_compute_the_same_bits_on_the_recorded_flight() -> Result<()> {
     let flights = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fsw-target/flights");
-    let craft = Craft::load(&flights.join("cubesat_pyramid.craft.toml"))?;
+    let mut craft = Craft::load(&flights.join("cubesat_pyramid.craft.toml"))?;
+    // The flight loop takes the hardware as known exactly.
+    craft.hardware = StatedHardware::ideal(craft.wheels.len());
     let log = RecordedLog::load(&flights.join("cubesat_pyramid.csv"), craft.wheels.len())?;
     let estimator = set_up(&Setup {
         estimator: EstimatorName::JointEkf,

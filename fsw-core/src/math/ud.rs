@@ -100,14 +100,20 @@ impl<T: Real, const N: usize> Ud<T, N> {
     /// assert_eq!((p[(0, 1)], p[(1, 0)], p[(1, 1)]), (1.0, 1.0, 2.0));
     /// ```
     pub fn covariance(&self) -> Mat<T, N, N> {
-        let mut p = Mat::<T, N, N>::zeros();
-        for i in 0..N {
-            for j in i..N {
+        self.covariance_of_last()
+    }
+
+    /// Covariance of the last M components, without those before them.
+    pub fn covariance_of_last<const M: usize>(&self) -> Mat<T, M, M> {
+        let first = N.saturating_sub(M);
+        let mut p = Mat::<T, M, M>::zeros();
+        for i in 0..M {
+            for j in i..M {
                 let mut sum = T::zero();
-                for k in j..N {
-                    let ui = if k == i { T::one() } else { self.u(i, k) };
-                    let uj = if k == j { T::one() } else { self.u(j, k) };
-                    sum += ui * uj * self.d(k);
+                for k in j..M {
+                    let ui = if k == i { T::one() } else { self.u(first + i, first + k) };
+                    let uj = if k == j { T::one() } else { self.u(first + j, first + k) };
+                    sum += ui * uj * self.d(first + k);
                 }
                 *p.at_mut(i, j) = sum;
                 *p.at_mut(j, i) = sum;

@@ -76,18 +76,14 @@ macro_rules! persist {
                 let mut tag = before;
                 archive.word(&mut tag);
                 if tag != before {
-                    let mut is_known = true;
-                    $crate::persist::replace(self, || match tag {
-                        $($tag => Self::$variant
+                    match tag {
+                        $($tag => $crate::persist::replace(self, || Self::$variant
                             $(($(<$of_item as $crate::persist::Blank>::blank()),+))?
-                            $({$($part: <$of_part as $crate::persist::Blank>::blank()),+})?,)+
+                            $({$($part: <$of_part as $crate::persist::Blank>::blank()),+})?),)+
                         _ => {
-                            is_known = false;
-                            <Self as $crate::persist::Blank>::blank()
+                            *self = <Self as $crate::persist::Blank>::blank();
+                            return archive.refuse(stringify!($type));
                         }
-                    });
-                    if !is_known {
-                        return archive.refuse(stringify!($type));
                     }
                 }
                 match self {

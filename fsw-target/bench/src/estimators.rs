@@ -4,8 +4,8 @@ use crate::counter::Counter;
 use crate::flights::{self, Flight};
 use crate::slices::SliceTally;
 use crate::tally::Tally;
-use fsw_core::estimator::ekf_sgf::{self, EkfSgf};
-use fsw_core::estimator::joint_ekf::{self, JointEkfUd};
+use fsw_core::estimator::ekf_sgf;
+use fsw_core::estimator::joint_ekf;
 use fsw_core::estimator::window::{self, Slice, Window};
 use fsw_core::hardware::{Disturbance, Hardware};
 use fsw_core::{Coasting, Prior};
@@ -56,13 +56,13 @@ pub struct Places {
     /// Tally of the current flight.
     pub tally: Tally,
     slices: SliceTally,
-    window: AnyWindow,
+    estimator: AnyEstimator,
 }
 
 impl Places {
     /// Places without estimators.
     pub const fn new() -> Self {
-        Self { tally: Tally::new(), slices: SliceTally::new(), window: AnyWindow::None }
+        Self { tally: Tally::new(), slices: SliceTally::new(), estimator: AnyEstimator::None }
     }
 }
 
@@ -70,42 +70,38 @@ impl Places {
 pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigError> {
     let wheels = CRAFT.wheels()?;
     let noise = CRAFT.gyro_noise_rad_s;
-    let Places { tally, slices, window } = places;
+    let Places { tally, slices, estimator: place } = places;
     let mut bench = Bench { counter, tally, slices };
 
     let config = joint_ekf::Config::new(noise);
-    let new = |config| move || JointEkfUd::<f32, WHEELS>::new(config, wheels);
-    bench.fly_new("joint-ekf", new(config))?;
+    bench.fly("joint-ekf", place, |place| place.joint(config, wheels))?;
     let config = joint_ekf::Config { prior: Some(VAGUE), ..config };
-    bench.fly_new("joint-ekf-vague", new(config))?;
+    bench.fly("joint-ekf-vague", place, |place| place.joint(config, wheels))?;
     let config = joint_ekf::Config { prior: Some(PRIOR), ..config };
-    bench.fly_new("joint-ekf-prior", new(config))?;
+    bench.fly("joint-ekf-prior", place, |place| place.joint(config, wheels))?;
     let walk = [INERTIA_WALK_KG_M2_SQRT_S; 6];
     let config = joint_ekf::Config { inertia_walk_kg_m2_sqrt_s: walk, ..config };
-    bench.fly_new("joint-ekf-walk", new(config))?;
+    bench.fly("joint-ekf-walk", place, |place| place.joint(config, wheels))?;
 
     let config = joint_ekf::Config::new(noise);
-    let of_hardware = |config| {
-        move || JointEkfOfHardware::considering(config, wheels, &HARDWARE, &Disturbance::none())
-    };
-    bench.fly_new("joint-ekf-hardware", of_hardware(config))?;
+    bench.fly("joint-ekf-hardware", place, |place| place.of_hardware(config, wheels))?;
     let config = joint_ekf::Config { prior: Some(PRIOR), ..config };
-    bench.fly_new("joint-ekf-hardware-prior", of_hardware(config))?;
+    bench.fly("joint-ekf-hardware-prior", place, |place| place.of_hardware(config, wheels))?;
 
     let config = ekf_sgf::Config::kim_2013(noise, PRIOR);
-    bench.fly_new("ekf-sgf-rls", || EkfSgf::<f32, WHEELS>::new(config, wheels))?;
+    bench.fly("ekf-sgf-rls", place, |place| place.regression(config, wheels))?;
 
     // As in the flight image: the slices are the caller's.
     let config = window::Config { slices_per_step: 0, ..window::Config::new(noise) };
-    bench.fly("window-9", window, |place| begin(place.nine(wheels), config))?;
-    bench.fly("window-12", window, |place| begin(place.twelve(wheels), config))?;
+    bench.fly("window-9", place, |place| begin(place.nine(wheels), config))?;
+    bench.fly("window-12", place, |place| begin(place.twelve(wheels), config))?;
     let config = window::Config {
         disturbance_torque_n_m: Some(DISTURBANCE_TORQUE_N_M),
         gyro_bias_rad_s: Some(GYRO_BIAS_RAD_S),
         ..config
     };
-    bench.fly("window-15", window, |place| begin(place.fifteen(wheels), config))?;
-    bench.fly("window-18", window, |place| begin(place.eighteen(wheels), config))
+    bench.fly("window-15", place, |place| begin(place.fifteen(wheels), config))?;
+    bench.fly("window-18", place, |place| begin(place.eighteen(wheels), config))
 }
 
 /// The window in its place, started again.
@@ -120,24 +116,28 @@ fn begin<const U: usize>(
     Ok(None)
 }
 
-/// A window of any number of unknowns: one place for all, built in place, since each exceeds the stack.
+/// An estimator of any type: one place for all, built in place, since most exceed the stack.
 #[allow(clippy::large_enum_variant, reason = "one place for all")]
-enum AnyWindow {
+enum AnyEstimator {
     None,
+    Joint(JointEkf),
+    OfHardware(JointEkfOfHardware),
+    Regression(EkfSgfRls),
     Nine(Window9),
     Twelve(Window12),
     Fifteen(Window15),
     Eighteen(Window18),
 }
 
+/// Windows in their place, to be reset.
 macro_rules! in_place {
     ($($function:ident: $variant:ident($window:ty)),+) => {
-        impl AnyWindow {
+        impl AnyEstimator {
             $(
                 #[inline(never)]
                 fn $function(&mut self, wheels: WheelArray<f32, WHEELS>) -> Option<&mut $window> {
                     if !matches!(self, Self::$variant(_)) {
-                        *self = Self::$variant(<$window>::of_unknown_noise(wheels));
+                        *self = Self::$variant(<$window>::in_place(wheels));
                     }
                     match self {
                         Self::$variant(window) => Some(window),
@@ -152,6 +152,71 @@ macro_rules! in_place {
 in_place! {
     nine: Nine(Window9), twelve: Twelve(Window12), fifteen: Fifteen(Window15),
     eighteen: Eighteen(Window18)
+}
+
+impl AnyEstimator {
+    /// `joint-ekf`, started.
+    fn joint(
+        &mut self,
+        config: joint_ekf::Config<f32>,
+        wheels: WheelArray<f32, WHEELS>,
+    ) -> Result<Option<&mut JointEkf>, ConfigError> {
+        config.validate()?;
+        self.place_joint(config, wheels);
+        let Self::Joint(filter) = self else { return Ok(None) };
+        filter.complete();
+        Ok(Some(filter))
+    }
+
+    #[inline(never)]
+    fn place_joint(&mut self, config: joint_ekf::Config<f32>, wheels: WheelArray<f32, WHEELS>) {
+        *self = Self::Joint(JointEkf::in_place(config, wheels));
+    }
+
+    /// `joint-ekf` for stated hardware, started.
+    fn of_hardware(
+        &mut self,
+        config: joint_ekf::Config<f32>,
+        wheels: WheelArray<f32, WHEELS>,
+    ) -> Result<Option<&mut JointEkfOfHardware>, ConfigError> {
+        config.validate()?;
+        self.place_of_hardware(config, wheels);
+        let Self::OfHardware(filter) = self else { return Ok(None) };
+        filter.consider(&HARDWARE, &Disturbance::none())?;
+        filter.complete();
+        Ok(Some(filter))
+    }
+
+    #[inline(never)]
+    fn place_of_hardware(
+        &mut self,
+        config: joint_ekf::Config<f32>,
+        wheels: WheelArray<f32, WHEELS>,
+    ) {
+        *self = Self::OfHardware(JointEkfOfHardware::in_place(config, wheels));
+    }
+
+    /// `ekf-sgf-rls`, started.
+    fn regression(
+        &mut self,
+        config: ekf_sgf::Config<f32>,
+        wheels: WheelArray<f32, WHEELS>,
+    ) -> Result<Option<&mut EkfSgfRls>, ConfigError> {
+        let rate = EkfSgfRls::check(&config)?;
+        self.place_regression(config, &rate, wheels);
+        let Self::Regression(estimator) = self else { return Ok(None) };
+        Ok(Some(estimator))
+    }
+
+    #[inline(never)]
+    fn place_regression(
+        &mut self,
+        config: ekf_sgf::Config<f32>,
+        rate: &ekf_sgf::rate_ekf::RateEkf<f32>,
+        wheels: WheelArray<f32, WHEELS>,
+    ) {
+        *self = Self::Regression(EkfSgfRls::of_valid(config, rate, wheels));
+    }
 }
 
 /// An estimator with its next slice of work.
@@ -183,11 +248,11 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     /// Counts an estimator in `place`, started again by `begin` for each flight.
-    fn fly<E: Sliced, P>(
+    fn fly<E: Sliced>(
         &mut self,
         name: &'static str,
-        place: &mut P,
-        begin: impl Fn(&mut P) -> Result<Option<&mut E>, ConfigError>,
+        place: &mut AnyEstimator,
+        begin: impl Fn(&mut AnyEstimator) -> Result<Option<&mut E>, ConfigError>,
     ) -> Result<(), ConfigError> {
         if let Some(estimator) = begin(place)? {
             self.count(name, "recorded", flights::recorded(), estimator);
@@ -200,15 +265,6 @@ impl Bench<'_> {
             }
         }
         Ok(())
-    }
-
-    /// As [`fly`](Self::fly), for an estimator that fits the stack.
-    fn fly_new<E: Sliced>(
-        &mut self,
-        name: &'static str,
-        new: impl Fn() -> Result<E, ConfigError>,
-    ) -> Result<(), ConfigError> {
-        self.fly(name, &mut None, |place| Ok(Some(place.insert(new()?))))
     }
 
     /// Counts and logs one flight.

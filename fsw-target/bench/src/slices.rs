@@ -8,12 +8,14 @@ const WIDTH: u32 = 128;
 const BINS: usize = 1_024;
 
 /// Kinds in the table, with their names in the log.
-const KINDS: [(Slice, &str); 9] = [
+const KINDS: [(Slice, &str); 11] = [
     (Slice::Pass, "pass"),
     (Slice::Front, "front"),
     (Slice::Start, "start"),
     (Slice::StartSolution, "start-solution"),
     (Slice::Decision, "decision"),
+    (Slice::Judgement, "judgement"),
+    (Slice::Result, "result"),
     (Slice::Sweep, "sweep"),
     (Slice::Room, "room"),
     (Slice::Fit, "fit"),

@@ -229,21 +229,12 @@ macro_rules! roster {
 roster! {
     /// `window`: each manoeuvre fitted as a whole. Unknowns: angular momentum and inertia.
     0 "window" => Window(Window9) {
-        #[inline(never)]
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
-            let config = estimator::window::Config::new(from.gyro_noise_rad_s);
-            // The flight computer calls `work` itself.
-            let config =
-                estimator::window::Config { prior: from.prior, slices_per_step: 0, ..config };
-            config.validate::<9>()?;
+            check_window(from)?;
             if !matches!(slot, EstimatorSlot::Window(_)) {
                 place_window(slot, from);
             }
-            match slot {
-                EstimatorSlot::Window(window) => Ok(window.reset(config)?),
-                #[allow(unreachable_patterns, reason = "with `window` alone built in")]
-                _ => Ok(()),
-            }
+            reset_window(slot, from)
         }
     }
 
@@ -251,10 +242,8 @@ roster! {
     1 "joint-ekf" => JointEkf(JointEkf) {
         #[inline(never)]
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
-            let config = estimator::joint_ekf::Config::new(from.gyro_noise_rad_s);
-            let config = estimator::joint_ekf::Config { prior: from.prior, ..config };
-            config.validate()?;
-            place_joint_ekf(slot, config, from);
+            check_joint_ekf(from)?;
+            place_joint_ekf(slot, from);
             if let EstimatorSlot::JointEkf(filter) = slot {
                 filter.complete();
             }
@@ -267,8 +256,7 @@ roster! {
     2 "ekf-sgf-rls" => EkfSgfRls(EkfSgfRls) {
         #[inline(never)]
         fn start(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
-            let nominal = from.prior.ok_or(Refused::NoNominalInertia)?;
-            let config = estimator::ekf_sgf::Config::kim_2013(from.gyro_noise_rad_s, nominal);
+            let config = ekf_sgf_config(from)?;
             let rate = EkfSgfRls::check(&config)?;
             place_ekf_sgf(slot, config, &rate, from);
             Ok(())
@@ -276,26 +264,69 @@ roster! {
     }
 }
 
-/// Constructs `window` in its storage, to be reset. Not inlined, as that of `joint-ekf`.
+/// Configuration of `window`.
+#[cfg(feature = "window")]
+fn window_config(from: &InitialData) -> estimator::window::Config<f32, WHEELS> {
+    let config = estimator::window::Config::new(from.gyro_noise_rad_s);
+    // The flight computer calls `work` itself.
+    estimator::window::Config { prior: from.prior, slices_per_step: 0, ..config }
+}
+
+/// Checks the configuration of `window`. Not inlined, as each of the functions of a start: their copies on the stack
+/// must not add up.
+#[cfg(feature = "window")]
+#[inline(never)]
+fn check_window(from: &InitialData) -> Result<(), ConfigError> {
+    window_config(from).validate::<9>()
+}
+
+/// Resets `window` in its storage.
+#[cfg(feature = "window")]
+#[inline(never)]
+fn reset_window(slot: &mut EstimatorSlot, from: &InitialData) -> Result<(), Refused> {
+    match slot {
+        EstimatorSlot::Window(window) => Ok(window.reset(window_config(from))?),
+        #[allow(unreachable_patterns, reason = "with `window` alone built in")]
+        _ => Ok(()),
+    }
+}
+
+/// Constructs `window` in its storage, to be reset.
 #[cfg(feature = "window")]
 #[inline(never)]
 fn place_window(slot: &mut EstimatorSlot, from: &InitialData) {
-    *slot = EstimatorSlot::Window(Window9::of_unknown_noise(from.wheels));
+    *slot = EstimatorSlot::Window(Window9::in_place(from.wheels));
 }
 
-/// Constructs `joint-ekf` in its storage. Not inlined: it takes a copy of parts on the stack, which the
-/// check of the configuration must not add to.
+/// Configuration of `joint-ekf`.
+#[cfg(feature = "joint-ekf")]
+fn joint_ekf_config(from: &InitialData) -> estimator::joint_ekf::Config<f32> {
+    let config = estimator::joint_ekf::Config::new(from.gyro_noise_rad_s);
+    estimator::joint_ekf::Config { prior: from.prior, ..config }
+}
+
+/// Checks the configuration of `joint-ekf`.
 #[cfg(feature = "joint-ekf")]
 #[inline(never)]
-fn place_joint_ekf(
-    slot: &mut EstimatorSlot,
-    config: estimator::joint_ekf::Config<f32>,
-    from: &InitialData,
-) {
-    *slot = EstimatorSlot::JointEkf(JointEkf::in_place(config, from.wheels));
+fn check_joint_ekf(from: &InitialData) -> Result<(), ConfigError> {
+    joint_ekf_config(from).validate()
 }
 
-/// Constructs `ekf-sgf-rls` in its storage. Not inlined, as that of `joint-ekf`.
+/// Constructs `joint-ekf` in its storage, to be completed.
+#[cfg(feature = "joint-ekf")]
+#[inline(never)]
+fn place_joint_ekf(slot: &mut EstimatorSlot, from: &InitialData) {
+    *slot = EstimatorSlot::JointEkf(JointEkf::in_place(joint_ekf_config(from), from.wheels));
+}
+
+/// Configuration of `ekf-sgf-rls`.
+#[cfg(feature = "ekf-sgf-rls")]
+fn ekf_sgf_config(from: &InitialData) -> Result<estimator::ekf_sgf::Config<f32>, Refused> {
+    let nominal = from.prior.ok_or(Refused::NoNominalInertia)?;
+    Ok(estimator::ekf_sgf::Config::kim_2013(from.gyro_noise_rad_s, nominal))
+}
+
+/// Constructs `ekf-sgf-rls` in its storage.
 #[cfg(feature = "ekf-sgf-rls")]
 #[inline(never)]
 fn place_ekf_sgf(

@@ -41,25 +41,22 @@ const fn spread(name: &'static str, at_most: f64) -> Budget {
     Budget { name, figure: Figure::Spread, at_most, held: at_most }
 }
 
-const fn spread_held(name: &'static str, at_most: f64, held: f64) -> Budget {
-    Budget { name, figure: Figure::Spread, at_most, held }
-}
-
 const fn worst_slice(name: &'static str, at_most: f64) -> Budget {
     Budget { name, figure: Figure::WorstSlice, at_most, held: at_most }
 }
 
 /// Instruction budgets, counted in QEMU.
-pub const INSTRUCTIONS: [Budget; 17] = [
+pub const INSTRUCTIONS: [Budget; 18] = [
     worst_step("covariance-ud", 3_600.0),
     worst_step("covariance-ud-walk", 4_600.0),
-    worst_step_held("joint-ekf", 6_000.0, 6_100.0),
-    worst_step_held("joint-ekf-prior", 6_000.0, 6_100.0),
-    worst_step_held("joint-ekf-walk", 6_000.0, 7_400.0),
-    spread_held("joint-ekf", 1.5, 1.75),
-    spread_held("joint-ekf-prior", 1.5, 1.75),
+    worst_step("joint-ekf", 6_000.0),
+    worst_step("joint-ekf-prior", 6_000.0),
+    worst_step("joint-ekf-walk", 6_000.0),
+    worst_step_held("joint-ekf-hardware", 8_000.0, 16_600.0),
+    spread("joint-ekf", 1.5),
+    spread("joint-ekf-prior", 1.5),
     spread("joint-ekf-walk", 1.5),
-    worst_step_held("ekf-sgf-rls", 4_000.0, 4_100.0),
+    worst_step("ekf-sgf-rls", 4_000.0),
     worst_step("window-9", 6_000.0),
     worst_step("window-12", 6_000.0),
     worst_step("window-15", 6_000.0),
@@ -80,12 +77,12 @@ pub struct Bytes {
 }
 
 /// Flash of the flight image with all estimators.
-pub const FLIGHT_FLASH: Bytes = Bytes { at_most: 128 * 1024, held: 156 * 1024 };
+pub const FLIGHT_FLASH: Bytes = Bytes { at_most: 128 * 1024, held: 163 * 1024 };
 
 /// Flash of flight images with one estimator, by the feature of fsw-target.
 pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
-    ("window", Bytes { at_most: 96 * 1024, held: 108 * 1024 }),
-    ("joint-ekf", Bytes { at_most: 64 * 1024, held: 72 * 1024 }),
+    ("window", Bytes { at_most: 96 * 1024, held: 112 * 1024 }),
+    ("joint-ekf", Bytes { at_most: 64 * 1024, held: 66 * 1024 }),
     ("ekf-sgf-rls", Bytes { at_most: 64 * 1024, held: 64 * 1024 }),
 ];
 
@@ -95,10 +92,8 @@ pub const TELECOMMAND_TAG: u32 = 300_000;
 
 /// Static RAM of the flight image, bytes.
 pub const FLIGHT_STATIC_RAM: u64 = 64 * 1024;
-/// Largest stack depth of the flight image, bytes. Requirement: 4 KiB. Not met: held above the measured
-/// 4,148 bytes of `window` and 5,536 of the telecommand that selects `joint-ekf`, whose start copies its
-/// state.
-pub const FLIGHT_STACK: u32 = 5_632;
+/// Largest stack depth of the flight image, bytes.
+pub const FLIGHT_STACK: u32 = 4_096;
 /// Stack of nested interrupts, bytes. Four priorities can nest: serial port, captures, data ready,
 /// clock failure. Each takes 104 bytes for registers, those of the FPU included, four for alignment,
 /// and the frame of its handler: 16, 56, 16 and 8.

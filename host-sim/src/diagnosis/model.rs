@@ -197,11 +197,15 @@ fn torque(
 ) -> Vec<Vector3<f64>> {
     let factor = (1.0 + value_of(Unknown::TorqueScale)) * per_scale;
     let constant = Vector3::from_fn(|i, _| value_of(Unknown::Torque(i))) * per_scale;
-    let stated = match delay_s {
+    delayed_torque(record, delay_s).into_iter().map(|torque| torque * factor + constant).collect()
+}
+
+/// Stated torque at the instants of the gyro.
+fn delayed_torque(record: &Record, delay_s: f64) -> Vec<Vector3<f64>> {
+    match delay_s {
         0.0 => record.torque_n_m.clone(),
         delay_s => signal(record, &record.torque_n_m, delay_s).at,
-    };
-    stated.into_iter().map(|torque| torque * factor + constant).collect()
+    }
 }
 
 /// Derivative of the drive by one unknown.
@@ -239,7 +243,8 @@ fn column(
             Column::Driven(slope(record, driven).scaled(-1.0), Some(of_torque))
         }
         Unknown::TorqueScale => {
-            Column::Torque(record.torque_n_m.iter().map(|torque| torque * per_scale).collect())
+            let torque = delayed_torque(record, delay_s);
+            Column::Torque(torque.into_iter().map(|torque| torque * per_scale).collect())
         }
         Unknown::Torque(i) => {
             let mut constant = Vector3::zeros();

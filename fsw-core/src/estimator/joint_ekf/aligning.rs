@@ -10,8 +10,16 @@
 //! One bad reading in the integrals of the alignment would remain in its solution. A refused sample
 //! enters the integrals with its bridged rate, and adds no equation.
 //!
-//! A solution is as expensive as a sample. It is therefore computed at the sample after the one at which
-//! it is due, in place of a verdict, and three samples are pending then. The gate catches up afterwards.
+//! A solution is more expensive than a sample. It is spread over the samples after the one at which it is due, in place
+//! of their verdicts:
+//!
+//! | sample | part of the solution | pending samples |
+//! |---|---|---|
+//! | first | inertia, acceptance | 3 |
+//! | second | rate and covariance at the last judged sample | 4 |
+//! | third | rate predicted across the pending samples | 5 |
+//!
+//! After a solution that is not accepted the gate catches up.
 
 use super::alignment::Alignment;
 use super::start::{self, NoStart, Start};
@@ -23,6 +31,7 @@ use crate::math::{Vec3, scalar::Real};
 use crate::monitor::outliers::{Judged, OutlierGate};
 use crate::persist::{Archive, Persist};
 use crate::prior::Prior;
+use crate::tensor::Inertia;
 
 /// Delay of the gate, samples.
 const DELAY: usize = 2;
@@ -34,13 +43,24 @@ pub(super) struct Aligning<T: Real> {
     outliers: OutlierGate<T, Drive<T>>,
     /// Least squares since the first accepted sample; empty before it.
     alignment: Alignment<T>,
-    /// Drive at the last judged sample, where a solution is due.
-    due: Option<Drive<T>>,
+    /// Solution that is due at the last judged sample.
+    due: Option<Due<T>>,
     /// The last solution contradicted the model; the alignment has started anew since.
     contradicts_model: bool,
 }
 
 crate::persist!([T: Real] Aligning<T> { outliers, alignment, due, contradicts_model });
+
+/// Solution that is due.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Due<T: Real> {
+    /// Drive at the last judged sample.
+    pub(super) drive: Drive<T>,
+    /// Inertia, once it is solved for.
+    pub(super) inertia: Option<Inertia<T>>,
+}
+
+crate::persist!([T: Real] Due<T> { drive, inertia });
 
 /// Alignment of a filter, absent only between the construction of the filter in its place and that of the
 /// alignment: together they would take a copy of more than a kilobyte on the stack.
@@ -119,8 +139,8 @@ impl<T: Real> Aligning<T> {
         self.contradicts_model
     }
 
-    /// Takes in a sample, `elapsed_s` after the one before. [`solve`](Self::solve) follows where a solution
-    /// is due, otherwise [`step`](Self::step).
+    /// Takes in a sample, `elapsed_s` after the one before. A part of the solution follows where one is due, otherwise
+    /// [`step`](Self::step).
     pub(super) fn take_in(
         &mut self,
         (rate_rad_s, drive): (&Vec3<T>, &Drive<T>),
@@ -144,7 +164,7 @@ impl<T: Real> Aligning<T> {
         }
         if second.is_none() && judged.is_accepted {
             let is_due = start::is_due(&self.alignment) && self.outliers.pending().count() == DELAY;
-            self.due = is_due.then_some(judged.payload);
+            self.due = is_due.then_some(Due { drive: judged.payload, inertia: None });
             return Progress::Continues;
         }
         let is_refused = !judged.is_accepted || second.is_some_and(|second| !second.is_accepted);
@@ -161,28 +181,41 @@ impl<T: Real> Aligning<T> {
         }
     }
 
-    /// Drive at the last judged sample, where a solution is due: once.
-    pub(super) fn take_due(&mut self) -> Option<Drive<T>> {
-        self.due.take()
+    /// The solution that is due.
+    pub(super) fn due(&self) -> Option<Due<T>> {
+        self.due
     }
 
-    /// First state at the last judged sample. `allowed_rad_s`: noise that the residuals may have by errors of the
-    /// hardware, rad/s, for a mean moment (kg m²) and the number of samples.
+    /// Solves for the inertia of the solution that is due. `allowed_rad_s`: noise that the residuals may have by errors of
+    /// the hardware, rad/s, for a mean moment (kg m²) and the number of samples.
     ///
     /// # Errors
-    /// As [`Start::from_motion`].
+    /// As [`start::inertia_of`]: none is due then.
+    pub(super) fn solve_inertia(
+        &mut self,
+        noise_rad_s: T,
+        allowed_rad_s: impl FnOnce(T, u32) -> T,
+    ) -> Result<(), NoStart> {
+        let samples = self.alignment.samples();
+        let measured_rad_s = self.outliers.noise_rad_s();
+        let solved = start::inertia_of(&self.alignment, noise_rad_s, |mean_moment_kg_m2| {
+            measured_rad_s.max(allowed_rad_s(mean_moment_kg_m2, samples))
+        });
+        let inertia = solved.ok();
+        self.due = self.due.filter(|_| inertia.is_some()).map(|due| Due { inertia, ..due });
+        solved.map(|_| ())
+    }
+
+    /// First state at the last judged sample for the solved inertia, once. `None` where that has no inverse.
     #[inline(always)] // without a copy of the result
-    pub(super) fn solve(
-        &self,
+    pub(super) fn start(
+        &mut self,
+        inertia: &Inertia<T>,
         noise_rad_s: T,
         prior: Option<&Prior<T>>,
-        allowed_rad_s: impl FnOnce(T, u32) -> T,
-    ) -> Result<Start<T>, NoStart> {
-        let samples = self.alignment.samples();
-        let allowed_rad_s = |mean_moment_kg_m2| {
-            self.outliers.noise_rad_s().max(allowed_rad_s(mean_moment_kg_m2, samples))
-        };
-        Start::from_motion(&self.alignment, prior, noise_rad_s, allowed_rad_s)
+    ) -> Option<Start<T>> {
+        self.due = None;
+        Start::from_motion(&self.alignment, inertia, prior, noise_rad_s)
     }
 
     /// Starts anew after data that contradict the model: they cannot lead to a start, the next ones may.
@@ -210,7 +243,7 @@ impl<T: Real> Aligning<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pending<T: Real> {
     /// Rate at the last judged sample, rad/s.
-    rate_rad_s: Vec3<T>,
+    pub(super) rate_rad_s: Vec3<T>,
     /// Drive there.
     drive: Drive<T>,
     /// Time since then, s.

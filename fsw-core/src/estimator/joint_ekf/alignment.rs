@@ -202,7 +202,7 @@ impl<T: Real> Alignment<T> {
         self.samples
     }
 
-    /// Rate and inertia at the last sample, with the expected noise taken out of the regressor:
+    /// Inertia with the expected noise taken out of the regressor, and the largest formal variance of an element, kg² m⁴:
     ///
     /// `j = (MᵀM − N)⁻¹ Mᵀy`, `N = n σ² diag(1 1 1 2 2 2)`,
     ///
@@ -212,12 +212,19 @@ impl<T: Real> Alignment<T> {
     ///
     /// `None` while the motion, with the prior if there is one, does not determine every element
     /// above the noise: `Nᵢᵢ (MᵀM)⁻¹ᵢᵢ` must stay below `LARGEST_CORRECTION`.
-    pub fn solve(&self, noise_rad_s: T) -> Option<Solution<T>> {
+    #[inline(never)]
+    pub fn solve_inertia(&self, noise_rad_s: T) -> Option<(Inertia<T>, T)> {
         let covariance = self.information.covariance_ud()?;
         let noise_information = noise_rad_s * noise_rad_s * T::count(self.samples);
         let share = |i: usize| noise_information * regressor_noise_share(i);
-        if !(0..6).all(|i| share(i) * covariance.variance(i) < T::lit(LARGEST_CORRECTION)) {
-            return None;
+        let mut largest = T::zero();
+        for i in 0..6 {
+            let variance = covariance.variance(i);
+            let is_above_noise = share(i) * variance < T::lit(LARGEST_CORRECTION);
+            if !is_above_noise {
+                return None;
+            }
+            largest = largest.max(variance);
         }
         let biased = self.information.solve()?;
         let mut j = biased;
@@ -225,7 +232,14 @@ impl<T: Real> Alignment<T> {
             let correction = covariance.times(&core::array::from_fn(|i| share(i) * j[i]));
             j = core::array::from_fn(|i| biased[i] + correction[i]);
         }
-        self.at_last_sample(&Inertia::new(j), &covariance, noise_rad_s)
+        let inertia = Inertia::new(j);
+        Some((inertia, largest * row_variance(&inertia, noise_rad_s)))
+    }
+
+    /// Rate and inertia at the last sample: [`solve_inertia`](Self::solve_inertia), then
+    /// [`at_last_sample`](Self::at_last_sample).
+    pub fn solve(&self, noise_rad_s: T) -> Option<Solution<T>> {
+        self.at_last_sample(&self.solve_inertia(noise_rad_s)?.0, noise_rad_s)
     }
 
     /// True if the residuals are those of gyro noise, for this solution: their mean square is below
@@ -238,19 +252,16 @@ impl<T: Real> Alignment<T> {
         excess <= T::zero() || excess * excess * rows <= largest
     }
 
-    /// Rate and inertia at the last sample from `(H₀, j)`: `J ω = H₀ + y − I j`, I the integral of
-    /// the regressor. With `H₀ = M̄ j − ȳ + e`, e the noise of the mean (N m s),
+    /// Rate and covariance at the last sample from `(H₀, j)`, for the solved inertia: `J ω = H₀ + y − I j`, I the
+    /// integral of the regressor. With `H₀ = M̄ j − ȳ + e`, e the noise of the mean (N m s),
     ///
     /// `δω = J⁻¹ (e + (M̄ − I − G(ω)) δj)`,
     ///
     /// which transforms the covariance of `(e, j)` into that of `(ω, j)`. `None` where J has no
     /// inverse.
-    fn at_last_sample(
-        &self,
-        inertia: &Inertia<T>,
-        of_inertia: &Ud<T, 6>,
-        noise_rad_s: T,
-    ) -> Option<Solution<T>> {
+    #[inline(never)]
+    pub fn at_last_sample(&self, inertia: &Inertia<T>, noise_rad_s: T) -> Option<Solution<T>> {
+        let of_inertia = &self.information.covariance_ud()?;
         let j = Mat::<T, 6, 1>::from(inertia.elements_kg_m2());
         let by_momentum = inertia.inverse()?;
         let since_mean = self.mean_regressor - self.regressor_integral;

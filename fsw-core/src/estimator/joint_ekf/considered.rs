@@ -79,7 +79,7 @@
 //!
 //! # Cost
 //!
-//! About 110 multiplications and 500 instructions of a Cortex-M4F a step for each parameter, and 1,000 instructions
+//! About 110 multiplications and 510 instructions of a Cortex-M4F a step for each parameter, and 1,000 instructions
 //! for the factors. The number P of columns is part of the type;
 //! without columns nothing of this is compiled.
 
@@ -280,33 +280,47 @@ pub struct Considered<T: Real, const P: usize> {
 
 crate::persist!([T: Real, const P: usize] Considered<T, P> { columns, is_reading; unchanged delay_s, mount_rad });
 
-impl<T: Real> Considered<T, 0> {
-    /// Hardware that is known exactly.
-    pub fn nothing() -> Self {
-        Self { columns: [], is_reading: false, delay_s: T::zero(), mount_rad: [T::zero(); 3] }
-    }
-}
-
 impl<T: Real, const P: usize> Considered<T, P> {
-    /// Columns of all parameters with a sigma above zero.
+    /// Hardware that is known exactly. Inlined, so that it is built in its place and not on the stack.
+    #[inline(always)]
+    pub fn nothing() -> Self {
+        Self {
+            columns: [Column::unused(); P],
+            is_reading: false,
+            delay_s: T::zero(),
+            mount_rad: [T::zero(); 3],
+        }
+    }
+
+    /// Columns of all parameters with a sigma above zero, before any sample.
     ///
     /// # Errors
-    /// A sigma out of its range; more parameters than P.
-    pub fn new<const W: usize>(
+    /// A sigma out of its range; more parameters than P. The columns are unchanged then.
+    #[inline(never)]
+    pub fn set<const W: usize>(
+        &mut self,
         (hardware, disturbance): (&Hardware<T, W>, &Disturbance<T>),
         wheels: &WheelArray<T, W>,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<(), ConfigError> {
         hardware.validate()?;
         disturbance.validate()?;
-        let mut columns = [Column::unused(); P];
-        let mut places = columns.iter_mut();
-        let stated = hardware.parameters().chain(disturbance.parameters());
-        for (parameter, sigma) in stated.filter(|(_, sigma)| *sigma > T::zero()) {
-            let no_room = ConfigError { field: "hardware", reason: Invalid::NoRoom };
-            *places.next().ok_or(no_room)? = Column::of(parameter, sigma, wheels);
+        let stated = || {
+            let all = hardware.parameters().chain(disturbance.parameters());
+            all.filter(|(_, sigma)| *sigma > T::zero())
+        };
+        if stated().count() > P {
+            return Err(ConfigError { field: "hardware", reason: Invalid::NoRoom });
         }
-        let Hardware { delay_s, mount_rad, .. } = *hardware;
-        Ok(Self { columns, is_reading: false, delay_s, mount_rad })
+        let mut stated = stated();
+        for column in &mut self.columns {
+            *column = match stated.next() {
+                Some((parameter, sigma)) => Column::of(parameter, sigma, wheels),
+                None => Column::unused(),
+            };
+        }
+        self.is_reading = false;
+        (self.delay_s, self.mount_rad) = (hardware.delay_s, hardware.mount_rad);
+        Ok(())
     }
 
     /// Known time offset that is to be corrected, s; `None` where it is zero.

@@ -26,7 +26,7 @@
 //! Before that, without a prior or from a vague one, [`alignment`] estimates the first state from
 //! the motion itself. Its samples pass an outlier gate ([`monitor::outliers`](crate::monitor::outliers))
 //! and are two samples late; a refused one is the outcome [`Coasting::Spike`] of that step. Tracking
-//! starts three samples after the last one that the solution contains.
+//! starts five samples after the last one that the solution contains.
 //!
 //! Two forms of the same filter are chosen by type:
 //!
@@ -138,7 +138,7 @@ use crate::estimate::{Estimate, Status};
 use crate::estimator::Estimator;
 use crate::gate::{Gate, Verdict};
 use crate::hardware::{Disturbance, Finding, Hardware};
-use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, norm, scalar::Real, ud::Ud};
 use crate::monitor::innovation::{Innovation, InnovationMonitor};
 use crate::monitor::shift::{self, ShiftTest};
 use crate::monitor::spikes::{Decision, SpikeGate};
@@ -147,7 +147,7 @@ use crate::outcome::{Coasting, Outcome, Reset};
 use crate::persist::Persist;
 use crate::prior::Prior;
 use crate::sample::Sample;
-use aligning::{Aligning, Pending, Placed, Progress};
+use aligning::{Aligning, Due, Pending, Placed, Progress};
 use delay::Delay;
 use start::{AlignmentError, NoStart, Start};
 
@@ -170,7 +170,9 @@ enum Phase<T: Real> {
     Waiting,
     /// No prior, or a vague one: motion is accumulated for the first state.
     Aligning,
-    /// Aligned: the state is that of the last judged sample.
+    /// Aligned, the inertia alone: the rate is to be predicted across the pending samples.
+    Solved(Pending<T>),
+    /// Aligned: the state is that of the present sample, the covariance that of the last judged one.
     Joining(Pending<T>),
     /// Filtering.
     Tracking,
@@ -180,7 +182,8 @@ crate::persist!([T: Real] enum Phase<T> {
     0 => Waiting,
     1 => Aligning,
     2 => Joining(pending: Pending<T>),
-    3 => Tracking
+    3 => Tracking,
+    4 => Solved(pending: Pending<T>)
 });
 
 /// The nine-state filter, W wheels, its covariance in form F, up to P considered parameters.
@@ -225,14 +228,10 @@ impl<T: Real, F: Form<T>, const W: usize> JointEkf<T, F, W> {
     /// # Errors
     /// Names the configuration's first field that is out of its range.
     pub fn new(config: Config<T>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
-        Self::with_columns(config, wheels, Considered::nothing())
-    }
-
-    /// As [`new`](Self::new), for a configuration that has passed [`Config::validate`], and to be completed by
-    /// [`complete`](Self::complete). Inlined, so that the filter is built in its place and not on the stack.
-    #[inline(always)]
-    pub fn in_place(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
-        Self::of_valid(config, wheels, Considered::nothing())
+        config.validate()?;
+        let mut this = Self::in_place(config, wheels);
+        this.complete();
+        Ok(this)
     }
 }
 
@@ -266,51 +265,65 @@ impl<T: Real, const W: usize, const P: usize> JointEkfUd<T, W, P> {
         hardware: &Hardware<T, W>,
         disturbance: &Disturbance<T>,
     ) -> Result<Self, ConfigError> {
-        let considered = Considered::new((hardware, disturbance), &wheels)?;
-        Self::with_columns(config, wheels, considered)
-    }
-}
-
-impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
-    fn with_columns(
-        config: Config<T>,
-        wheels: WheelArray<T, W>,
-        considered: Considered<T, P>,
-    ) -> Result<Self, ConfigError> {
         config.validate()?;
-        let mut this = Self::of_valid(config, wheels, considered);
+        let mut this = Self::in_place(config, wheels);
+        this.consider(hardware, disturbance)?;
         this.complete();
         Ok(this)
     }
 
+    /// Considers the stated errors of the hardware and constant disturbances, in place: before the first sample.
+    ///
+    /// # Errors
+    /// As [`considering`](Self::considering); the filter is unchanged then.
+    pub fn consider(
+        &mut self,
+        hardware: &Hardware<T, W>,
+        disturbance: &Disturbance<T>,
+    ) -> Result<(), ConfigError> {
+        self.considered.set((hardware, disturbance), &self.wheels)
+    }
+}
+
+impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
+    /// A filter for a configuration that has passed [`Config::validate`], to be completed by
+    /// [`complete`](Self::complete). Inlined, so that the filter is built in its place and not on the stack.
     #[inline(always)]
-    fn of_valid(config: Config<T>, wheels: WheelArray<T, W>, considered: Considered<T, P>) -> Self {
-        let start = Start::from_prior(config.prior, &config, &Vec3::zeros());
+    pub fn in_place(config: Config<T>, wheels: WheelArray<T, W>) -> Self {
         Self {
             gate: Gate::new(config.gate),
             drive: DriveHistory::default(),
             phase: Phase::Waiting,
             aligning: Placed::absent(),
             prior: config.prior,
-            range_kg_m2: start.range_kg_m2,
-            state: start.state,
-            form: F::new(&start.covariance),
+            range_kg_m2: [T::zero(); 6],
+            state: State::zero(),
+            form: F::new(&Ud::diagonal([T::zero(); 9])),
             spikes: SpikeGate::default(),
             shift: ShiftTest::default(),
             monitor: InnovationMonitor::default(),
             whiteness: Whiteness::default(),
             innovation: None,
-            considered,
+            considered: Considered::nothing(),
             delay: Delay::new(),
             config,
             wheels,
         }
     }
 
-    /// Constructs the alignment in its place: once, after [`in_place`](JointEkf::in_place). A filter without it tracks
-    /// from a prior alone.
+    /// Constructs the alignment and the state of the prior in their place: once, after [`in_place`](Self::in_place).
     pub fn complete(&mut self) {
         self.aligning.construct();
+        self.take_prior();
+    }
+
+    /// State and covariance of the prior.
+    #[inline(never)]
+    fn take_prior(&mut self) {
+        let start = Start::from_prior(self.prior, &self.config, &Vec3::zeros());
+        self.state = start.state;
+        self.form = F::new(&start.covariance);
+        self.range_kg_m2 = start.range_kg_m2;
     }
 
     /// The nine states: ω (rad/s), then `jxx jyy jzz jxy jxz jyz` (kg m²).
@@ -473,14 +486,21 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             let error = error(mean_moment_kg_m2, samples);
             (noise * noise + error * error * T::lit(ALLOWED)).sqrt()
         };
-        if let Some(due) = aligning.take_due() {
-            match aligning.solve(noise, prior.as_ref(), allowed) {
-                Ok(start) => return self.end_alignment(start, &due, sample),
+        match aligning.due() {
+            None => {}
+            Some(Due { inertia: None, .. }) => match aligning.solve_inertia(noise, allowed) {
                 Err(NoStart::NoSolution) => {}
-                Err(NoStart::TooLittleMotion) => return Outcome::Coasting(Coasting::Aligning),
+                Ok(()) | Err(NoStart::TooLittleMotion) => {
+                    return Outcome::Coasting(Coasting::Aligning);
+                }
                 Err(NoStart::Contradiction) => {
                     aligning.discard();
                     return Outcome::Coasting(Coasting::Aligning);
+                }
+            },
+            Some(Due { inertia: Some(inertia), drive }) => {
+                if let Some(start) = aligning.start(&inertia, noise, prior.as_ref()) {
+                    return self.end_alignment(start, drive, sample);
                 }
             }
         }
@@ -490,18 +510,32 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         }
     }
 
-    /// Starts tracking from the solution at the last judged sample, with the drive there, `due`.
+    /// Takes over the solution at the last judged sample, with the drive there. The rate remains that of the reading
+    /// until the next sample.
     fn end_alignment(
         &mut self,
         mut start: Start<T>,
-        due: &Drive<T>,
+        drive: Drive<T>,
         sample: &Sample<T, W>,
     ) -> Outcome {
         self.widen_by_hardware(&mut start, sample);
         self.track_from(&start);
-        let mut way = Pending::new(self.state.rate_rad_s, *due);
-        let aligning = self.aligning.get();
-        if aligning.and_then(|aligning| aligning.predict(&mut self.state, &mut way)).is_none() {
+        self.phase = Phase::Solved(Pending::new(self.state.rate_rad_s, drive));
+        self.state.rate_rad_s = sample.rate_rad_s;
+        Outcome::Coasting(Coasting::Aligning)
+    }
+
+    /// Predicts the rate of the solution across the pending samples to this one. Tracking follows.
+    fn join(&mut self, sample: &Sample<T, W>, elapsed_s: T, mut way: Pending<T>) -> Outcome {
+        let drive = sample.drive(&self.wheels);
+        let noise = self.config.gyro_noise_rad_s;
+        self.state.rate_rad_s = way.rate_rad_s;
+        let state = &mut self.state;
+        let predicted = self.aligning.get_mut().and_then(|aligning| {
+            aligning.take_in((&sample.rate_rad_s, &drive), elapsed_s, noise);
+            aligning.predict(state, &mut way)
+        });
+        if predicted.is_none() {
             return self.restart_diverged(sample);
         }
         self.phase = Phase::Joining(way);
@@ -553,7 +587,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
     fn restart_rate(&mut self, sample: &Sample<T, W>) -> Outcome {
         self.drive.restart(sample.drive(&self.wheels));
         match self.phase {
-            Phase::Waiting | Phase::Aligning => self.begin(sample),
+            Phase::Waiting | Phase::Aligning | Phase::Solved(_) => self.begin(sample),
             Phase::Joining(_) | Phase::Tracking => {
                 self.phase = Phase::Tracking;
                 self.shift.restart();
@@ -596,6 +630,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
                 let interval = self.drive.advance(sample.drive(&self.wheels), duration_s);
                 match self.phase {
                     Phase::Aligning => self.align(sample, duration_s),
+                    Phase::Solved(way) => self.join(sample, duration_s, way),
                     Phase::Waiting | Phase::Joining(_) | Phase::Tracking => {
                         self.track(sample, &interval)
                     }
@@ -614,7 +649,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             Phase::Aligning if self.aligning.get().is_some_and(Aligning::contradicts_model) => {
                 Some(Status::Diverged)
             }
-            Phase::Waiting | Phase::Aligning => Some(Status::Unobservable),
+            Phase::Waiting | Phase::Aligning | Phase::Solved(_) => Some(Status::Unobservable),
             Phase::Joining(_) | Phase::Tracking => None,
         }
     }
@@ -641,8 +676,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> Estimator<T, W> for Jo
     }
 
     fn estimate(&self) -> Estimate<T> {
-        let p = self.form.covariance();
-        let mut covariance = Mat::<T, 6, 6>::from_fn(|i, k| p.at(3 + i, 3 + k));
+        let mut covariance = self.form.inertia_covariance();
         let random = core::array::from_fn(|i| covariance.at(i, i).max(T::zero()).sqrt());
         self.considered.add_to(&mut covariance, &self.state.inertia);
         let residual = self.monitor.residual_rms_rad_s();

@@ -4,7 +4,7 @@
 //! and the covariance with which the filter starts. The least squares themselves are
 //! [`alignment`](super::alignment)'s.
 
-use super::alignment::Alignment;
+use super::alignment::{Alignment, Solution};
 use super::{Config, InitialRate, State};
 use crate::math::{Vec3, scalar::Real, ud::Ud};
 use crate::prior::Prior;
@@ -34,6 +34,36 @@ const ALIGNMENT_PERIOD: u32 = 16;
 /// a step in alignment stays near that of adding a sample.
 pub(super) fn is_due<T: Real>(alignment: &Alignment<T>) -> bool {
     alignment.samples() > 0 && alignment.samples().is_multiple_of(ALIGNMENT_PERIOD)
+}
+
+/// Inertia of an alignment that may end it, for gyro noise of `noise_rad_s` (one sigma per sample). The
+/// residuals may be those of the measured noise instead, or of the noise with errors of the hardware:
+/// `allowed_rad_s`, for a body of a mean moment, kg m².
+///
+/// # Errors
+/// [`NoStart::NoSolution`] while the motion does not stand out of the noise;
+/// [`NoStart::TooLittleMotion`] while an element's sigma exceeds a tenth of the mean moment;
+/// [`NoStart::Contradiction`] where the tensor is then not physical or the residuals are not
+/// explained.
+pub(super) fn inertia_of<T: Real>(
+    alignment: &Alignment<T>,
+    noise_rad_s: T,
+    allowed_rad_s: impl FnOnce(T) -> T,
+) -> Result<Inertia<T>, NoStart> {
+    let (inertia, largest_variance) =
+        alignment.solve_inertia(noise_rad_s).ok_or(NoStart::NoSolution)?;
+    let mean_moment = inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
+    let largest = mean_moment * T::lit(ALIGNED);
+    let is_determined = largest_variance * T::lit(ALIGNMENT_INFLATION) < largest * largest;
+    if !is_determined {
+        return Err(NoStart::TooLittleMotion);
+    }
+    let is_explained = |noise_rad_s| alignment.is_explained(&inertia, noise_rad_s);
+    let is_contradicted = !is_explained(noise_rad_s) && !is_explained(allowed_rad_s(mean_moment));
+    if is_contradicted || !inertia.is_physical() {
+        return Err(NoStart::Contradiction);
+    }
+    Ok(inertia)
 }
 
 /// State and covariance at the start of tracking.
@@ -85,40 +115,22 @@ impl<T: Real> Start<T> {
         }
     }
 
-    /// From the motion since the start, for gyro noise of `noise_rad_s` (one sigma per sample). The
-    /// residuals may be those of the measured noise instead, or of the noise with errors of the hardware:
-    /// `allowed_rad_s`, for a body of a mean moment, kg m².
+    /// At the last sample of an alignment, for the inertia of [`inertia_of`] and gyro noise of `noise_rad_s` (one sigma
+    /// per sample). `None` where the inertia has no inverse.
     ///
     /// The range of each element is the prior's sigma, or that of a body of the estimated size.
-    ///
-    /// # Errors
-    /// [`NoStart::NoSolution`] while the motion does not stand out of the noise;
-    /// [`NoStart::TooLittleMotion`] while an element's sigma exceeds a tenth of the mean moment;
-    /// [`NoStart::Contradiction`] where the tensor is then not physical or the residuals are not
-    /// explained.
     pub fn from_motion(
         alignment: &Alignment<T>,
+        inertia: &Inertia<T>,
         prior: Option<&Prior<T>>,
         noise_rad_s: T,
-        allowed_rad_s: impl FnOnce(T) -> T,
-    ) -> Result<Self, NoStart> {
-        let solution = alignment.solve(noise_rad_s).ok_or(NoStart::NoSolution)?;
-        let mut covariance = solution.covariance;
+    ) -> Option<Self> {
+        let Solution { rate_rad_s, inertia, mut covariance } =
+            alignment.at_last_sample(inertia, noise_rad_s)?;
         covariance.scale(T::lit(ALIGNMENT_INFLATION));
-        let mean_moment = solution.inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
-        let largest = mean_moment * T::lit(ALIGNED);
-        if !(3..9).all(|i| covariance.variance(i) < largest * largest) {
-            return Err(NoStart::TooLittleMotion);
-        }
-        let is_explained = |noise_rad_s| alignment.is_explained(&solution.inertia, noise_rad_s);
-        let is_contradicted =
-            !is_explained(noise_rad_s) && !is_explained(allowed_rad_s(mean_moment));
-        if is_contradicted || !solution.inertia.is_physical() {
-            return Err(NoStart::Contradiction);
-        }
+        let mean_moment = inertia.trace_kg_m2() * T::lit(1.0 / 3.0);
         let range_kg_m2 = prior.unwrap_or(&Prior::of_size(mean_moment)).sigma_kg_m2;
-        let state = State { rate_rad_s: solution.rate_rad_s, inertia: solution.inertia };
-        Ok(Self { state, covariance, range_kg_m2 })
+        Some(Self { state: State { rate_rad_s, inertia }, covariance, range_kg_m2 })
     }
 
     /// Adds what errors of the hardware add to the covariance, uncorrelated with the later ones: the error of

@@ -19,6 +19,12 @@ pub struct State<T: Real> {
 crate::persist!([T: Real] State<T> { rate_rad_s, inertia });
 
 impl<T: Real> State<T> {
+    /// All zeros, to be filled in.
+    #[inline(always)] // built in its place
+    pub(super) fn zero() -> Self {
+        Self { rate_rad_s: Vec3::zeros(), inertia: Inertia::new([T::zero(); 6]) }
+    }
+
     /// The nine states as numbers: rad/s, then kg m².
     pub(super) fn elements(&self) -> [T; 9] {
         let [x, y, z]: [T; 3] = self.rate_rad_s.into();
@@ -76,6 +82,11 @@ pub trait Form<T: Real>: Sized {
 
     /// Covariance of the nine states, 9×9.
     fn covariance(&self) -> Mat<T, 9, 9>;
+
+    /// Covariance of the six elements of the inertia, kg² m⁴.
+    fn inertia_covariance(&self) -> Mat<T, 6, 6> {
+        self.covariance().fixed_view::<6, 6>(3, 3).into_owned()
+    }
 
     /// True if every number is finite and no variance negative.
     fn is_valid(&self) -> bool;

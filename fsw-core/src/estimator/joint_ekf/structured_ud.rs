@@ -158,6 +158,10 @@ impl<T: Real> Form<T> for StructuredUd<T> {
         self.factors.covariance()
     }
 
+    fn inertia_covariance(&self) -> Mat<T, 6, 6> {
+        self.factors.covariance_of_last()
+    }
+
     fn is_valid(&self) -> bool {
         self.factors.is_valid()
     }

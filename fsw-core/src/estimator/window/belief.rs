@@ -85,20 +85,15 @@ impl<T: Real, const U: usize> Past<T, U> {
         Some(point)
     }
 
-    /// Information of a window on what lasts, joined with that of earlier windows where there are
-    /// some: `window` is about `point`, of unit variance.
-    pub fn joined(
-        mut window: SquareRootInformation<T, U>,
+    /// Replaces `past` by the information of a window on what lasts, about `point` and of unit variance. False where
+    /// that is not finite; `past` is unchanged then.
+    #[inline(never)]
+    pub fn replace(
+        past: &mut Option<Self>,
+        window: &mut SquareRootInformation<T, U>,
         point: &Point<T, U>,
         unit_per_kg_m2: T,
-        earlier: Option<&Self>,
-    ) -> Self {
-        if let Some(past) = earlier {
-            for index in FIRST_GROUP..U {
-                let (row, y, weight) = past.row(index, point, unit_per_kg_m2);
-                window.fold(&row, y, weight);
-            }
-        }
+    ) -> bool {
         // Scale over its value at the point.
         let (last, scale) = (scale_of(U), point.scale());
         for row in window.factor.iter_mut().take(last) {
@@ -106,19 +101,44 @@ impl<T: Real, const U: usize> Past<T, U> {
         }
         window.factor[last][last] *= scale * scale;
         window.right_hand_side[last] /= scale;
-        let mut reference = *point;
-        reference.set_scale(T::one());
-        Self { point: reference, per_kg_m2: scale * unit_per_kg_m2, information: window }
+        if !window.factor.iter().flatten().all(|x| x.is_finite()) {
+            return false;
+        }
+        let per_kg_m2 = scale * unit_per_kg_m2;
+        match past {
+            // In its place: without a copy on the stack.
+            Some(past) => {
+                (past.point, past.per_kg_m2) = (*point, per_kg_m2);
+                past.information = *window;
+                past.point.set_scale(T::one());
+            }
+            None => {
+                let mut point = *point;
+                point.set_scale(T::one());
+                *past = Some(Self { point, per_kg_m2, information: *window });
+            }
+        }
+        true
     }
 
-    /// The same joined with the information of other windows, where there are some.
-    pub fn joined_with(&self, other: Option<&Self>) -> Self {
-        Self::joined(self.information, &self.point, self.per_kg_m2, other)
+    /// Adds this to the information of a window, of unit variance, about `point`.
+    #[inline(never)]
+    pub fn add_to(
+        &self,
+        window: &mut SquareRootInformation<T, U>,
+        point: &Point<T, U>,
+        unit_per_kg_m2: T,
+    ) {
+        for index in FIRST_GROUP..U {
+            let (row, y, weight) = self.row(index, point, unit_per_kg_m2);
+            window.fold(&row, y, weight);
+        }
     }
 
-    /// False where a number is not finite.
-    pub fn is_finite(&self) -> bool {
-        self.information.factor.iter().flatten().all(|x| x.is_finite())
+    /// Joins the information of other windows, in place.
+    pub fn join(&mut self, other: &Self) {
+        // The scale of the reference is one: both its unit and its value stay.
+        other.add_to(&mut self.information, &self.point, self.per_kg_m2);
     }
 
     /// Row `index` of the information as one on the unknowns of a fit at `point`.
@@ -176,7 +196,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         factor: &mut SquareRootInformation<T, U>,
         point: &Point<T, U>,
     ) -> [T; GROUPS] {
-        self.each_of_places(0..self.groups.hardware, point, |row, y, weight| {
+        self.each_of_places(0..self.groups.hardware, point, &mut |row, y, weight| {
             factor.fold(row, y, weight);
         });
         self.constrain(factor, point)
@@ -186,7 +206,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     #[inline(never)]
     pub fn add_kept(&self, factor: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
         self.add_hardware(factor, point);
-        self.each_of_inertia(point, |row, y, weight| {
+        self.each_of_inertia(point, &mut |row, y, weight| {
             factor.fold(row, y, weight);
         });
     }
@@ -194,34 +214,40 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     /// Adds the rows of earlier windows and of the prior to the information of a window.
     #[inline(never)]
     pub fn add_known(&self, window: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
-        self.each_known(point, |row, y, weight| {
+        self.each_known(point, &mut |row, y, weight| {
             window.fold(row, y, weight);
         });
     }
 
     /// Adds the rows on the hardware alone.
+    #[inline(never)]
     pub fn add_hardware(&self, factor: &mut SquareRootInformation<T, U>, point: &Point<T, U>) {
-        self.each_of_places(self.groups.hardware..GROUPS, point, |row, y, weight| {
+        self.each_of_places(self.groups.hardware..GROUPS, point, &mut |row, y, weight| {
             factor.fold(row, y, weight);
         });
     }
 
     /// Sum of squares that earlier windows and the prior leave when added to the information of a
-    /// window on what lasts, over the noise: chi-square of six degrees of freedom each, and one for each
-    /// parameter of the hardware.
+    /// window on what lasts and to the stated hardware, over the noise: chi-square of six degrees of freedom each, and
+    /// one for each parameter of the hardware. They are added to `window`.
     #[inline(never)]
-    pub fn contradiction(&self, window: &SquareRootInformation<T, U>, point: &Point<T, U>) -> T {
-        let mut both = *window;
-        self.add_hardware(&mut both, point);
+    pub fn contradiction(
+        &self,
+        window: &mut SquareRootInformation<T, U>,
+        point: &Point<T, U>,
+    ) -> T {
         let mut sum = T::zero();
-        self.each_known(point, |row: &[T; U], y, weight| {
-            sum += both.fold(row, y, weight).square();
+        self.each_known(point, &mut |row: &[T; U], y, weight| {
+            sum += window.fold(row, y, weight).square();
         });
         sum / (self.noise_rad_s * self.noise_rad_s)
     }
 
     /// Value of the [`contradiction`](Self::contradiction) that chance exceeds once in 10⁵.
     pub fn contradicted(&self) -> T {
+        if groups_of(U) == 0 {
+            return T::lit(CONTRADICTED);
+        }
         let of_place = |place: usize| self.groups.active_bits(place).count_ones();
         let hardware: u32 = (self.groups.hardware..GROUPS).map(of_place).sum();
         if hardware == 0 { T::lit(CONTRADICTED) } else { rare_chi_square(6 + hardware) }
@@ -231,17 +257,18 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     #[inline(never)]
     pub fn cost(&self, point: &Point<T, U>) -> T {
         let mut sum = T::zero();
-        self.each_of_places(0..GROUPS, point, |_, y, weight| sum += y * y * weight);
-        self.each_of_inertia(point, |_, y, weight| sum += y * y * weight);
+        self.each_of_places(0..GROUPS, point, &mut |_, y, weight| sum += y * y * weight);
+        self.each_of_inertia(point, &mut |_, y, weight| sum += y * y * weight);
         sum
     }
 
     /// Calls `add` with each row on the groups in these places, its right-hand side and weight.
+    #[inline(never)]
     fn each_of_places(
         &self,
         places: core::ops::Range<usize>,
         point: &Point<T, U>,
-        mut add: impl FnMut(&[T; U], T, T),
+        add: &mut dyn FnMut(&[T; U], T, T),
     ) {
         let variance = self.noise_rad_s * self.noise_rad_s;
         for place in places.start..places.end.min(groups_of(U)) {
@@ -267,7 +294,9 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     }
 
     /// Calls `add` with each row of earlier windows and of the prior, its right-hand side and weight.
-    fn each_known(&self, point: &Point<T, U>, mut add: impl FnMut(&[T; U], T, T)) {
+    /// Not inlined, as the others: one function for all that add them.
+    #[inline(never)]
+    fn each_known(&self, point: &Point<T, U>, add: &mut dyn FnMut(&[T; U], T, T)) {
         let variance = self.noise_rad_s * self.noise_rad_s;
         if let Some(past) = self.past {
             for index in self.groups.first_kept::<U>()..U {
@@ -285,9 +314,10 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
     }
 
     /// Calls `add` with each row on the inertia, its right-hand side and weight.
-    fn each_of_inertia(&self, point: &Point<T, U>, mut add: impl FnMut(&[T; U], T, T)) {
+    #[inline(never)]
+    fn each_of_inertia(&self, point: &Point<T, U>, add: &mut dyn FnMut(&[T; U], T, T)) {
         let variance = self.noise_rad_s * self.noise_rad_s;
-        self.each_known(point, &mut add);
+        self.each_known(point, add);
         let centre = self.prior.map_or([T::zero(); 5], shape_of_prior);
         for k in 0..5 {
             let mut row = [T::zero(); U];
@@ -355,30 +385,22 @@ fn rare_chi_square<T: Real>(degrees: u32) -> T {
     n * root * root * root
 }
 
-/// Information on the unknowns from `first` on, with those before eliminated: these are pinned to zero.
-pub fn kept<T: Real, const U: usize>(
-    factor: &SquareRootInformation<T, U>,
-    first: usize,
-) -> SquareRootInformation<T, U> {
-    let mut kept = SquareRootInformation::default();
-    for i in 0..U {
-        if i < first {
-            kept.factor[i][i] = T::one();
-        } else {
-            kept.factor[i] = factor.factor[i];
-            kept.right_hand_side[i] = factor.right_hand_side[i];
-        }
-    }
-    kept
-}
-
 /// Squared norm of a column of R: the information on one unknown with all others known.
 pub fn information_on<T: Real, const U: usize>(
     factor: &SquareRootInformation<T, U>,
     column: usize,
 ) -> T {
+    information_from(0, factor, column)
+}
+
+/// The same with the unknowns before `first` eliminated.
+pub fn information_from<T: Real, const U: usize>(
+    first: usize,
+    factor: &SquareRootInformation<T, U>,
+    column: usize,
+) -> T {
     let (mut sum, column) = (T::zero(), column.min(U.saturating_sub(1)));
-    for i in 0..column {
+    for i in first..column {
         let row = &factor.factor[i];
         sum += row[i] * row[column] * row[column];
     }

@@ -1,6 +1,6 @@
 //! Configuration of the window estimator.
 
-use super::unknowns::{Belief, Group, Groups, groups_of};
+use super::unknowns::{Belief, GROUPS, Group, Groups, groups_of};
 use crate::error::{ConfigError, Invalid};
 use crate::gate;
 use crate::hardware::Hardware;
@@ -109,7 +109,7 @@ impl<T: Real, const W: usize> Config<T, W> {
             places = places.checked_sub(1).ok_or(ConfigError { field, reason: Invalid::NoRoom })?;
         }
         self.hardware.validate()?;
-        if self.hardware_groups().flatten().count() > places {
+        if self.hardware_groups().count() > places {
             return Err(ConfigError { field: "hardware", reason: Invalid::NoRoom });
         }
         positive("block_turn_rad", self.block_turn_rad)?;
@@ -132,49 +132,55 @@ impl<T: Real, const W: usize> Config<T, W> {
     }
 
     /// Groups of the hardware that are not known exactly, with their sigmas.
-    fn hardware_groups(&self) -> impl Iterator<Item = Option<(Group, Belief<T>)>> + '_ {
-        let h = &self.hardware;
-        let within = |group, sigma: [T; 3]| {
-            sigma.iter().any(|s| *s > T::zero()).then_some((group, Belief::Within(sigma)))
-        };
-        let of_gyro = [
-            within(Group::GyroScale, [h.gyro_scale; 3]),
-            within(Group::GyroUpper, [h.gyro_axes_rad; 3]),
-            within(Group::GyroLower, [h.gyro_axes_rad; 3]),
-        ];
-        let sigmas = h.wheel_inertia.iter().zip(&h.wheel_axis_rad);
-        let of_wheels = sigmas.enumerate().map(move |(i, (inertia, tilt))| {
-            within(Group::Wheel(i as u8), [*inertia, *tilt, *tilt])
-        });
-        // Without wheels the scale of the torque is that of the inertia: see `considered_scale`.
-        let torque_scale = if W > 0 { h.torque_scale } else { T::zero() };
-        let common = [h.delay_sigma_s, torque_scale, h.common_wheel_inertia];
-        of_gyro.into_iter().chain(of_wheels).chain([within(Group::Common, common)])
+    fn hardware_groups(&self) -> impl Iterator<Item = (Group, Belief<T>)> + '_ {
+        (0..4 + W).filter_map(|index| self.hardware_group(index))
     }
 
-    /// Groups of unknowns by place: those of one window that are asked for and those that are tested, as far as
-    /// U holds them, then those of the hardware.
-    pub(super) fn groups<const U: usize>(&self) -> Groups<T> {
+    /// Group of the hardware with this index, of 4 + W; none where it is known exactly.
+    fn hardware_group(&self, index: usize) -> Option<(Group, Belief<T>)> {
+        let h = &self.hardware;
+        let (group, sigma) = match index {
+            0 => (Group::GyroScale, [h.gyro_scale; 3]),
+            1 => (Group::GyroUpper, [h.gyro_axes_rad; 3]),
+            2 => (Group::GyroLower, [h.gyro_axes_rad; 3]),
+            _ => match (h.wheel_inertia.get(index - 3), h.wheel_axis_rad.get(index - 3)) {
+                (Some(inertia), Some(tilt)) => {
+                    (Group::Wheel((index - 3) as u8), [*inertia, *tilt, *tilt])
+                }
+                _ => {
+                    // Without wheels the scale of the torque is that of the inertia: see `considered_scale`.
+                    let torque_scale = if W > 0 { h.torque_scale } else { T::zero() };
+                    (Group::Common, [h.delay_sigma_s, torque_scale, h.common_wheel_inertia])
+                }
+            },
+        };
+        sigma.iter().any(|s| *s > T::zero()).then_some((group, Belief::Within(sigma)))
+    }
+
+    /// Groups of one window, in the order of their places: those that are asked for, and torque where it is tested.
+    fn window_groups(&self) -> impl Iterator<Item = (Group, Belief<T>)> {
         let within = |group, sigma: Option<T>| sigma.map(|s| (group, Belief::Within([s; 3])));
         let torque = within(Group::Torque, self.disturbance_torque_n_m);
-        let bias = within(Group::Bias, self.gyro_bias_rad_s);
         let untested_torque = torque.is_none().then_some((Group::Torque, Belief::Zero));
         let drag = self.drag_per_s.map(|_| (Group::Drag, Belief::Zero));
-        let hardware = self.hardware_groups().flatten().count();
-        let of_window = groups_of(U).saturating_sub(hardware);
-        let wanted = [torque, bias, drag, untested_torque];
-        let mut groups = Groups { delay_s: self.hardware.delay_s, ..Groups::none() };
-        for (place, group) in
-            groups.place.iter_mut().take(of_window).zip(wanted.into_iter().flatten())
-        {
+        let bias = within(Group::Bias, self.gyro_bias_rad_s);
+        [torque, bias, drag, untested_torque].into_iter().flatten()
+    }
+
+    /// Sets groups of unknowns by place: those of one window that are asked for and those that are tested, as far as
+    /// U holds them, then those of the hardware. In place: they are large.
+    #[inline(never)]
+    pub(super) fn set_groups<const U: usize>(&self, groups: &mut Groups<T>) {
+        groups.place = [None; GROUPS];
+        groups.delay_s = self.hardware.delay_s;
+        groups.hardware = groups_of(U).saturating_sub(self.hardware_groups().count());
+        let (of_window, of_hardware) = groups.place.split_at_mut(groups.hardware.min(groups_of(U)));
+        for (place, group) in of_window.iter_mut().zip(self.window_groups()) {
             *place = Some(group);
         }
-        groups.hardware = of_window;
-        let rest = groups.place.iter_mut().take(groups_of(U)).skip(of_window);
-        for (place, group) in rest.zip(self.hardware_groups().flatten()) {
+        for (place, group) in of_hardware.iter_mut().zip(self.hardware_groups()) {
             *place = Some(group);
         }
-        groups
     }
 }
 
@@ -208,9 +214,11 @@ mod tests {
     #[test]
     fn any_subset_can_be_asked_for() {
         let config = Config { gyro_bias_rad_s: Some(0.1), ..Config::<f64, 0>::new(1e-4) };
-        let groups = config.groups::<15>();
+        let mut groups = Groups::none();
+        config.set_groups::<15>(&mut groups);
         assert_eq!(groups.place[0], Some((Group::Bias, Belief::Within([0.1; 3]))));
         assert_eq!(groups.place[1], Some((Group::Torque, Belief::Zero)));
-        assert_eq!(config.groups::<12>().place[1], None);
+        config.set_groups::<12>(&mut groups);
+        assert_eq!(groups.place[1], None);
     }
 }

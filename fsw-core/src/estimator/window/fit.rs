@@ -16,6 +16,7 @@
 //! | [`Attempt::Prior`] | the prior, or earlier windows |
 
 use super::belief::{Beliefs, information_on};
+use super::front::Fit;
 use super::pass::Pass;
 use super::trajectory::axes_at;
 use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
@@ -84,10 +85,12 @@ pub struct Descent<T: Real, const W: usize, const U: usize> {
     /// True in the pass that judges the residuals at the solution.
     is_final: bool,
     passes: u8,
+    /// The fit once it has ended, with the pass of the descent.
+    pub fit: Option<Fit>,
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize] Descent<T, W, U> {
-    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, passes
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, passes, fit
 });
 
 /// Consequence of a completed pass.
@@ -122,6 +125,7 @@ impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
             is_repeated: false,
             is_final: false,
             passes: 0,
+            fit: None,
         }
     }
 

@@ -5,6 +5,30 @@ use super::unknowns::shape_of;
 use crate::math::scalar::Real;
 use crate::monitor::observability::Observed;
 
+/// A fit that has ended, and its judgement.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit {
+    /// First block of it.
+    pub from: usize,
+    /// True where the descent ended at a minimum.
+    pub is_settled: bool,
+    /// The same, and the residuals agree with the noise throughout.
+    pub is_good: bool,
+    /// True where the data determine the shape.
+    pub is_shape_observed: bool,
+    /// Directions that it observes, with earlier windows; none before the judgement.
+    pub observed: Option<Observed>,
+}
+
+crate::persist!([] Fit { from, is_settled, is_good, is_shape_observed, observed });
+
+impl Fit {
+    /// A fit that has ended, before its judgement.
+    pub fn ended(from: usize, is_settled: bool) -> Self {
+        Self { from, is_settled, is_good: false, is_shape_observed: false, observed: None }
+    }
+}
+
 /// Fit that takes in further blocks.
 #[derive(Clone, Copy, Debug)]
 pub struct Front<T: Real, const W: usize, const U: usize> {
@@ -27,15 +51,13 @@ crate::persist!([T: Real, const W: usize, const U: usize] Front<T, W, U> { pass,
 const GROWN: u32 = 6;
 
 impl<T: Real, const W: usize, const U: usize> Front<T, W, U> {
-    /// Front at the end of a fit.
-    pub fn new(
-        pass: Pass<T, W, U>,
-        is_settled: bool,
-        is_shape_observed: bool,
-        observed: Observed,
-    ) -> Self {
-        let octaves = octaves(&pass);
-        Self { pass, is_settled, is_shape_observed, observed, octaves }
+    /// Front at the end of a fit. Inlined, so that it is built in its place and not on the stack.
+    #[inline(always)]
+    pub fn new(pass: &Pass<T, W, U>, fit: &Fit) -> Self {
+        let Fit { is_settled, is_shape_observed, .. } = *fit;
+        let observed = fit.observed.unwrap_or_default();
+        let octaves = octaves(pass);
+        Self { pass: *pass, is_settled, is_shape_observed, observed, octaves }
     }
 
     /// True where further blocks have changed an estimate that was uncertain.

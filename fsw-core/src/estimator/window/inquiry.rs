@@ -18,8 +18,9 @@
 //! | agree | the motion was interrupted: what is doubted joins the window |
 
 use super::belief::Past;
-use super::front::Front;
-use super::pass::{Pass, Residuals};
+use super::fit::Descent;
+use super::front::Fit;
+use super::pass::Residuals;
 use super::unknowns::{scale_of, shape_of};
 use super::work::Work;
 use super::{Closing, Schedule, Window};
@@ -70,12 +71,11 @@ fn contradiction<T: Real>(residuals: &Residuals<T>, next: usize) -> Option<(usiz
 }
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
-    /// Begins or continues an inquiry after a fit that is settled, but does not explain all blocks.
-    pub(super) fn inquire(&mut self, fit: &Front<T, W, U>) {
-        if !fit.is_settled {
-            return;
-        }
-        let shown = contradiction(&fit.pass.residuals, fit.pass.next);
+    /// Begins or continues an inquiry after a fit that is settled, but does not explain all blocks: the front.
+    #[inline(never)]
+    pub(super) fn inquire(&mut self) {
+        let Some(front) = self.front.as_ref().filter(|front| front.is_settled) else { return };
+        let shown = contradiction(&front.pass.residuals, front.pass.next);
         // Large residuals throughout show no instant; that of the last fit is still valid.
         let known = self.inquiry.as_ref().map(|inquiry| (inquiry.rise, inquiry.rise));
         let Some((begin, rise)) = shown.or(known) else { return };
@@ -124,100 +124,126 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    /// Takes the result of a fit for the inquiry, over the blocks from `from` on.
-    pub(super) fn answer(&mut self, from: usize, fit: &Front<T, W, U>) {
-        let is_good = self.is_good(fit);
+    /// Takes the result of a fit for the inquiry, which is the present task.
+    #[inline(never)]
+    pub(super) fn answer(&mut self, fit: &Fit) {
         let Some(inquiry) = &mut self.inquiry else { return };
         inquiry.has_asked = false;
         if !inquiry.has_before {
             inquiry.has_before = true;
             if !self.is_doubtful {
-                self.doubted = self.information_of(fit).filter(|_| is_good);
+                self.doubted = None;
+                if fit.is_good {
+                    self.doubt();
+                }
             }
             return self.ask_after();
         }
-        if is_good && fit.is_shape_observed {
-            return self.separate(from, fit);
+        if fit.is_good && fit.is_shape_observed {
+            return self.separate(fit);
         }
-        let residuals = &fit.pass.residuals;
-        let later = contradiction(residuals, fit.pass.next).map(|(_, rise)| rise);
+        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        let residuals = &pass.residuals;
+        let later = contradiction(residuals, pass.next).map(|(_, rise)| rise);
         let is_fault = residuals.longest.count >= LONG_RUN;
-        if let Some(rise) = later.filter(|rise| is_fault && *rise > from)
+        if let Some(rise) = later.filter(|rise| is_fault && *rise > fit.from)
             && inquiry.begins < MOST_BEGINS
         {
             inquiry.rise = rise;
             inquiry.begins += 1;
             return self.ask_after();
         }
-        let since = fit.pass.next.saturating_sub(from) as u32;
+        let since = pass.next.saturating_sub(fit.from) as u32;
         self.schedule.due_at = self.schedule.blocks.saturating_add((since / 4).max(4));
     }
 
-    /// Information of a fit as that of an earlier window, where it is finite.
-    fn information_of(&self, fit: &Front<T, W, U>) -> Option<Past<T, U>> {
-        let pass = &fit.pass;
-        let past = Past::joined(self.information(pass), &pass.point, pass.unit_per_kg_m2, None);
-        past.is_finite().then_some(past)
+    /// The fit of the blocks before the contradiction is doubted, as an earlier window.
+    #[inline(never)]
+    fn doubt(&mut self) {
+        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        let mut window = SquareRootInformation::default();
+        self.information(pass, &mut window);
+        Past::replace(&mut self.doubted, &mut window, &pass.point, pass.unit_per_kg_m2);
     }
 
     /// Ends an inquiry whose later blocks are explained: they become a window of their own, and all that came
     /// before is doubted.
     #[inline(never)]
-    fn separate(&mut self, from: usize, fit: &Front<T, W, U>) {
+    fn separate(&mut self, fit: &Fit) {
         self.inquiry = None;
         if !self.is_doubtful {
-            self.doubted = match self.doubted {
-                Some(before) => Some(before.joined_with(self.past.as_ref())),
-                None => self.past,
-            };
+            self.doubt_past();
             self.is_doubtful = self.doubted.is_some();
         }
         self.past = None;
         self.event = Some(Reset::Interrupted);
-        let start = self.stretch_from(from);
+        let start = self.stretch_from(fit.from);
         match &mut self.closing {
             Some(Closing { stretch, .. }) => *stretch = start,
             None => self.open = start,
         }
-        let blocks = self.end().saturating_sub(from) as u32;
+        let blocks = self.end().saturating_sub(fit.from) as u32;
         self.schedule = Schedule { blocks, fitted: blocks, ..Schedule::new() };
         self.schedule.wait_for_growth(4);
-        self.front = Some(*fit);
-        self.blocks.drop_before(from);
+        self.take_front(fit);
+        self.blocks.drop_before(fit.from);
+    }
+
+    /// Earlier windows join what is doubted.
+    #[inline(never)]
+    fn doubt_past(&mut self) {
+        match (&mut self.doubted, &self.past) {
+            (Some(doubted), Some(past)) => doubted.join(past),
+            (Some(_), None) => {}
+            (None, _) => self.doubted = self.past,
+        }
     }
 
     /// Discards earlier windows and the prior: the inertia has changed.
     pub(super) fn forget_past(&mut self) {
         self.past = None;
+        self.forget_doubted();
+    }
+
+    /// Discards what is doubted and the prior.
+    fn forget_doubted(&mut self) {
         self.doubted = None;
         self.is_doubtful = false;
         self.has_prior = false;
         self.event = Some(Reset::Changed);
     }
 
-    /// Decides on what is doubted, once the window alone is certain enough.
+    /// Decides on what is doubted, once the window alone is certain enough: the front.
     #[inline(never)]
-    pub(super) fn reconsider(&mut self, pass: &Pass<T, W, U>) {
-        let Some(doubted) = self.doubted.filter(|_| self.is_doubtful) else { return };
-        let (mut window, sigma) = self.window_alone(pass);
+    pub(super) fn reconsider(&mut self) {
+        match self.contradicts_doubted() {
+            None => {}
+            Some(true) => self.forget_doubted(),
+            Some(false) => {
+                self.doubt_past();
+                self.past = self.doubted;
+                self.doubted = None;
+                self.is_doubtful = false;
+            }
+        }
+    }
+
+    /// True where the front contradicts what is doubted; `None` where nothing is, or the front is not certain enough.
+    #[inline(never)]
+    fn contradicts_doubted(&self) -> Option<bool> {
+        let doubted = self.doubted.as_ref().filter(|_| self.is_doubtful)?;
+        let pass = &self.front.as_ref()?.pass;
+        let mut window = SquareRootInformation::default();
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
+        let sigma = self.window_alone(pass, &mut window);
         beliefs.noise_rad_s = sigma;
         beliefs.add_known(&mut window, &pass.point);
-        let mut certain = window;
-        beliefs.add_hardware(&mut certain, &pass.point);
-        if !is_decisive(&certain, pass.point.scale(), sigma) {
-            return;
+        beliefs.add_hardware(&mut window, &pass.point);
+        if !is_decisive(&window, pass.point.scale(), sigma) {
+            return None;
         }
-        (beliefs.prior, beliefs.past) = (None, Some(&doubted));
-        if beliefs.contradiction(&window, &pass.point) > beliefs.contradicted() {
-            let past = self.past;
-            self.forget_past();
-            self.past = past;
-        } else {
-            self.past = Some(doubted.joined_with(self.past.as_ref()));
-            self.doubted = None;
-            self.is_doubtful = false;
-        }
+        (beliefs.prior, beliefs.past) = (None, Some(doubted));
+        Some(beliefs.contradiction(&mut window, &pass.point) > beliefs.contradicted())
     }
 }
 

@@ -192,15 +192,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Names the first field of the configuration that is out of its range, or for whose unknowns U has no
     /// place.
     pub fn new(config: Config<T, W>, wheels: WheelArray<T, W>) -> Result<Self, ConfigError> {
-        config.validate::<U>()?;
-        Ok(Self::of_valid(config, wheels))
-    }
-
-    /// Estimator with the default configuration for a gyro of unknown noise. It needs no check, so that a
-    /// large window can be built in its place, and [`reset`](Self::reset) there.
-    #[inline(always)]
-    pub fn of_unknown_noise(wheels: WheelArray<T, W>) -> Self {
-        Self::of_valid(Config::of_unknown_noise(), wheels)
+        let mut this = Self::in_place(wheels);
+        this.reset(config)?;
+        Ok(this)
     }
 
     /// Initialises all state, with this configuration.
@@ -210,7 +204,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     pub fn reset(&mut self, config: Config<T, W>) -> Result<(), ConfigError> {
         config.validate::<U>()?;
         // Field by field: a whole one would be made on the stack first.
-        self.groups = config.groups::<U>();
+        config.set_groups::<U>(&mut self.groups);
         self.gate = Gate::new(config.gate);
         self.outliers.reset();
         self.averager = None;
@@ -241,16 +235,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         Ok(())
     }
 
+    /// Estimator without a configuration, to be completed by [`reset`](Self::reset). Inlined, so that a large window
+    /// is built in its place and not on the stack.
     #[inline(always)]
-    fn of_valid(config: Config<T, W>, wheels: WheelArray<T, W>) -> Self {
+    pub fn in_place(wheels: WheelArray<T, W>) -> Self {
         const {
             assert!(N >= 64, "storage for fewer blocks than a fit needs");
             assert!(is_a_set(U), "9 unknowns, and three for each further group");
         };
-        let mut blocks = Storage::new();
-        blocks.clear(T::count(config.block_samples));
+        let config = Config::of_unknown_noise();
         Self {
-            groups: config.groups::<U>(),
+            groups: Groups::none(),
             gate: Gate::new(config.gate),
             outliers: OutlierGate::new(),
             averager: None,
@@ -259,7 +254,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             period_s: T::zero(),
             intervals: 0,
             largest_rad_s: T::zero(),
-            blocks,
+            blocks: Storage::new(),
             open: Stretch::new(Momenta::zeros()),
             closing: None,
             waiting: None,
@@ -352,6 +347,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     }
 
     /// One sigma of a gyro sample, rad/s: stated or measured, and at least the rounding of the largest rate.
+    #[inline(never)]
     fn noise_rad_s(&self) -> T {
         let floor = self.largest_rad_s * (T::EPSILON + T::EPSILON);
         let noise = self.config.gyro_noise_rad_s.unwrap_or_else(|| self.outliers.noise_rad_s());
@@ -360,6 +356,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Noise against which residuals are judged, rad/s: the larger of stated and measured, up to
     /// [`MOST_UNDERSTATED`] times the stated one.
+    #[inline(never)]
     fn reference_rad_s(&self) -> T {
         let noise = self.noise_rad_s();
         let measured = self.outliers.noise_rad_s();
@@ -543,7 +540,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Estimator<T, W>
     }
 
     fn estimate(&self) -> Estimate<T> {
-        self.report()
+        let mut estimate = Estimate::of_nothing();
+        self.report(&mut estimate);
+        estimate
     }
 
     fn rate_rad_s(&self) -> Vec3<T> {

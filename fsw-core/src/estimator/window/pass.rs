@@ -134,6 +134,7 @@ impl<T: Real> Residuals<T> {
 
     /// Residual of a sample as the median of the blocks has it, one axis, rad/s, for the unit in which
     /// the histogram was filled.
+    #[inline(never)]
     pub fn typical(&self, unit_rad_s: T) -> T {
         let half = self.blocks / 2;
         let (mut below, mut octave) = (0, 0);

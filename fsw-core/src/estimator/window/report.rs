@@ -95,38 +95,33 @@ struct Solution<T: Real, const U: usize> {
 }
 
 impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U> {
-    /// The estimate.
+    /// The estimate, in its place.
     #[inline(never)]
-    pub(super) fn report(&self) -> Estimate<T> {
-        let mut estimate = Estimate::of_nothing();
+    pub(super) fn report(&self, estimate: &mut Estimate<T>) {
         let is_found = match &self.front {
-            Some(front) => self.report_front(front, &mut estimate),
-            None => self.report_past(&mut estimate),
+            Some(front) => self.report_front(front, estimate),
+            None => self.report_past(estimate),
         };
         if is_found {
-            bring_to_nearest_physical(&mut estimate);
+            bring_to_nearest_physical(estimate);
         } else {
-            self.report_nothing(&mut estimate);
+            self.report_nothing(estimate);
         }
-        estimate
     }
 
     /// Estimate of the front; false where it has no finite solution.
     #[inline(never)]
     fn report_front(&self, front: &Front<T, W, U>, estimate: &mut Estimate<T>) -> bool {
         let pass = &front.pass;
-        let (window, sigma) = self.window_alone(pass);
-        let unit = pass.unit_per_kg_m2;
-        let past = self.past.as_ref();
-        if !self.report_inertia(&window, &pass.point, unit, sigma, past, estimate) {
+        if !self.report_pass(pass, estimate) {
             return false;
         }
         restrict(&mut estimate.observed, &front.observed);
         estimate.status = Status::of(&estimate.observed);
         estimate.residual_rms_rad_s = rms(&pass.residuals, U);
         estimate.residuals_white = self.is_white(front);
-        self.report_groups(pass, sigma, estimate);
-        if !self.is_good(front) {
+        self.report_groups(pass, estimate);
+        if !self.is_good(pass, front.is_settled) {
             estimate.status = Status::Diverged;
         }
         true
@@ -136,10 +131,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     pub(super) fn observed_by(&self, pass: &Pass<T, W, U>) -> Observed {
         let mut estimate = Estimate::of_nothing();
-        let (window, sigma) = self.window_alone(pass);
-        let past = self.past.as_ref();
-        self.report_inertia(&window, &pass.point, pass.unit_per_kg_m2, sigma, past, &mut estimate);
+        self.report_pass(pass, &mut estimate);
         estimate.observed
+    }
+
+    /// Inertia of a pass with earlier windows; false where it has no finite solution.
+    #[inline(never)]
+    fn report_pass(&self, pass: &Pass<T, W, U>, estimate: &mut Estimate<T>) -> bool {
+        let mut window = SquareRootInformation::default();
+        let sigma = self.window_alone(pass, &mut window);
+        self.report_inertia(
+            &window,
+            (&pass.point, pass.unit_per_kg_m2),
+            sigma,
+            self.past.as_ref(),
+            estimate,
+        )
     }
 
     /// Estimate of earlier windows; false where it is not finite.
@@ -149,11 +156,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         else {
             return false;
         };
-        // The past enters as a belief: there are no blocks.
-        let first = self.groups.first_kept::<U>();
-        let nothing = super::belief::kept(&SquareRootInformation::default(), first);
-        let unit = past.per_kg_m2;
-        if !self.report_inertia(&nothing, &past.point, unit, T::one(), Some(past), estimate) {
+        if !self.report_past_alone(past, estimate) {
             return false;
         }
         estimate.residual_rms_rad_s = self.ended.residual_rms_rad_s;
@@ -164,6 +167,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             estimate.status = Status::Diverged;
         }
         true
+    }
+
+    /// Inertia of earlier windows; false where it has no finite solution.
+    #[inline(never)]
+    fn report_past_alone(&self, past: &Past<T, U>, estimate: &mut Estimate<T>) -> bool {
+        // The past enters as a belief: there are no blocks.
+        let mut nothing = SquareRootInformation::default();
+        nothing.eliminate(self.groups.first_kept::<U>());
+        self.report_inertia(&nothing, (&past.point, past.per_kg_m2), T::one(), Some(past), estimate)
     }
 
     /// Prior where nothing has been found.
@@ -177,39 +189,62 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
-    /// Inertia, covariance, observed directions and status of information on shape and scale.
+    /// Inertia, covariance, observed directions and status of information on shape and scale, about a point and for a
+    /// unit of its scale.
+    #[inline(never)]
     fn report_inertia(
         &self,
         window: &SquareRootInformation<T, U>,
-        point: &Point<T, U>,
-        unit_per_kg_m2: T,
+        at: (&Point<T, U>, T),
         sigma: T,
         past: Option<&Past<T, U>>,
         estimate: &mut Estimate<T>,
     ) -> bool {
-        let mut walked = past.copied();
-        if let Some(past) = &mut walked {
-            past.walk(self.walk_kg_m2());
+        let walk = self.walk_kg_m2();
+        match past.filter(|_| walk > T::zero()) {
+            Some(past) => self.report_walked(window, at, sigma, past, estimate),
+            None => self.report_with(window, at, sigma, past, estimate),
         }
-        let past = walked.as_ref();
+    }
+
+    /// As [`report_inertia`](Self::report_inertia), with earlier windows after their random walk. Apart: it takes a
+    /// copy of them.
+    #[inline(never)]
+    fn report_walked(
+        &self,
+        window: &SquareRootInformation<T, U>,
+        at: (&Point<T, U>, T),
+        sigma: T,
+        past: &Past<T, U>,
+        estimate: &mut Estimate<T>,
+    ) -> bool {
+        let mut walked = *past;
+        walked.walk(self.walk_kg_m2());
+        self.report_with(window, at, sigma, Some(&walked), estimate)
+    }
+
+    #[inline(never)]
+    fn report_with(
+        &self,
+        window: &SquareRootInformation<T, U>,
+        (point, unit_per_kg_m2): (&Point<T, U>, T),
+        sigma: T,
+        past: Option<&Past<T, U>>,
+        estimate: &mut Estimate<T>,
+    ) -> bool {
         let all = Beliefs { past, noise_rad_s: sigma, ..self.beliefs(unit_per_kg_m2) };
         let data = Beliefs { prior: None, ..all };
         let (mut solution, mut alone) = (Solution::blank(), Solution::blank());
         if !solve(window, point, &all, &mut solution) || !solve(window, point, &data, &mut alone) {
             return false;
         }
-        let trace = T::one() / (solution.point.scale() * unit_per_kg_m2);
-        let n = solution.point.over_trace();
-        estimate.inertia = Inertia::new(n.map(|n| n * trace));
         let has_scale = past.is_some() || self.stretch().has_drive();
-        solution.add_curvature(&alone, has_scale);
-        solution.of_elements(&mut estimate.covariance_kg2_m4);
-        if !is_finite_with_floor(estimate) {
+        if !solution.report(&alone, has_scale, estimate) {
             return false;
         }
         let is_considered = self.config.hardware.mount_rad != [T::zero(); 3]
             || self.config.considered_scale() > T::zero();
-        if self.groups.has_hardware() || is_considered {
+        if groups_of(U) > 0 && self.groups.has_hardware() || is_considered {
             self.report_random(window, point, &all, &mut solution, estimate);
         }
         if is_considered {
@@ -217,11 +252,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
         // At the estimate, with the information of the data.
         alone.point = solution.point;
-        let range = Prior::of_size(trace * T::lit(1.0 / 3.0)).sigma_kg_m2;
         // In the place of a covariance that is no longer needed.
-        alone.of_elements(&mut solution.covariance);
-        estimate.observed = observed(&solution.covariance, &range);
-        estimate.status = Status::of(&estimate.observed);
+        alone.report_observed(&mut solution.covariance, estimate);
         true
     }
 
@@ -327,15 +359,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// Information with all beliefs, the point that it is about, one sigma of a row of unit weight, and the unit of
     /// the inverse trace.
     fn joint_factor(&self) -> Option<(SquareRootInformation<T, U>, Point<T, U>, T, T)> {
-        let (mut factor, point, sigma, unit) = match (&self.front, &self.past) {
+        let mut factor = SquareRootInformation::default();
+        let (point, sigma, unit) = match (&self.front, &self.past) {
             (Some(Front { pass, .. }), _) => {
-                let (window, sigma) = self.window_alone(pass);
-                (window, pass.point, sigma, pass.unit_per_kg_m2)
+                let sigma = self.window_alone(pass, &mut factor);
+                (pass.point, sigma, pass.unit_per_kg_m2)
             }
             (None, Some(past)) => {
-                let first = self.groups.first_kept::<U>();
-                let nothing = super::belief::kept(&SquareRootInformation::default(), first);
-                (nothing, past.point, T::one(), past.per_kg_m2)
+                factor.eliminate(self.groups.first_kept::<U>());
+                (past.point, T::one(), past.per_kg_m2)
             }
             (None, None) => return None,
         };
@@ -345,11 +377,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Torque and bias where the data determine them.
     #[inline(never)]
-    fn report_groups(&self, pass: &Pass<T, W, U>, sigma: T, estimate: &mut Estimate<T>) {
-        if self.groups.place.iter().all(|at| !matches!(at, Some((_, Belief::Within(_))))) {
+    fn report_groups(&self, pass: &Pass<T, W, U>, estimate: &mut Estimate<T>) {
+        let is_asked_for = |at: &Option<_>| matches!(at, Some((_, Belief::Within(_))));
+        if groups_of(U) == 0 || !self.groups.place.iter().any(is_asked_for) {
             return;
         }
-        let unit = pass.unit_per_kg_m2;
+        let (unit, sigma) = (pass.unit_per_kg_m2, self.sigma_of_sample(pass));
         let mut factor = pass.factor;
         let beliefs = Beliefs { noise_rad_s: sigma, ..self.beliefs(unit) };
         beliefs.add(&mut factor, &pass.point);
@@ -387,6 +420,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
     /// block to block, so that fewer of them are independent;
     /// and by the distance to the minimum that rounding leaves.
+    #[inline(never)]
     pub(super) fn sigma_of_sample(&self, pass: &Pass<T, W, U>) -> T {
         let residuals = &pass.residuals;
         let unsettled = T::one() + pass.decrement / T::count(U as u32);
@@ -410,6 +444,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// Result of the tests for white residuals: of their size against the noise, of their correlation,
     /// and of a torque that is not among the unknowns.
+    #[inline(never)]
     fn is_white(&self, front: &Front<T, W, U>) -> Option<bool> {
         let residuals = &front.pass.residuals;
         if residuals.rows < ENOUGH_ROWS {
@@ -418,22 +453,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let most = self.reference_rad_s() * largest_rms(residuals.blocks);
         let is_small = rms(residuals, U) <= most;
         let is_correlated = residuals.correlation().abs() > largest_correlation(residuals.rows);
-        let mut factor = front.pass.factor;
-        let mut beliefs = self.beliefs(front.pass.unit_per_kg_m2);
-        // A stated noise that is too small would exaggerate the contradiction.
-        beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(&front.pass));
-        let contradiction = beliefs.add(&mut factor, &front.pass.point);
+        let contradiction = self.contradictions(&front.pass);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
         let is_alarmed = residuals.is_alarmed();
         Some(is_small && !is_correlated && !shows_torque && front.is_settled && !is_alarmed)
     }
 
     /// Statistics of a window that ends with this front.
+    #[inline(never)]
     pub(super) fn ended_with(&self, front: &Front<T, W, U>) -> Ended<T> {
         Ended {
             residual_rms_rad_s: rms(&front.pass.residuals, U),
             residuals_white: self.is_white(front),
-            is_explained: self.is_good(front),
+            is_explained: self.is_good(&front.pass, front.is_settled),
         }
     }
 }
@@ -515,7 +547,41 @@ impl<T: Real, const U: usize> Solution<T, U> {
     #[inline(never)]
     fn of_elements(&self, covariance: &mut Mat<T, 6, 6>) {
         let jacobian = self.jacobian();
-        *covariance = jacobian * self.covariance * jacobian.transpose();
+        // Row by row: no further matrix on the stack.
+        for i in 0..6 {
+            let row = jacobian.row(i) * self.covariance;
+            for k in 0..6 {
+                let mut sum = row[0] * jacobian[(k, 0)];
+                for m in 1..6 {
+                    sum += row[m] * jacobian[(k, m)];
+                }
+                *covariance.at_mut(i, k) = sum;
+            }
+        }
+    }
+
+    /// Inertia and covariance, for the solution of the data alone; false where a number is not finite.
+    #[inline(never)]
+    fn report(&mut self, alone: &Self, has_scale: bool, estimate: &mut Estimate<T>) -> bool {
+        let trace = self.trace_kg_m2();
+        estimate.inertia = Inertia::new(self.point.over_trace().map(|n| n * trace));
+        self.add_curvature(alone, has_scale);
+        self.of_elements(&mut estimate.covariance_kg2_m4);
+        is_finite_with_floor(estimate)
+    }
+
+    /// Directions that the covariance of the data alone observes, and the status. `covariance` is overwritten.
+    #[inline(never)]
+    fn report_observed(&self, covariance: &mut Mat<T, 6, 6>, estimate: &mut Estimate<T>) {
+        self.of_elements(covariance);
+        let range = Prior::of_size(self.trace_kg_m2() * T::lit(1.0 / 3.0)).sigma_kg_m2;
+        estimate.observed = observed(covariance, &range);
+        estimate.status = Status::of(&estimate.observed);
+    }
+
+    /// Trace of the tensor, kg m².
+    fn trace_kg_m2(&self) -> T {
+        T::one() / (self.point.scale() * self.unit_per_kg_m2)
     }
 
     /// Derivatives of the six elements, kg m², by shape and scale: `∂j/∂q = B / κ` and `∂j/∂x = −j / x`.

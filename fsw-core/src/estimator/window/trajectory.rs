@@ -200,7 +200,7 @@ impl<T: Real, const W: usize> Model<T, W> {
             group: groups.place.map(|at| at.map(|(group, _)| group)),
             active: core::array::from_fn(|place| groups.active_bits(place)),
         };
-        if groups.has_hardware() {
+        if U > WITHOUT_HARDWARE && groups.has_hardware() {
             model.add_hardware(point, groups);
         }
         Some(model)
@@ -290,7 +290,7 @@ pub fn axes_at<T: Real, const W: usize, const U: usize>(
     groups: &Groups<T>,
     configured: &Mat<T, 3, W>,
 ) -> Mat<T, 3, W> {
-    if !groups.has_hardware() {
+    if U <= WITHOUT_HARDWARE || !groups.has_hardware() {
         return *configured;
     }
     let common = point.group(groups, Group::Common)[2];
@@ -400,12 +400,17 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
     fn shift_torque(&mut self, crossing: &Crossing<T, W, U>) {
         let known = crossing.known_torque;
         let before = self.last_torque.replace(known).unwrap_or(known);
+        if U <= WITHOUT_HARDWARE {
+            return;
+        }
         let Some(offset) = self.model.offset_of(Group::Common) else { return };
         if let Some(of_delay) = self.sensitivity.get_mut(offset) {
             *of_delay -= (known - before) * self.model.scale;
         }
     }
 
+    /// A block before its first step. Not inlined: the frames of its courses and of a step must not add up.
+    #[inline(never)]
     fn enter(&self, span: &Span<T, W>) -> Crossing<T, W, U> {
         let (block, model) = (&span.block, &self.model);
         let dt = block.duration_s;
@@ -663,8 +668,10 @@ impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
     /// Derivatives of one axis of the reading at the start, for momentum of the wheels there: `n⁻¹ (D₀ − V₀)`.
     pub fn reading_at_start(&self, rate: &Vec3<T>, wheels: &Momenta<T, W>, axis: usize) -> [T; U] {
         let mut row = self.row_at_start(&self.model.reading, rate, wheels, axis.min(2));
-        self.model.add_bias(&mut row, axis.min(2));
-        self.model.add_gyro(&mut row, axis.min(2), rate);
+        if U > WITHOUT_HARDWARE {
+            self.model.add_bias(&mut row, axis.min(2));
+            self.model.add_gyro(&mut row, axis.min(2), rate);
+        }
         row
     }
 
@@ -893,6 +900,7 @@ impl<T: Real, const W: usize> Span<T, W> {
     }
 
     /// Course of wheels and impulse over the block.
+    #[inline(never)]
     pub fn courses(&self) -> Courses<T, W> {
         let (start, block) = (&self.wheels_at_start, &self.block);
         let duration_s = block.duration_s;
@@ -909,10 +917,17 @@ impl<T: Real, const W: usize> Span<T, W> {
 
     /// Drive that acts within the block, `delay_s` before its instants.
     fn drive_within(&self, delay_s: T) -> Drive<T, W> {
-        let mut drive = Drive { wheels: self.courses().wheels.by_share, ..self.drive() };
         if delay_s == T::zero() {
-            return drive;
+            let wheels = self.courses().wheels.by_share;
+            let (beyond, impulse) = self.impulse();
+            return Drive { wheels, wheel_mean: self.block.wheels_n_m_s, impulse, beyond };
         }
+        self.drive_before(delay_s)
+    }
+
+    /// Drive that acts a time before the instants of the block.
+    #[inline(never)]
+    fn drive_before(&self, delay_s: T) -> Drive<T, W> {
         let own = self.courses();
         let [before, after] = [&self.before, &self.after].map(Option::as_ref);
         let wheels =
@@ -920,20 +935,13 @@ impl<T: Real, const W: usize> Span<T, W> {
         // The mean over the samples lacks a share of the bulge that the mean over time has.
         let [start, end, mean] = wheels;
         let line = (start + end) * T::lit(0.5);
-        drive.wheel_mean = line + (mean - line) * (T::one() / self.of_samples());
-        drive.wheels = Course::through(&start, &end, &mean, T::one());
+        let wheel_mean = line + (mean - line) * (T::one() / self.of_samples());
+        let wheels = Course::through(&start, &end, &mean, T::one());
         let before = before.map(|b| b.impulse.offset(&-b.impulse.end()));
         let after = after.map(|a| a.impulse.offset(&own.impulse.end()));
         let [start, end, mean] = own.impulse.shifted(delay_s, before.as_ref(), after.as_ref());
-        drive.impulse = end - start;
-        drive.beyond = mean - (start + end) * T::lit(0.5);
-        drive
-    }
-
-    fn drive(&self) -> Drive<T, W> {
-        let (beyond, impulse) = self.impulse();
-        let none = Momenta::zeros();
-        Drive { wheels: [none; 3], wheel_mean: self.block.wheels_n_m_s, impulse, beyond }
+        let beyond = mean - (start + end) * T::lit(0.5);
+        Drive { wheels, wheel_mean, impulse: end - start, beyond }
     }
 }
 

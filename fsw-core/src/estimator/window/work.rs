@@ -5,18 +5,20 @@
 //! | sweep of storage | a group of sixteen blocks |
 //! | front, pass | a block: up to three steps and three rows |
 //! | linear start | a block, or the singular values of its triangle |
-//! | decision after a pass | up to ten solutions of the factor: damped steps, variances, tests |
+//! | decision after a pass | up to ten solutions of the factor: damped steps, tests |
+//! | judgement of a fit | a report: two solutions of the factor, an eigenproblem of six |
+//! | result of a fit | up to five solutions of the factor: observed shape, tests against earlier windows |
 //! | begin of a fit | norms of all blocks, or a solution of the factor |
 //! | conclusion of a window | a solution of six unknowns |
 
-use super::belief::kept;
+use super::belief::{Beliefs, Past, information_from};
 use super::fit::{Attempt, Descent, Next, momentum_of};
-use super::front::Front;
+use super::front::{Fit, Front};
 use super::pass::Pass;
 use super::start::{FirstPoint, LinearStart};
 use super::storage::{Marks, PairLimits, Stretch};
 use super::trajectory::axes_at;
-use super::unknowns::{Belief, GROUPS, Group, Point};
+use super::unknowns::{Belief, GROUPS, Group, Point, groups_of};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::SquareRootInformation;
@@ -48,6 +50,10 @@ pub enum Slice {
     Pass,
     /// Decision after a pass.
     Decision,
+    /// Judgement of a fit.
+    Judgement,
+    /// Result of a fit.
+    Result,
     /// Begin of a fit.
     Fit,
     /// Conclusion of a window.
@@ -147,7 +153,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Work::Start { linear, end, .. } if linear.next < *end => Some(Slice::Start),
             Work::Start { .. } => Some(Slice::StartSolution),
             Work::Descent(descent) if descent.pass.next < descent.end => Some(Slice::Pass),
-            Work::Descent(_) => Some(Slice::Decision),
+            Work::Descent(descent) => match &descent.fit {
+                None => Some(Slice::Decision),
+                Some(Fit { observed: None, .. }) => Some(Slice::Judgement),
+                Some(Fit { observed: Some(_), .. }) => Some(Slice::Result),
+            },
             Work::Idle if self.is_due() => Some(Slice::Fit),
             Work::Idle => self.closing.is_some().then_some(Slice::Conclusion),
         }
@@ -175,6 +185,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             Some(Slice::Start | Slice::Pass) => self.take_block(),
             Some(Slice::StartSolution) => self.end_start(),
             Some(Slice::Decision) => self.decide(),
+            Some(Slice::Judgement) => self.judge_fit(),
+            Some(Slice::Result) => {
+                self.end_fit();
+                self.begin_asked();
+            }
         }
         true
     }
@@ -277,10 +292,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let share = walk * pass.unit_per_kg_m2 * pass.point.scale();
         let variance = share * share * self.open.duration_s;
         let first = super::unknowns::shape_of(U);
-        let six = kept(&pass.factor, first);
         let mut square = T::zero();
         for (k, times) in super::belief::WALKED.into_iter().enumerate() {
-            square += super::belief::information_on(&six, first + k) * T::count(times);
+            square += information_from(first, &pass.factor, first + k) * T::count(times);
         }
         let noise = self.noise_rad_s();
         square * variance > T::lit(6.0 * MOST_WALKED) * (noise * noise)
@@ -388,8 +402,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         match self.after_pass() {
             None => {}
             Some(After::End { is_settled }) => {
-                self.end_fit(is_settled);
-                self.begin_asked();
+                if let Work::Descent(descent) = &mut self.work {
+                    descent.fit = Some(Fit::ended(descent.from, is_settled));
+                }
             }
             Some(After::Start { has_torque, from, end, chosen }) => {
                 self.begin_start_with(has_torque, from, end, chosen);
@@ -430,7 +445,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let unit = first.per_kg_m2.unwrap_or_else(|| self.known_scale());
         let mut point = Point::sphere(Vec3::zeros());
         point.set_shape(&first.shape);
-        for place in 0..GROUPS {
+        for place in 0..groups_of(U) {
             if self.groups.is_at(place, Group::Torque) {
                 point.set_place(place, &first.torque);
             }
@@ -493,95 +508,93 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         }
     }
 
+    /// Present task, and all knowledge beside the blocks.
+    fn task(&mut self, unit_per_kg_m2: T) -> (Beliefs<'_, T, U>, &mut Work<T, W, U>) {
+        let noise_rad_s = self.noise_rad_s();
+        let has_prior = self.has_prior && !self.is_doubtful;
+        let Self { groups, config, past, work, .. } = self;
+        let prior = config.prior.as_ref().filter(|_| has_prior);
+        let past = past.as_ref();
+        let beliefs =
+            Beliefs { groups, prior, past, unit_per_kg_m2, noise_rad_s, holds_hardware: false };
+        (beliefs, work)
+    }
+
     /// After a pass over all blocks of a descent.
     #[inline(never)]
     fn after_pass(&mut self) -> Option<After<T, U>> {
         let Work::Descent(descent) = &self.work else { return None };
-        let descent = &mut { *descent };
         let unit = descent.pass.unit_per_kg_m2;
         let wheels = self.start_of(descent.from).wheels_n_m_s * unit;
-        let next = descent.after_pass(&self.beliefs(unit), &wheels);
-        match next {
-            Next::Pass(point) => self.continue_with(descent, &point, unit),
-            Next::Final => {
-                let point = descent.pass.point;
-                let step = descent.pass.solution(&self.beliefs(unit));
-                let after = self.continue_with(descent, &point, unit);
-                if let Work::Descent(descent) = &mut self.work {
-                    descent.pass.offset = step.unwrap_or([T::zero(); U]);
-                }
-                after
+        let (beliefs, work) = self.task(unit);
+        let Work::Descent(descent) = work else { return None };
+        match descent.after_pass(&beliefs, &wheels) {
+            Next::Pass(point) => {
+                self.begin_pass(&point, unit);
+                None
             }
-            Next::End { is_settled } => self.after_attempt(descent, is_settled, true),
-            Next::Failed => self.after_attempt(descent, false, false),
+            Next::Final => {
+                self.begin_final_pass(unit);
+                None
+            }
+            Next::End { is_settled } => self.after_attempt(is_settled, true),
+            Next::Failed => self.after_attempt(false, false),
         }
     }
 
+    /// Begins the pass that judges the residuals at the solution.
     #[inline(never)]
-    fn continue_with(
-        &mut self,
-        descent: &Descent<T, W, U>,
-        point: &Point<T, U>,
-        unit: T,
-    ) -> Option<After<T, U>> {
-        self.work = Work::Descent(*descent);
-        self.begin_pass(point, unit);
-        None
-    }
-
-    /// The attempts have ended with the pass of this descent.
-    fn end_with(&mut self, descent: &Descent<T, W, U>, is_settled: bool) -> Option<After<T, U>> {
-        self.work = Work::Descent(*descent);
-        Some(After::End { is_settled })
+    fn begin_final_pass(&mut self, unit: T) {
+        let (beliefs, work) = self.task(unit);
+        let Work::Descent(Descent { pass, .. }) = work else { return };
+        let (point, step) = (pass.point, pass.solution(&beliefs));
+        self.begin_pass(&point, unit);
+        if let Work::Descent(descent) = &mut self.work {
+            descent.pass.offset = step.unwrap_or([T::zero(); U]);
+        }
     }
 
     /// After an attempt: another one, or the result.
-    fn after_attempt(
-        &mut self,
-        descent: &mut Descent<T, W, U>,
-        is_settled: bool,
-        is_at_end: bool,
-    ) -> Option<After<T, U>> {
-        let unit = descent.pass.unit_per_kg_m2;
-        let is_good = is_settled && self.is_explained(&descent.pass);
+    #[inline(never)]
+    fn after_attempt(&mut self, is_settled: bool, is_at_end: bool) -> Option<After<T, U>> {
+        let Work::Descent(Descent { pass, attempt, .. }) = &self.work else { return None };
+        let unit = pass.unit_per_kg_m2;
+        let is_good = is_settled && self.is_explained(pass);
         // A change within the blocks is not a matter of where the descent starts.
         let is_sound_start =
-            descent.attempt == Attempt::Carried || self.inquiry.is_some_and(|i| i.has_asked);
-        let residuals = &descent.pass.residuals;
+            *attempt == Attempt::Carried || self.inquiry.is_some_and(|i| i.has_asked);
+        let residuals = &pass.residuals;
         let is_changed =
             is_settled && is_sound_start && (residuals.is_contradicted || residuals.has_many_low());
-        if is_good || is_changed || descent.attempt == Attempt::Best {
-            return self.end_with(descent, is_settled);
+        if is_good || is_changed || *attempt == Attempt::Best {
+            return Some(After::End { is_settled });
         }
-        if is_at_end {
-            let cost = descent.pass.residuals.cost + self.beliefs(unit).cost(&descent.pass.point);
+        if is_at_end && let (beliefs, Work::Descent(descent)) = self.task(unit) {
+            let cost = descent.pass.residuals.cost + beliefs.cost(&descent.pass.point);
             if descent.chosen.is_none_or(|(_, (least, _))| cost < least) {
                 descent.chosen = Some((descent.pass.point, (cost, unit)));
             }
         }
-        self.next_attempt(descent, is_settled)
+        self.next_attempt(is_settled)
     }
 
-    fn next_attempt(
-        &mut self,
-        descent: &mut Descent<T, W, U>,
-        is_settled: bool,
-    ) -> Option<After<T, U>> {
-        let (from, end) = (descent.from, descent.end);
-        let attempt = match (descent.attempt, descent.linear) {
+    #[inline(never)]
+    fn next_attempt(&mut self, is_settled: bool) -> Option<After<T, U>> {
+        let Work::Descent(descent) = &self.work else { return None };
+        let &Descent { from, end, linear, chosen, .. } = descent;
+        let attempt = match (descent.attempt, linear) {
             (Attempt::Carried, _) => {
-                return Some(After::Start { has_torque: false, from, end, chosen: descent.chosen });
+                return Some(After::Start { has_torque: false, from, end, chosen });
             }
             (Attempt::Linear, _) if self.solves_for_torque() => {
-                return Some(After::Start { has_torque: true, from, end, chosen: descent.chosen });
+                return Some(After::Start { has_torque: true, from, end, chosen });
             }
             (Attempt::Linear | Attempt::Torque, Some(_)) => Attempt::Sphere,
             (Attempt::Sphere, Some(_)) if self.has_other_start() => Attempt::Prior,
             _ => Attempt::Best,
         };
         let unit = descent.pass.unit_per_kg_m2;
-        descent.restart(attempt);
-        let (mut point, mut unit) = (descent.linear.unwrap_or(descent.pass.point), unit);
+        let (mut point, mut unit) = (linear.unwrap_or(descent.pass.point), unit);
         match attempt {
             Attempt::Sphere => {
                 let scale = point.scale();
@@ -594,15 +607,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
                 point = self.other_start(unit);
                 self.set_initial_rate(&mut point, from, unit);
             }
-            _ => match descent.chosen {
+            _ => match chosen {
                 Some((chosen, (_, of_chosen))) => (point, unit) = (chosen, of_chosen),
-                None => return self.end_with(descent, is_settled),
+                None => return Some(After::End { is_settled }),
             },
         }
-        self.continue_with(descent, &point, unit)
+        if let Work::Descent(descent) = &mut self.work {
+            descent.restart(attempt);
+        }
+        self.begin_pass(&point, unit);
+        None
     }
 
     fn solves_for_torque(&self) -> bool {
+        if groups_of(U) == 0 {
+            return false;
+        }
         let is_solved = |at: &Option<(Group, Belief<T>)>| {
             matches!(at, Some((Group::Torque, Belief::Within(_))))
         };
@@ -627,6 +647,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
 
     /// True where the residuals of a pass agree with the noise, but for outliers: those at the point, or
     /// those at the solution of the blocks alone, from which earlier windows and the prior may differ.
+    #[inline(never)]
     pub(super) fn is_explained(&self, pass: &Pass<T, W, U>) -> bool {
         let at_point = pass.residuals.typical(pass.unit_rad_s);
         let typical = at_point.min(super::report::rms(&pass.residuals, U));
@@ -635,37 +656,60 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
             && pass.is_finite()
     }
 
-    /// Result of all attempts: the new front, or an answer to the inquiry.
+    /// Judges what the fit that has ended observes.
     #[inline(never)]
-    fn end_fit(&mut self, is_settled: bool) {
-        let Work::Descent(Descent { pass, from, .. }) = &self.work else { return };
-        let from = *from;
-        let is_shape_observed = self.is_shape_observed(pass);
+    fn judge_fit(&mut self) {
+        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
         let observed = self.observed_by(pass);
-        let front = Front::new(*pass, is_settled, is_shape_observed, observed);
-        self.work = Work::Idle;
-        let is_good = self.is_good(&front);
-        if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
-            return self.answer(from, &front);
-        }
-        self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
-        let is_revised =
-            is_good && (self.lets_drag_loose(&front.pass) || self.drop_contradicted(&front.pass));
-        if is_revised {
-            self.schedule.due_at = self.schedule.blocks;
-        }
-        self.front = Some(front);
-        if is_good {
-            self.inquiry = None;
-            self.reconsider(&front.pass);
-        } else {
-            self.inquire(&front);
+        if let Work::Descent(Descent { fit: Some(fit), .. }) = &mut self.work {
+            fit.observed = Some(observed);
         }
     }
 
+    /// The fit that has ended, with all judgements.
+    fn judged_fit(&self) -> Option<Fit> {
+        let Work::Descent(Descent { pass, fit: Some(fit), .. }) = &self.work else { return None };
+        Some(Fit {
+            is_good: self.is_good(pass, fit.is_settled),
+            is_shape_observed: self.is_shape_observed(pass),
+            ..*fit
+        })
+    }
+
+    /// Result of all attempts: the new front, or an answer to the inquiry. Calls in sequence: each has a factor of its
+    /// own on the stack.
+    #[inline(never)]
+    fn end_fit(&mut self) {
+        let Some(fit) = self.judged_fit() else { return };
+        if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
+            self.answer(&fit);
+            self.work = Work::Idle;
+            return;
+        }
+        self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
+        self.take_front(&fit);
+        self.work = Work::Idle;
+        if fit.is_good {
+            if self.lets_drag_loose() || self.drop_contradicted() {
+                self.schedule.due_at = self.schedule.blocks;
+            }
+            self.inquiry = None;
+            self.reconsider();
+        } else {
+            self.inquire();
+        }
+    }
+
+    /// The fit that has ended becomes the front.
+    #[inline(never)]
+    pub(super) fn take_front(&mut self, fit: &Fit) {
+        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        self.front = Some(Front::new(pass, fit));
+    }
+
     /// True for a fit at a minimum whose residuals agree with the noise from the first block to the last.
-    pub(super) fn is_good(&self, front: &Front<T, W, U>) -> bool {
-        front.is_settled && self.is_explained(&front.pass) && !front.pass.residuals.is_contradicted
+    pub(super) fn is_good(&self, pass: &Pass<T, W, U>, is_settled: bool) -> bool {
+        is_settled && self.is_explained(pass) && !pass.residuals.is_contradicted
     }
 
     /// True where the sigma of every coordinate of the shape is well below its range.
@@ -680,14 +724,28 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         variances.iter().skip(shape).take(5).all(|v| *v < most * most)
     }
 
-    /// Drag becomes an unknown where the blocks contradict its absence.
+    /// Contradiction of each group that is assumed to be absent by the blocks of a fit: chi-square of three degrees
+    /// of freedom. A stated noise that is too small does not exaggerate it.
     #[inline(never)]
-    fn lets_drag_loose(&mut self, pass: &Pass<T, W, U>) -> bool {
-        let Some(drag) = self.config.drag_per_s else { return false };
+    pub(super) fn contradictions(&self, pass: &Pass<T, W, U>) -> [T; GROUPS] {
+        if groups_of(U) == 0 {
+            return [T::zero(); GROUPS];
+        }
         let mut factor = pass.factor;
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(pass));
-        let contradiction = beliefs.add(&mut factor, &pass.point);
+        beliefs.add(&mut factor, &pass.point)
+    }
+
+    /// Drag becomes an unknown where the blocks of the front contradict its absence.
+    #[inline(never)]
+    fn lets_drag_loose(&mut self) -> bool {
+        if groups_of(U) == 0 {
+            return false;
+        }
+        let Some(drag) = self.config.drag_per_s else { return false };
+        let Some(Front { pass, .. }) = &self.front else { return false };
+        let contradiction = self.contradictions(pass);
         let mut is_loose = false;
         for (place, of_place) in self.groups.place.iter_mut().enumerate() {
             let is_shown = contradiction[place] > T::lit(DRAG_SHOWN);
@@ -713,9 +771,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
     #[inline(never)]
     pub(super) fn conclude(&mut self) {
         let end = self.end();
-        if let Some(front) = self.front.take() {
-            self.join_past(&front);
-        }
+        self.join_past();
+        self.front = None;
         self.closing = self.waiting.take();
         self.work = Work::Idle;
         self.inquiry = None;
@@ -724,64 +781,95 @@ impl<T: Real, const W: usize, const N: usize, const U: usize> Window<T, W, N, U>
         let is_final = self.closing.is_some();
         self.schedule = Schedule { blocks: further, is_final, ..Schedule::new() };
         self.schedule.reopen();
-        self.groups = self.config.groups::<U>();
+        self.config.set_groups::<U>(&mut self.groups);
     }
 
-    /// Adds the information of a window to that of the windows before it, unless these contradict it.
+    /// Adds the information of the front to that of the windows before it, unless these contradict it.
     #[inline(never)]
-    fn join_past(&mut self, front: &Front<T, W, U>) {
+    fn join_past(&mut self) {
+        let Some(front) = &self.front else { return };
+        let is_good = self.is_good(&front.pass, front.is_settled);
         self.ended = self.ended_with(front);
-        if !self.is_good(front) {
+        if !is_good {
             return;
         }
-        let pass = &front.pass;
-        let unit = pass.unit_per_kg_m2;
         let walk = self.walk_kg_m2();
         if let Some(past) = &mut self.past {
             past.walk(walk);
         }
-        self.drop_contradicted(pass);
-        self.reconsider(pass);
-        let past =
-            super::Past::joined(self.information(pass), &pass.point, unit, self.past.as_ref());
-        if past.is_finite() {
-            self.past = Some(past);
+        self.drop_contradicted();
+        self.reconsider();
+        if self.replace_past() {
             // The mean over the window is a third of it away from its end in variance.
             self.past_age_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
+        }
+    }
+
+    /// Information of the front, joined with that of the windows before it, as that of earlier windows. False where it
+    /// is not finite.
+    #[inline(never)]
+    fn replace_past(&mut self) -> bool {
+        let Some(Front { pass, .. }) = &self.front else { return false };
+        let mut window = SquareRootInformation::default();
+        self.information(pass, &mut window);
+        let unit = pass.unit_per_kg_m2;
+        if let Some(past) = &self.past {
+            past.add_to(&mut window, &pass.point, unit);
+        }
+        let is_finite = Past::replace(&mut self.past, &mut window, &pass.point, unit);
+        if let (true, Some(past)) = (is_finite, &self.past) {
             self.unit_per_kg_m2 = past.per_kg_m2;
         }
+        is_finite
     }
 
-    /// Information of the blocks alone on hardware and inertia, of unit variance.
-    pub(super) fn information(&self, pass: &Pass<T, W, U>) -> SquareRootInformation<T, U> {
-        let (mut window, sigma) = self.window_alone(pass);
+    /// Writes the information of the blocks alone on hardware and inertia, of unit variance, to `window`.
+    pub(super) fn information(
+        &self,
+        pass: &Pass<T, W, U>,
+        window: &mut SquareRootInformation<T, U>,
+    ) {
+        let sigma = self.window_alone(pass, window);
         window.rescale(T::one(), T::one() / (sigma * sigma));
         // The pins of what does not last stay as they are.
-        kept(&window, self.groups.first_kept::<U>())
+        window.eliminate(self.groups.first_kept::<U>());
     }
 
-    /// Discards earlier windows and the prior where the blocks of a window contradict them. True if it
+    /// Discards earlier windows and the prior where the blocks of the front contradict them. True if it
     /// did.
-    fn drop_contradicted(&mut self, pass: &Pass<T, W, U>) -> bool {
-        let (window, sigma) = self.window_alone(pass);
-        let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
-        beliefs.noise_rad_s = sigma;
-        if beliefs.contradiction(&window, &pass.point) <= beliefs.contradicted() {
-            return false;
+    fn drop_contradicted(&mut self) -> bool {
+        let is_contradicted = self.is_contradicted();
+        if is_contradicted {
+            self.forget_past();
         }
-        self.forget_past();
-        true
+        is_contradicted
     }
 
-    /// Information of the blocks alone on hardware and inertia, in units of a sample's variance, and the sigma
-    /// of a sample.
+    /// True where the blocks of the front contradict earlier windows and the prior.
     #[inline(never)]
-    pub(super) fn window_alone(&self, pass: &Pass<T, W, U>) -> (SquareRootInformation<T, U>, T) {
-        let mut factor = pass.factor;
+    fn is_contradicted(&self) -> bool {
+        let Some(Front { pass, .. }) = &self.front else { return false };
+        let mut window = SquareRootInformation::default();
+        let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
+        beliefs.noise_rad_s = self.window_alone(pass, &mut window);
+        beliefs.add_hardware(&mut window, &pass.point);
+        beliefs.contradiction(&mut window, &pass.point) > beliefs.contradicted()
+    }
+
+    /// Writes the information of the blocks alone on hardware and inertia to `window`, in units of a sample's variance.
+    /// Returns the sigma of a sample.
+    #[inline(never)]
+    pub(super) fn window_alone(
+        &self,
+        pass: &Pass<T, W, U>,
+        window: &mut SquareRootInformation<T, U>,
+    ) -> T {
+        *window = pass.factor;
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
         let sigma = self.sigma_of_sample(pass);
         beliefs.noise_rad_s = sigma;
-        beliefs.add_of_window(&mut factor, &pass.point);
-        (kept(&factor, self.groups.first_kept::<U>()), sigma)
+        beliefs.add_of_window(window, &pass.point);
+        window.eliminate(self.groups.first_kept::<U>());
+        sigma
     }
 }

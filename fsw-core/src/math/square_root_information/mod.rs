@@ -117,6 +117,7 @@ impl<T: Real> RecursiveResidual<T> {
 }
 
 impl<T: Real, const N: usize> Default for SquareRootInformation<T, N> {
+    #[inline(never)] // its temporary copy is not on the stack of the caller
     fn default() -> Self {
         Self { factor: [[T::zero(); N]; N], right_hand_side: [T::zero(); N] }
     }
@@ -269,6 +270,29 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
         for i in index..N {
             self.factor[i] = other.factor[i];
             self.right_hand_side[i] = other.right_hand_side[i];
+        }
+    }
+
+    /// Eliminates the unknowns before `index`: those from it on keep their marginal information, and the others are
+    /// pinned to zero by an equation of unit weight.
+    ///
+    /// ```
+    /// use fsw_core::math::square_root_information::SquareRootInformation;
+    ///
+    /// let mut sum = SquareRootInformation::<f64, 2>::default();
+    /// sum.add([1.0, 1.0], 3.0);
+    /// sum.add([1.0, -1.0], 1.0);
+    /// sum.eliminate(1);
+    /// assert_eq!(sum.solve(), Some([0.0, 1.0]));
+    /// assert_eq!(sum.variances(), Some([1.0, 0.5]));
+    /// ```
+    #[inline(never)]
+    pub fn eliminate(&mut self, index: usize) {
+        let rows = self.factor.iter_mut().zip(&mut self.right_hand_side).enumerate();
+        for (i, (row, y)) in rows.take(index) {
+            *row = [T::zero(); N];
+            row[i] = T::one();
+            *y = T::zero();
         }
     }
 

@@ -145,12 +145,20 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// particular while an element of D is zero.
     #[inline(never)]
     pub fn variances(&self) -> Option<[T; N]> {
-        let inverse = self.inverse();
-        let mut variances = [T::zero(); N];
+        // One column of the inverse at a time: no N×N matrix on the stack.
+        let (mut variances, mut column) = ([T::zero(); N], [T::zero(); N]);
         for k in 0..N {
             let variance = T::one() / self.factor[k][k];
+            column[k] = T::one();
+            for i in (0..k).rev() {
+                let mut sum = T::zero();
+                for l in i + 1..k + 1 {
+                    sum -= self.factor[i][l] * column[l];
+                }
+                column[i] = sum;
+            }
             for i in 0..k + 1 {
-                variances[i] += inverse.at(i, k) * inverse.at(i, k) * variance;
+                variances[i] += column[i] * column[i] * variance;
             }
         }
         variances.iter().all(|x| x.is_finite()).then_some(variances)
