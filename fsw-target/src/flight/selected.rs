@@ -142,15 +142,41 @@ impl SelectedEstimator {
     /// Sets the prior and starts the selected estimator again with it.
     ///
     /// # Errors
-    /// [`Refused::Config`] for a tensor that no rigid body has, or a sigma that is not positive.
+    /// [`Refused::Config`] for a tensor that no rigid body has, or a sigma that is not positive;
+    /// [`Refused::BelowWheels`]; [`Refused::Corrupt`].
     pub fn set_prior(&mut self, prior: Prior<f32>) -> Result<(), Refused> {
         prior.validate()?;
         if !self.is_intact() {
             return Err(Refused::Corrupt);
         }
+        if !self.contains_wheels(&prior.inertia_kg_m2) {
+            return Err(Refused::BelowWheels);
+        }
         self.prior = Some(prior);
         self.sum = self.sum_now();
         self.reset()
+    }
+
+    /// True if `J − Σ Iₛ a aᵀ` is positive definite: the inertia of the body includes the spin inertia `Iₛ` of
+    /// each wheel about its axis `a`. A smaller body would turn faster than its wheels: the squares of its
+    /// rates overflowed to a NaN in telemetry.
+    #[inline(never)]
+    fn contains_wheels(&self, inertia_kg_m2: &[f32; 6]) -> bool {
+        let [mut xx, mut yy, mut zz, mut xy, mut xz, mut yz] = *inertia_kg_m2;
+        for ([x, y, z], spin_kg_m2) in
+            self.craft.wheel_axes.iter().zip(&self.craft.spin_inertia_kg_m2)
+        {
+            let square = x * x + y * y + z * z;
+            let weight = if square > 0.0 { spin_kg_m2 / square } else { 0.0 };
+            (xx, yy, zz) = (xx - weight * x * x, yy - weight * y * y, zz - weight * z * z);
+            (xy, xz, yz) = (xy - weight * x * y, xz - weight * x * z, yz - weight * y * z);
+        }
+        // Leading minors, in multiples of half the trace: no square leaves the range of `f32`.
+        let half = 0.5 * (xx + yy + zz);
+        let [xx, yy, zz, xy, xz, yz] = [xx, yy, zz, xy, xz, yz].map(|element| element / half);
+        let plane = xx * yy - xy * xy;
+        let whole = plane * zz - xx * yz * yz - yy * xz * xz + 2.0 * xy * xz * yz;
+        half > 0.0 && xx > 0.0 && plane > 0.0 && whole > 0.0
     }
 
     /// Opens a window with the next sample.
@@ -301,11 +327,31 @@ mod tests {
     }
 
     /// Every number of a report.
-    fn numbers(estimate: &Estimate<f32>) -> std::vec::Vec<f32> {
+    fn numbers(estimator: &SelectedEstimator) -> std::vec::Vec<f32> {
+        let estimate = estimator.estimate();
         let mut all = estimate.inertia.elements_kg_m2().to_vec();
         all.extend(estimate.sigma_kg_m2());
         all.push(estimate.residual_rms_rad_s);
+        all.extend(estimator.rate_rad_s().iter());
+        all.extend(estimator.innovation().map(|innovation| innovation.nis()));
         all
+    }
+
+    #[test]
+    fn prior_below_the_wheels_is_refused() {
+        // Four wheels of 2.1e-5 kg m² in a pyramid: 2.8e-5 kg m² about each axis.
+        let mut estimator = SelectedEstimator::new(CRAFT).unwrap();
+        let before = estimator.estimate();
+        let of = |inertia_kg_m2| Prior { inertia_kg_m2, ..PRIOR };
+        for small in [
+            of([2.7e-5, 2.7e-5, 2.7e-5, 0.0, 0.0, 0.0]),
+            of([1e-9, 1e-2, 1e-2, 0.0, 0.0, 0.0]),
+            of([0.5, 0.500_01, 1.0, -0.5, 0.0, 0.0]), // principal moment 5e-6 between x and y
+        ] {
+            assert_eq!(estimator.set_prior(small), Err(Refused::BelowWheels), "{small:?}");
+            assert_eq!((estimator.prior(), estimator.estimate()), (None, before.clone()));
+        }
+        assert_eq!(estimator.set_prior(of([3e-5, 3e-5, 3e-5, 0.0, 0.0, 0.0])), Ok(()));
     }
 
     /// Priors over the whole range of the telecommand, extremes above all.
@@ -336,15 +382,13 @@ mod tests {
             if Command::SetPrior(prior).check().is_err() {
                 continue;
             }
-            let before = (estimator.prior(), estimator.estimate());
             if estimator.set_prior(prior).is_err() || estimator.select(id).is_err() {
                 refused += 1;
                 continue;
             }
             accepted += 1;
-            let _ = before;
             for row in &ROWS[..40] {
-                let all = numbers(&estimator.estimate());
+                let all = numbers(&estimator);
                 assert!(all.iter().all(|number| number.is_finite()), "{id:?} {prior:?}: {all:?}");
                 estimator.step(&Sample {
                     time_us: row.time_us,

@@ -316,5 +316,7 @@ fn delay_is_that_of_the_filter_unless_it_was_measured() {
     assert_eq!(delay_us(Bandwidth::Odr100Filter32), 4_973);
     assert_eq!(delay_us(Bandwidth::Odr100Filter12), 13_262);
     let settings = Settings { delay_us: 6_200, ..Settings::default() };
-    assert_eq!(Bmi088::new(Spi::new(SpiMock::new(&[])), settings).delay_us(), 6_200);
+    let mut mock = SpiMock::new(&[]);
+    assert_eq!(Bmi088::new(Spi::new(mock.clone()), settings).delay_us(), 6_200);
+    mock.done();
 }
