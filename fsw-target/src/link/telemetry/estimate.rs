@@ -75,7 +75,10 @@ impl EstimateReport {
             sigma_kg_m2: estimate.sigma_kg_m2(),
             rate_rad_s: estimator.rate_rad_s().into(),
             residual_rms_rad_s: estimate.residual_rms_rad_s,
-            nis: estimator.innovation().map(|innovation| innovation.nis()).filter(|nis| nis.is_finite()),
+            nis: estimator
+                .innovation()
+                .map(|innovation| innovation.nis())
+                .filter(|nis| nis.is_finite()),
             disturbance_torque_n_m: estimate.disturbance_torque_n_m.map(Into::into),
             gyro_bias_rad_s: estimate.gyro_bias_rad_s.map(Into::into),
         }
