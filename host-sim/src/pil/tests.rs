@@ -11,6 +11,7 @@ use fsw_target::stand_in::tunnel::{self, Message, Port, Tunnel, TunnelError, par
 
 use super::compare::After;
 use super::firmware::{Firmware, Image};
+use super::hardware::START_US;
 use super::setup::{self, NotFlown};
 use super::*;
 use crate::input::Scenario;
@@ -227,7 +228,7 @@ fn error_of_a_firmware_that_stops_has_the_number_of_samples() {
                 .unwrap();
         computer.start();
         while computer.estimator().selected() != EstimatorId::JointEkf
-            || tunnel.now_us() < 2_000_000
+            || tunnel.now_us() < START_US + 2_000_000
         {
             computer.poll();
         }
@@ -265,7 +266,7 @@ fn firmware_of_another_version_is_rejected() {
         lines.sensors.write_all(hello.frame().unwrap().bytes()).unwrap();
         lines
     });
-    let expected = "the firmware has version 3 of the sensor tunnel, this program version 2";
+    let expected = "the firmware has version 4 of the sensor tunnel, this program version 3";
     assert_eq!(error, expected);
 }
 

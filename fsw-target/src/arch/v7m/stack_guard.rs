@@ -1,15 +1,16 @@
 //! Stack guard: a region of the memory protection unit (PMSAv7) below the stack, closed to all access.
 //!
-//! Guard region: the 1 MiB below the stack, without access. A large stack frame could skip a
-//! smaller guard and reach the registers or the boot loader below the RAM. An access in the region
-//! is a fault.
+//! Guard region: the 8 KiB below the stack, without access: an access is a fault. They hold nothing on an
+//! STM32F405, whose unique identifier, one-time-programmable bytes and option bytes below must stay readable.
+//! A frame that skips the guard reaches reserved addresses or the boot ROM, where a write is a bus
+//! fault.
 //!
 //! Registers: PM0214, section 4.2.
 
 use core::arch::naked_asm;
 
 /// Size of the closed region: 2 to the power of this, bytes.
-const REGION_LOG2: u32 = 20;
+const REGION_LOG2: u32 = 13;
 
 /// MPU_RBAR: the region number is 0, from this register.
 const RBAR_VALID: u32 = 1 << 4;

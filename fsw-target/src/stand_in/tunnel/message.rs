@@ -10,7 +10,7 @@ use crate::link::wire::{Reader, Writer, record};
 use crc::{CRC_16_IBM_3740, Crc};
 
 /// Version of the protocol; changes with the meaning of any message.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
@@ -43,8 +43,12 @@ pub const NO: u8 = 0xFF;
 /// gyro has six.
 pub const MAX_TRANSFER: usize = 64;
 
-/// Size of the flash, bytes: two halves, each for a checkpoint of the largest estimator.
-pub const FLASH_BYTES: u32 = 96 * 1024;
+/// Size of the flash of checkpoints, bytes: two halves, each for a checkpoint of the largest estimator.
+pub const CHECKPOINT_BYTES: u32 = 96 * 1024;
+/// Size of the flash of telecommand counters, after that of checkpoints, bytes: two halves of a page.
+pub const COUNTER_BYTES: u32 = 2 * PAGE_BYTES;
+/// Size of the whole flash, bytes.
+pub const FLASH_BYTES: u32 = CHECKPOINT_BYTES + COUNTER_BYTES;
 /// Size of a page, the unit of an erasure, bytes.
 pub const PAGE_BYTES: u32 = 4 * 1024;
 
@@ -154,6 +158,7 @@ mod tests {
             edges,
             last_edge_ticks: 0xDEAD_BEEF,
             now_ticks: 12,
+            lost: false,
         });
         let sent = packet(&Message::new(CAPTURES, |out| Captures::new(&captured).put(out)));
         let (kind, mut fields) = Message::open(&sent).unwrap();
