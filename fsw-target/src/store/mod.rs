@@ -181,7 +181,7 @@ impl<F: NorFlash> Store<F> {
                 }
             }
             passed_over += 1;
-            before = Some(record.sequence);
+            before = Some(record);
         }
         refused.map_or(Ok(None), |why| Err(Error::Invalid(why)))
     }
@@ -243,24 +243,23 @@ impl<F: NorFlash> Store<F> {
             if record.is_whole(&mut self.flash)? {
                 break;
             }
-            candidate = self.newest_before(Some(record.sequence), None)?;
+            candidate = self.newest_before(Some(record), None)?;
         }
         self.newest = candidate;
         Ok(())
     }
 
-    /// Newest checkpoint, intact or not. Optional filters: a sequence number below `sequence`, and
-    /// this `fingerprint`.
+    /// Newest checkpoint, intact or not. Optional filters: older than `before`, and this `fingerprint`.
     #[inline(never)]
     fn newest_before(
         &mut self,
-        sequence: Option<u32>,
+        before: Option<Record>,
         fingerprint: Option<u32>,
     ) -> Result<Option<Record>, Error<F::Error>> {
         let mut newest = None;
         for half in [self.active, self.other] {
             half.scan(&mut self.flash, &mut |record| {
-                let is_older = sequence.is_none_or(|sequence| record.sequence < sequence);
+                let is_older = before.is_none_or(|before| record.order() < before.order());
                 if is_older && fingerprint.is_none_or(|print| record.fingerprint == print) {
                     keep_newest(&mut newest, record);
                 }

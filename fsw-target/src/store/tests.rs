@@ -73,10 +73,12 @@ impl Flash {
         (self.noise >> 56) as u8
     }
 
-    /// Changes a byte of a word or page. Without power to its end, each bit has changed or not.
+    /// Changes a byte of a word or page. Without power to its end, each bit has changed or not, or is
+    /// unsettled.
     fn change(&mut self, at: usize, to: u8, lasts: bool) {
         let changing = if lasts { 0 } else { self.bytes[at] ^ to };
-        self.bytes[at] = to ^ self.random() & changing;
+        let unchanged = if self.settles { self.random() & changing } else { 0 };
+        self.bytes[at] = to ^ unchanged;
         self.unsettled[at] = if self.settles { 0 } else { changing };
     }
 
@@ -102,10 +104,16 @@ impl ReadNorFlash for Flash {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
         check_read(self, offset, bytes.len()).map_err(Failure::Misused)?;
+        // Unsettled bits read as changed, as unchanged, or at random.
+        let reading = self.random() % 3;
         for (k, byte) in bytes.iter_mut().enumerate() {
             let at = offset as usize + k;
-            let random = if self.unsettled[at] == 0 { 0 } else { self.random() };
-            *byte = self.bytes[at] ^ random & self.unsettled[at];
+            let noise = match reading {
+                0 => 0,
+                1 => u8::MAX,
+                _ => self.random(),
+            };
+            *byte = self.bytes[at] ^ noise & self.unsettled[at];
         }
         Ok(())
     }
@@ -256,7 +264,7 @@ fn any_power_failure_leaves_the_last_checkpoint_or_the_one_before() {
         assert!(store.erasures() > 3);
         u32::MAX - store.flash.power.unwrap()
     };
-    for (noise, settles, cut) in (0..8)
+    for (noise, settles, cut) in (0..4)
         .flat_map(|noise| [(noise, true), (noise, false)])
         .flat_map(|(noise, settles)| (1..=words_and_pages).map(move |cut| (noise, settles, cut)))
     {
@@ -272,9 +280,20 @@ fn any_power_failure_leaves_the_last_checkpoint_or_the_one_before() {
             let is_one = found == last.map(state) || found == Some(next);
             assert!(is_one, "cut {cut}: {found:?} after {last:?}");
         }
-        // Saving continues.
-        assert_eq!(save_all(&mut store, 100..110), Some(109), "cut {cut}");
-        assert_eq!(loaded(&mut open(store.flash)), Some(state(109)));
+        // Saving continues. A word that is unsettled and reads as erased takes no other word: one save fails,
+        // and the next uses another place.
+        let mut failed = 0;
+        for last in 100..110 {
+            if store.save(&mut state(last)).is_err() {
+                failed += 1;
+                store.save(&mut state(last)).unwrap();
+            }
+            for _ in 0..STARTS {
+                store = open(store.flash);
+                assert_eq!(loaded(&mut store), Some(state(last)), "cut {cut}");
+            }
+        }
+        assert!(failed <= u32::from(!settles), "cut {cut}: {failed} saves failed");
     }
 }
 
@@ -306,7 +325,7 @@ proptest! {
                 let found = loaded(&mut store);
                 flash = store.flash;
                 let newest = found.map_or(0, |found| found.words[0]);
-                prop_assert!((saved..=number).contains(&newest), "{} not in {}..={}", newest, saved, number);
+                prop_assert!((saved..=number).contains(&newest), "{newest} after {saved}");
                 prop_assert!(found.is_none_or(|found| found == state(newest)));
             }
         }

@@ -236,6 +236,8 @@ impl ReadNorFlash for SectorPair {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFault> {
         check_read(self, offset, bytes.len())?;
+        // Repeated readings are of the cells (`store/record.rs`).
+        self.clear_data_cache();
         if !offset.is_multiple_of(size_of::<u32>() as u32) {
             for (byte, offset) in bytes.iter_mut().zip(offset..) {
                 *byte = self.byte(offset);
