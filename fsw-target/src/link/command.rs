@@ -193,7 +193,7 @@ impl Command {
     /// [`check`](Self::check) first. Always `Some`: every command is shorter than a packet.
     pub fn packet(&self, sequence_count: SequenceCount) -> Option<Packet> {
         let header = Header { apid: COMMAND, sequence_count, secondary: Secondary::Plain };
-        Packet::new(&header, None, |out| self.put(out))
+        Packet::new(&header, None, &|out| self.put(out))
     }
 
     /// Packet of the command with the tag of a slot's key. Its sequence count is the end of the counter.
@@ -202,7 +202,7 @@ impl Command {
         let sequence_count = SequenceCount::new(counter as u16 & 0x3fff);
         let secondary = Secondary::Tagged { slot, counter };
         let header = Header { apid: COMMAND, sequence_count, secondary };
-        Packet::new(&header, Some(key), |out| self.put(out))
+        Packet::new(&header, Some(key), &|out| self.put(out))
     }
 
     /// Writes function code and arguments.

@@ -141,10 +141,11 @@ pub struct Packet {
 impl Packet {
     /// A packet with the user data that `body` writes, tagged with `key` if its header requires a tag.
     /// `None` above [`MAX_PACKET`] bytes, or without the required key.
+    #[inline(never)] // one copy for every report
     pub fn new(
         header: &Header,
         key: Option<&Key>,
-        body: impl FnOnce(&mut Writer<'_>),
+        body: &dyn Fn(&mut Writer<'_>),
     ) -> Option<Self> {
         let mut bytes = [0; MAX_PACKET];
         let (primary_header, after) =
@@ -278,7 +279,7 @@ mod tests {
     const KEY: Key = Key::new([7; 16]);
 
     fn bytes(header: &Header, data: &[u8]) -> Vec<u8> {
-        Packet::new(header, Some(&KEY), |out| out.put(data)).unwrap().bytes().to_vec()
+        Packet::new(header, Some(&KEY), &|out| out.put(data)).unwrap().bytes().to_vec()
     }
 
     /// Header and user data of an intact packet.
@@ -344,7 +345,7 @@ mod tests {
             assert_eq!(parsed(&sent), (header, &[0xca, 0xfe][..]));
             assert!(parse(&sent).unwrap().is_authentic(&KEY));
             assert!(!parse(&sent).unwrap().is_authentic(&Key::new([8; 16])));
-            assert!(Packet::new(&header, None, |_| ()).is_none(), "no key");
+            assert!(Packet::new(&header, None, &|_| ()).is_none(), "no key");
         }
     }
 

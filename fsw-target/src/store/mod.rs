@@ -130,10 +130,20 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// All of [`Error`]. The checkpoint before remains.
     pub fn save<P: Persist>(&mut self, state: &mut P) -> Result<Checkpoint, Error<F::Error>> {
+        self.save_as(fingerprint::<P>(), state)
+    }
+
+    /// As [`save`](Self::save), of any type: one copy in the image.
+    #[inline(never)]
+    fn save_as(
+        &mut self,
+        fingerprint: u32,
+        state: &mut dyn Persist,
+    ) -> Result<Checkpoint, Error<F::Error>> {
         let words = Stream::count(&mut self.flash, state)?;
         let at = self.allocate(words)?;
         let sequence = self.next_sequence;
-        let record = Record { at, sequence, fingerprint: fingerprint::<P>(), words };
+        let record = Record { at, sequence, fingerprint, words };
         // A failed save occupies its place, so the next one uses another.
         self.active.used = Some(record.end());
         self.next_sequence = sequence.saturating_add(1);
@@ -167,9 +177,19 @@ impl<F: NorFlash> Store<F> {
         &mut self,
         state: &mut P,
     ) -> Result<Option<Checkpoint>, Error<F::Error>> {
+        self.load_as(fingerprint::<P>(), state)
+    }
+
+    /// As [`load`](Self::load), of any type: one copy in the image.
+    #[inline(never)]
+    fn load_as(
+        &mut self,
+        fingerprint: u32,
+        state: &mut dyn Persist,
+    ) -> Result<Option<Checkpoint>, Error<F::Error>> {
         let (mut before, mut passed_over, mut refused) = (None, 0, None);
         // Terminates: each record is older than the one before.
-        while let Some(record) = self.newest_before(before, Some(fingerprint::<P>()))? {
+        while let Some(record) = self.newest_before(before, Some(fingerprint))? {
             if record.is_whole(&mut self.flash)? {
                 match Stream::read(&mut self.flash, &record, state) {
                     Ok(()) => {

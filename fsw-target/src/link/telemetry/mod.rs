@@ -62,7 +62,7 @@ pub trait Report: Sized {
     ) -> Option<Packet> {
         let secondary = Secondary::Telemetry { time_us, slot: key.map(|(slot, _)| *slot) };
         let header = Header { apid: Self::APID, sequence_count, secondary };
-        Packet::new(&header, key.map(|(_, key)| key), |out| self.put(out))
+        Packet::new(&header, key.map(|(_, key)| key), &|out| self.put(out))
     }
 }
 

@@ -35,7 +35,7 @@ fn any_packet(packet_type: PacketType, apid: u16, data: &[u8]) -> Vec<u8> {
         PacketType::Tm => Secondary::Telemetry { time_us: 0, slot: None },
     };
     let header = Header { apid: Apid::new(apid), sequence_count: SequenceCount::new(1), secondary };
-    let packet = Packet::new(&header, None, |out| out.put(data)).unwrap();
+    let packet = Packet::new(&header, None, &|out| out.put(data)).unwrap();
     Frame::of(packet.bytes()).unwrap().bytes().to_vec()
 }
 
