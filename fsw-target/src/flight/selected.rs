@@ -80,7 +80,7 @@ impl SelectedEstimator {
     }
 
     /// True if craft and prior are as they were set. They outlive every reset of an estimator: a flipped bit
-    /// in them stays until the computer restarts, and no estimator starts from it.
+    /// in them stays until the computer restarts. No estimator starts from it, and no checkpoint holds it.
     pub fn is_intact(&self) -> bool {
         self.sum == self.sum_now()
     }
@@ -220,6 +220,10 @@ impl Persist for SelectedEstimator {
     }
 
     fn persist(&mut self, archive: &mut Archive<'_>) {
+        // Neither is a flipped bit saved, nor is the sum made to match it.
+        if !self.is_intact() {
+            return archive.refuse("SelectedEstimator");
+        }
         self.prior.persist(archive);
         self.sum = self.sum_now();
         let mut selected = self.selected();
@@ -404,7 +408,7 @@ mod tests {
     }
 
     #[test]
-    fn flipped_bit_of_craft_or_prior_is_detected_and_starts_no_estimator() {
+    fn flipped_bit_of_craft_or_prior_is_detected_and_neither_used_nor_saved() {
         let mut intact = SelectedEstimator::new(CRAFT).unwrap();
         intact.set_prior(PRIOR).unwrap();
         assert!(intact.is_intact());
@@ -420,6 +424,9 @@ mod tests {
             assert!(!flipped.is_intact(), "bit {bit}");
             assert_eq!(flipped.reset(), Err(Refused::Corrupt));
             assert_eq!(flipped.set_prior(PRIOR), Err(Refused::Corrupt));
+            let mut words = std::vec![0; 12_288];
+            let saved = checkpoint::transfer(&mut flipped, &mut ToWords::new(&mut words));
+            assert!(saved.is_err() && !flipped.is_intact(), "bit {bit}");
         }
     }
 

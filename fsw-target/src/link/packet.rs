@@ -142,11 +142,7 @@ impl Packet {
     /// A packet with the user data that `body` writes, tagged with `key` if its header requires a tag.
     /// `None` above [`MAX_PACKET`] bytes, or without the required key.
     #[inline(never)] // one copy for every report
-    pub fn new(
-        header: &Header,
-        key: Option<&Key>,
-        body: &dyn Fn(&mut Writer<'_>),
-    ) -> Option<Self> {
+    pub fn new(header: &Header, key: Option<&Key>, body: &dyn Fn(&mut Writer<'_>)) -> Option<Self> {
         let mut bytes = [0; MAX_PACKET];
         let (primary_header, after) =
             bytes.split_first_chunk_mut::<{ SpacePacketHeader::LENGTH }>()?;

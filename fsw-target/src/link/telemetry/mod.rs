@@ -210,7 +210,7 @@ mod tests {
     fn sealed(apid: Apid, data: &[u8]) -> Vec<u8> {
         let secondary = Secondary::Telemetry { time_us: 0, slot: None };
         let header = Header { apid, sequence_count: COUNT, secondary };
-        Packet::new(&header, None, |out: &mut Writer<'_>| out.put(data)).unwrap().bytes().to_vec()
+        Packet::new(&header, None, &|out| out.put(data)).unwrap().bytes().to_vec()
     }
 
     #[test]
