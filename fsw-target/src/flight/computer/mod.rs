@@ -240,6 +240,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.downlink.waiting()
     }
 
+    #[inline(never)] // its stack is free again in the reports, the deepest path
     fn take_commands(&mut self) {
         for _ in 0..BYTES_PER_POLL {
             match self.link.read() {
@@ -313,6 +314,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         executed.is_ok()
     }
 
+    #[inline(never)] // as `take_commands`
     fn take_sample(&mut self) {
         let tick = self.flight.tick();
         if !matches!(tick, Tick::Idle | Tick::GyroFailed(_)) {
