@@ -203,7 +203,10 @@ impl<'a, P: Parts> Computer<'a, P> {
     /// One round: telecommands, one sample, checkpoint, telemetry.
     pub fn poll(&mut self) {
         self.take_commands();
-        self.take_sample();
+        // The report is the deepest path, and not below the locals of the sample.
+        if self.take_sample() && self.reporting == Reporting::EachSample {
+            self.report_estimate();
+        }
         self.maintain_checkpoint();
         self.send_reports();
         self.keep_lives();
@@ -314,8 +317,9 @@ impl<'a, P: Parts> Computer<'a, P> {
         executed.is_ok()
     }
 
+    /// True if the estimator was stepped.
     #[inline(never)] // as `take_commands`
-    fn take_sample(&mut self) {
+    fn take_sample(&mut self) -> bool {
         let tick = self.flight.tick();
         if !matches!(tick, Tick::Idle | Tick::GyroFailed(_)) {
             self.gyro.silent_since_us = self.board.now_us();
@@ -323,17 +327,17 @@ impl<'a, P: Parts> Computer<'a, P> {
         if !matches!(tick, Tick::Idle) {
             self.flight.estimator_mut().work(SLICES_PER_SAMPLE);
         }
+        let mut is_stepped = false;
         if let Tick::Stepped { time_us, outcome } = tick {
             self.last_step = Some((time_us, outcome));
-            if self.reporting == Reporting::EachSample {
-                self.report_estimate();
-            }
+            is_stepped = true;
         }
         let silence_us = self.board.now_us().saturating_sub(self.gyro.silent_since_us);
         if silence_us > GYRO_SILENCE_US {
             self.start_gyro();
         }
         self.supervisor.report(Task::Sampling);
+        is_stepped
     }
 
     /// Starts the gyro and runs its self-test. A gyro that fails the test is reported and still used: wrong
