@@ -203,8 +203,12 @@ impl<'a, P: Parts> Computer<'a, P> {
     /// One round: telecommands, one sample, checkpoint, telemetry.
     pub fn poll(&mut self) {
         self.take_commands();
-        // The report is the deepest path, and not below the locals of the sample.
-        if self.take_sample() && self.reporting == Reporting::EachSample {
+        // Work and report are the deepest paths, and not below the locals of the sample.
+        let sampled = self.take_sample();
+        if sampled != Sampled::Nothing {
+            self.flight.estimator_mut().work(SLICES_PER_SAMPLE);
+        }
+        if sampled == Sampled::Stepped && self.reporting == Reporting::EachSample {
             self.report_estimate();
         }
         self.maintain_checkpoint();
@@ -317,27 +321,26 @@ impl<'a, P: Parts> Computer<'a, P> {
         executed.is_ok()
     }
 
-    /// True if the estimator was stepped.
     #[inline(never)] // as `take_commands`
-    fn take_sample(&mut self) -> bool {
+    fn take_sample(&mut self) -> Sampled {
         let tick = self.flight.tick();
         if !matches!(tick, Tick::Idle | Tick::GyroFailed(_)) {
             self.gyro.silent_since_us = self.board.now_us();
         }
-        if !matches!(tick, Tick::Idle) {
-            self.flight.estimator_mut().work(SLICES_PER_SAMPLE);
-        }
-        let mut is_stepped = false;
-        if let Tick::Stepped { time_us, outcome } = tick {
-            self.last_step = Some((time_us, outcome));
-            is_stepped = true;
-        }
+        let sampled = match tick {
+            Tick::Idle => Sampled::Nothing,
+            Tick::Stepped { time_us, outcome } => {
+                self.last_step = Some((time_us, outcome));
+                Sampled::Stepped
+            }
+            _ => Sampled::Skipped,
+        };
         let silence_us = self.board.now_us().saturating_sub(self.gyro.silent_since_us);
         if silence_us > GYRO_SILENCE_US {
             self.start_gyro();
         }
         self.supervisor.report(Task::Sampling);
-        is_stepped
+        sampled
     }
 
     /// Starts the gyro and runs its self-test. A gyro that fails the test is reported and still used: wrong
@@ -486,6 +489,17 @@ impl<'a, P: Parts> Computer<'a, P> {
             self.send(&part);
         }
     }
+}
+
+/// Result of one look for a sample.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sampled {
+    /// No sample was pending.
+    Nothing,
+    /// A sample did not reach the estimator.
+    Skipped,
+    /// The estimator was stepped.
+    Stepped,
 }
 
 /// Whole seconds of a time in µs. Saturates.
