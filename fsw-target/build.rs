@@ -4,7 +4,8 @@
 //!    the board's `memory.x`. Host builds need neither.
 //! 2. The spacecraft of the flight image and each recorded flight, as constants: host and target fly
 //!    the same bits, and the target needs no parser.
-//! 3. A fingerprint of the sources, by which host and target detect a difference between them.
+//! 3. The master key of telecommands, if the environment names one.
+//! 4. A fingerprint of the sources, by which host and target detect a difference between them.
 //!
 //! Craft files and logs are read by `flight-input`, as in `host-sim replay`.
 
@@ -12,6 +13,8 @@
 mod craft;
 #[path = "build/flight_table.rs"]
 mod flight_table;
+#[path = "build/key.rs"]
+mod key;
 #[path = "build/sources.rs"]
 mod sources;
 
@@ -44,6 +47,7 @@ fn prepare() -> Result<(), Box<dyn Error>> {
 
     let (_, craft) = read_craft(&package.join("craft.toml"), Some(WHEELS))?;
     fs::write(out.join("craft.rs"), craft)?;
+    fs::write(out.join("key.rs"), key::source()?)?;
     fs::write(out.join("sources.rs"), sources::fingerprint(&package)?)?;
     for flight in FLIGHTS {
         let path = package.join(format!("flights/{flight}.craft.toml"));

@@ -11,8 +11,8 @@ const LEFT_OUT: [&str; 3] = ["arch", "board", "bin"];
 /// The constant `SOURCES`. `package` is the folder of this crate.
 pub fn fingerprint(package: &Path) -> Result<String, Box<dyn Error>> {
     let root = package.parent().ok_or("fsw-target has no parent folder")?;
-    let mut places =
-        vec![root.join("Cargo.lock"), root.join("fsw-core/src"), package.join("steps/src")];
+    let mut places = vec![root.join("Cargo.lock"), root.join("fsw-core/src")];
+    places.extend(["roster/src", "steps/src", "tags/src"].map(|folder| package.join(folder)));
     for entry in fs::read_dir(package.join("src"))? {
         let entry = entry?;
         if !LEFT_OUT.iter().any(|name| entry.file_name() == *name) {

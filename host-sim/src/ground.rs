@@ -6,6 +6,7 @@
 
 use std::fmt;
 
+use fsw_target::link::authentication::Key;
 use fsw_target::link::frame::DELIMITER;
 use fsw_target::link::packet::{SequenceCount, next};
 use fsw_target::link::telemetry::{Received, Telemetry};
@@ -46,6 +47,11 @@ pub struct GroundReceiver {
 }
 
 impl GroundReceiver {
+    /// A receiver of packets with a tag of this key only; the others are damaged.
+    pub fn with_key(key: Key) -> Self {
+        Self { receiver: Receiver::with_key(key), ..Self::default() }
+    }
+
     /// Receives the next byte.
     pub fn push(&mut self, byte: u8) -> Option<Reception> {
         self.bytes += 1;
@@ -100,7 +106,7 @@ mod tests {
 
     fn frame(sequence_count: u16) -> Vec<u8> {
         let part = CheckpointPart::new(0, 1, &[1, 2, 3]).unwrap();
-        let packet = part.packet(5, SequenceCount::new(sequence_count)).unwrap();
+        let packet = part.packet(5, SequenceCount::new(sequence_count), None).unwrap();
         Frame::of(packet.bytes()).unwrap().bytes().to_vec()
     }
 
@@ -120,6 +126,25 @@ mod tests {
         });
         assert_eq!(missing, [0, 0, 1, 2, 0, 0, 0]);
         assert_eq!(ground.packets(), 7);
+    }
+
+    #[test]
+    fn forged_packet_is_damaged_for_a_receiver_with_a_key() {
+        let (key, other) = (Key::new([1; 16]), Key::new([2; 16]));
+        let tagged = |key: Key| {
+            let part = CheckpointPart::new(0, 1, &[1, 2, 3]).unwrap();
+            let packet = part.packet(5, SequenceCount::new(0), Some(&(1, key))).unwrap();
+            Frame::of(packet.bytes()).unwrap().bytes().to_vec()
+        };
+        let line = [tagged(key), tagged(other), frame(1)].concat();
+        let receptions = push(&mut GroundReceiver::with_key(key), &line);
+        let [Reception::Packet(packet), Reception::Damaged(_), Reception::Damaged(forged)] =
+            &receptions[..]
+        else {
+            panic!("{receptions:?}");
+        };
+        assert_eq!(packet.slot, Some(1));
+        assert_eq!(forged.error, ReceiveError::NotAuthentic);
     }
 
     #[test]

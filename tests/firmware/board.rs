@@ -3,7 +3,7 @@
 use anyhow::Result;
 use std::io::{Read, Write};
 use target_tools::machine::Machine;
-use target_tools::{firmware, qemu};
+use target_tools::{budgets, firmware, qemu};
 
 use crate::LIMIT;
 
@@ -62,7 +62,9 @@ fn peripherals_of_the_chip_work_and_missing_ones_are_reported() -> Result<()> {
 
     // QEMU has no crystal, no gyro, and a flash that cannot be programmed.
     for expected in [
-        "BoardReport { reset_cause: Unknown, clock_source: Internal, clock_fault: Some(CrystalDead) }",
+        "BoardReport { reset_cause: Unknown, clock_source: Internal, clock_fault: Some(CrystalDead), \
+         options: OptionBytes { register: 0 } }",
+        "option bytes: not those of a flight board, see docs/board.md",
         "data ready: works",
         "loop in an interrupt: works",
         "gyro: identity 0x00, expected 0x0f",
@@ -70,6 +72,27 @@ fn peripherals_of_the_chip_work_and_missing_ones_are_reported() -> Result<()> {
     ] {
         assert!(run.lines.iter().any(|line| line == expected), "{expected} in {:#?}", run.lines);
     }
+    Ok(())
+}
+
+/// Instructions of the tag of the longest telecommand, counted.
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn tag_of_a_telecommand_is_within_its_budget() -> Result<()> {
+    let _alone = crate::alone();
+    let image = firmware::build("bringup")?;
+    let mut counted = None;
+    // The image goes on with parts that wait for seconds of virtual time: the line is enough.
+    let run = qemu::run_counting(&image, qemu::MACHINE, LIMIT, |line| {
+        if let Some(numbers) = line.strip_prefix("instructions: key of a slot ") {
+            println!("{line}");
+            let numbers = numbers.split(|letter: char| !letter.is_ascii_digit());
+            let numbers: Vec<u32> = numbers.filter_map(|number| number.parse().ok()).collect();
+            counted = Some((numbers[0], numbers[2]));
+        }
+    });
+    let Some((key, tag)) = counted else { anyhow::bail!("no count in {run:?}") };
+    assert!(key + tag <= budgets::TELECOMMAND_TAG, "{key} and {tag} instructions");
     Ok(())
 }
 

@@ -8,11 +8,12 @@ use fsw_core::Prior;
 use fsw_core::Status;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::Receiver;
+use fsw_target::link::authentication::Authentication;
 use fsw_target::link::command::{Command, Function};
 use fsw_target::link::frame::Frame;
 use fsw_target::link::packet::SequenceCount;
 use fsw_target::link::telemetry::{
-    CheckpointState, ClockSource, EstimateReport, GyroState, StatusReport, Telemetry,
+    BrownOutLevel, CheckpointState, ClockSource, EstimateReport, GyroState, StatusReport, Telemetry,
 };
 use std::collections::VecDeque;
 use std::io::{Read, Write};
@@ -116,7 +117,10 @@ fn missing_gyro_flash_and_crystal_are_reported_and_the_loop_continues() -> Resul
     // Without a chip on the SPI the identity register reads 0.
     assert_eq!((first.gyro, first.gyro_identity), (GyroState::WrongIdentity, Some(0)));
     assert_eq!(first.clock, ClockSource::Internal);
-    assert!(first.watchdog);
+    // No watchdog, no option bytes, no key: each is read back.
+    assert!(!first.watchdog && !first.option_bytes_as_set && !first.supply_low);
+    assert_eq!(first.brown_out, BrownOutLevel::Unknown);
+    assert_eq!(first.authentication, Authentication::Off);
     let stack = first.stack_high_water_bytes;
     let most = budgets::FLIGHT_STACK.held - budgets::INTERRUPTS_STACK;
     println!("flight, without a gyro: {stack} bytes of stack");
@@ -158,6 +162,20 @@ fn telecommands_are_executed_and_answered() -> Result<()> {
     let answer = ground.answer(3)?;
     assert_eq!((answer.last_command_done, answer.checkpoints_failed), (Some(false), 1));
     assert_eq!(answer.checkpoint, CheckpointState::None);
+    Ok(())
+}
+
+/// Three short lives would take a fault; a reboot by telecommand is none.
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn reboot_is_answered_and_restarts_the_computer() -> Result<()> {
+    let _alone = crate::alone();
+    let mut ground = Ground::start()?;
+    ground.status(|status| status.uptime_s >= 3)?;
+    ground.command(Command::Reboot, 1)?;
+    assert_eq!(ground.answer(1)?.last_command_done, Some(true));
+    let restarted = ground.status(|status| status.last_command.is_none())?;
+    assert_eq!((restarted.failures, restarted.short_lives), (0, 0));
     Ok(())
 }
 

@@ -51,7 +51,10 @@ pub use crate::persist::{Archive, InvalidWord, Persist, Words, mix};
 /// transfer(&mut restored, &mut FromWords::new(&words[..length])).unwrap();
 /// # Ok::<(), ConfigError>(())
 /// ```
-pub fn transfer<P: Persist>(state: &mut P, words: &mut dyn Words) -> Result<(), InvalidWord> {
+pub fn transfer<P: Persist + ?Sized>(
+    state: &mut P,
+    words: &mut dyn Words,
+) -> Result<(), InvalidWord> {
     let mut archive = Archive::new(words);
     state.persist(&mut archive);
     archive.finish()

@@ -62,13 +62,13 @@ impl<T: Real, const N: usize> Ud<T, N> {
 
     /// Element `u_ik` of U above the diagonal, `row < column`: unit of the row over unit of the
     /// column.
-    #[inline]
+    #[inline(always)] // in its caller the indices have bounds, and no check is left
     pub fn u(&self, row: usize, column: usize) -> T {
         self.packed.at(row, column)
     }
 
     /// Element `dᵢ` of D, unit²: the variance of component i given the components after it.
-    #[inline]
+    #[inline(always)] // as in `u`
     pub fn d(&self, index: usize) -> T {
         self.packed.at(index, index)
     }

@@ -33,6 +33,10 @@ pub enum Refused {
     NoWindows,
     /// The estimator is not built into this image.
     NotBuiltIn,
+    /// The inertia of the prior is below that of the wheels, which it includes.
+    BelowWheels,
+    /// A bit of craft or prior has flipped in memory. A restart of the computer reads both again.
+    Corrupt,
 }
 
 impl From<ConfigError> for Refused {

@@ -37,7 +37,7 @@ mod on_target {
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        let last_run = restart::take_last_run();
+        let last_run = restart::take_last_run(false);
         if let Some(board) = Board::take() {
             log::init(board.link.into_log_output());
         }

@@ -17,16 +17,18 @@
 mod on_target {
     use fsw_target::arch::exit;
     use fsw_target::board::{
-        Board, CheckpointFlash, GyroBus, GyroDataReady, Link, Services, WheelCaptures,
+        Board, GyroBus, GyroDataReady, Link, ResetCause, SectorPair, Services, SleepTick,
+        WheelCaptures,
     };
     use fsw_target::drivers::gyro::bus::Spi;
     use fsw_target::drivers::gyro::fitted::{Chip, Settings};
     use fsw_target::drivers::wheel_tach::{Config, WheelTach};
-    use fsw_target::flight::computer::{Computer, Parts, Reporting};
+    use fsw_target::flight::computer::{Computer, Parts, Reporting, Security};
     use fsw_target::flight::craft::{CRAFT, WHEELS};
     use fsw_target::flight::flight_loop::Sensors;
+    use fsw_target::flight::key::MASTER_KEY;
     use fsw_target::flight::selected::SelectedEstimator;
-    use fsw_target::flight::sensors::CommandedTorque;
+    use fsw_target::flight::sensors::{CommandedTorque, Gyro};
     use fsw_target::runtime::failure::{Failure, Kind};
     use fsw_target::runtime::restart;
     use static_cell::{ConstStaticCell, StaticCell};
@@ -43,6 +45,8 @@ mod on_target {
         0.5 * core::f32::consts::TAU / (FASTEST_RAD_S * EDGES_PER_TURN as f32);
     /// Time without an edge after which a wheel counts as standing, s: below 0.52 rad/s.
     const ZERO_AFTER_S: f32 = 0.5;
+    /// Largest wheel acceleration, rad/s²: a motor torque of 5 mN m on 2.1e-5 kg m² gives 240.
+    const LARGEST_ACCELERATION_RAD_S2: f32 = 300.0;
 
     struct OnStm32f405;
 
@@ -52,7 +56,8 @@ mod on_target {
         type Wheels = WheelTach<WheelCaptures, WHEELS>;
         type Torque = CommandedTorque;
         type Link = Link;
-        type Flash = CheckpointFlash;
+        type Flash = SectorPair;
+        type CounterFlash = SectorPair;
         type Board = Services;
     }
 
@@ -64,7 +69,7 @@ mod on_target {
     #[cortex_m_rt::entry]
     fn main() -> ! {
         // Two functions in sequence: each uses the stack alone.
-        let Some(computer) = estimator().and_then(bring_up) else {
+        let Some((computer, tick)) = estimator().and_then(bring_up) else {
             // Error of the build: craft or configuration. Covered by tests.
             defmt::error!("board already taken, or craft or tachometer configuration rejected");
             exit::restart_after(Failure { kind: Kind::Panic, at: 0, from: 0 })
@@ -72,39 +77,54 @@ mod on_target {
         computer.start();
         loop {
             computer.poll();
+            // The transmitter is polled: no sleep while it has bytes.
+            if computer.waiting_bytes() == 0 {
+                tick.sleep();
+            }
         }
     }
+
+    /// Ends the sleep of the loop.
+    #[cortex_m_rt::exception]
+    fn SysTick() {}
 
     /// Computer on its board. Not inlined: its stack is free again in the loop.
     #[inline(never)]
     fn bring_up(
         estimator: &'static mut SelectedEstimator,
-    ) -> Option<&'static mut Computer<'static, OnStm32f405>> {
-        let last_run = restart::take_last_run();
+    ) -> Option<(&'static mut Computer<'static, OnStm32f405>, SleepTick)> {
         let board = Board::take()?;
         let report = board.report();
+        let by_watchdog = report.reset_cause == ResetCause::IndependentWatchdog;
+        let last_run = restart::take_last_run(by_watchdog);
         defmt::info!("flight, after {}: {}", last_run, report);
-        let services = Services::start(board.watchdog, report.reset_cause, last_run);
+        let services = Services::start(board.watchdog, &report, last_run);
+        let gyro = Chip::new(Spi::new(board.gyro_bus), Settings::default());
         let tachometers = Config {
             edges_per_turn: CRAFT.spin_inertia_kg_m2.map(edges_per_turn),
             reversed: [false; WHEELS],
             zero_after_s: ZERO_AFTER_S,
+            largest_acceleration_rad_s2: LARGEST_ACCELERATION_RAD_S2,
+            delay_us: gyro.delay_us(),
         };
         let captures = board.captures.start(SHORTEST_EDGE_S);
         let sensors = Sensors {
             data_ready: board.data_ready,
-            gyro: Chip::new(Spi::new(board.gyro_bus), Settings::default()),
+            gyro,
             wheels: WheelTach::new(captures, &tachometers).ok()?,
             torque: CommandedTorque::default(),
         };
-        Some(COMPUTER.try_init(None)?.insert(Computer::new(
+        let security = Security { flash: board.counter_flash, master: MASTER_KEY };
+        let computer = COMPUTER.try_init(None)?.insert(Computer::new(
             estimator,
             sensors,
             board.link,
             board.flash,
+            security,
             services,
             Reporting::default(),
-        )))
+        ));
+        Some((computer, SleepTick::start(board.syst)))
     }
 
     /// Configured estimator. Not inlined: its stack is free again in the loop.

@@ -25,8 +25,9 @@
 //! | `data_ready` | [`crate::flight::sensors::DataReady`] | time stamps of samples |
 //! | `captures` | [`crate::drivers::wheel_tach::CaptureTimer`], after its start | wheel speeds |
 //! | `flash` | [`embedded_storage::nor_flash::NorFlash`] | checkpoints |
+//! | `counter_flash` | [`embedded_storage::nor_flash::NorFlash`], two halves | counters of telecommands |
 //! | `watchdog` | takes a [`crate::flight::supervisor::FeedPermit`] | supervision |
-//! | `syst` | timer of the core | `bench` |
+//! | `syst` | timer of the core | `bench`, sleep of the loop |
 //! | `tunnel` | [`crate::stand_in::tunnel::Port`] | processor in the loop |
 //!
 //! `Board::take` starts all parts once, `Board::report` returns the result. Beside the parts:
@@ -46,7 +47,10 @@ pub use stm32f405::*;
 #[cfg(all(target_os = "none", not(any(feature = "stm32f405"))))]
 compile_error!("no board is selected: enable the cargo feature of one, for example `stm32f405`");
 
-/// The part of the board that is pure arithmetic, for its tests on the host.
+/// The parts of the board that are pure arithmetic, for their tests on the host.
+#[cfg(all(test, not(target_os = "none")))]
+#[path = "stm32f405/option_bytes.rs"]
+mod option_bytes;
 #[cfg(all(test, not(target_os = "none")))]
 #[path = "stm32f405/rates.rs"]
 mod rates;

@@ -38,8 +38,8 @@ pub enum Tick<G, S> {
     GyroFailed(G),
     /// Tachometer read error; the sample was skipped.
     WheelsFailed(S),
-    /// A newer sample arrived during the gyro read, so that the time stamp of the reading is ambiguous;
-    /// the older sample was skipped.
+    /// A newer sample arrived during the readings: the time stamp of the rate is ambiguous, or the wheels
+    /// are those of the newer sample. The older sample was skipped.
     Overtaken,
 }
 
@@ -77,7 +77,8 @@ where
         Self { estimator, sensors, counters: Counters::default() }
     }
 
-    /// Reads and steps the pending gyro sample, if there is one.
+    /// Reads and steps the pending gyro sample, if there is one. Its time is that of the announcement less
+    /// the delay of the gyro.
     ///
     /// A sample with a read error of gyro or tachometers is skipped as a whole. The estimator detects the
     /// gap by the time stamps and bridges it, which a substitute value would prevent.
@@ -92,10 +93,6 @@ where
                 return Tick::GyroFailed(error);
             }
         };
-        if self.sensors.data_ready.has_newer() {
-            count(&mut self.counters.overtaken);
-            return Tick::Overtaken;
-        }
         let wheel_speed_rad_s = match self.sensors.wheels.speed_rad_s() {
             Ok(speed_rad_s) => speed_rad_s,
             Err(error) => {
@@ -103,6 +100,11 @@ where
                 return Tick::WheelsFailed(error);
             }
         };
+        if self.sensors.data_ready.has_newer() {
+            count(&mut self.counters.overtaken);
+            return Tick::Overtaken;
+        }
+        let time_us = time_us.saturating_sub(self.sensors.gyro.delay_us().into());
         let torque_n_m = self.sensors.torque.torque_n_m();
 
         let attitude = None; // not measured, and not used by an estimator of the roster
@@ -291,6 +293,63 @@ mod tests {
         assert_eq!(flight.tick(), Tick::Overtaken);
         assert_eq!(flight.estimator().steps, 0);
         assert_eq!(flight.counters(), Counters { overtaken: 1, ..Counters::default() });
+    }
+
+    /// Sensors whose sample is overtaken while a part is read.
+    #[derive(Clone)]
+    struct Overtaken<'a>(&'a core::cell::Cell<bool>, u32);
+
+    impl DataReady for Overtaken<'_> {
+        fn take_us(&mut self) -> Option<u64> {
+            Some(1_000_000)
+        }
+
+        fn has_newer(&mut self) -> bool {
+            self.0.get()
+        }
+
+        fn discard(&mut self) {}
+
+        fn overruns(&self) -> u32 {
+            0
+        }
+    }
+
+    impl WheelTachometers<2> for Overtaken<'_> {
+        type Error = &'static str;
+
+        fn speed_rad_s(&mut self) -> Result<[f32; 2], &'static str> {
+            self.0.set(self.1 == 1);
+            Ok([0.0; 2])
+        }
+    }
+
+    impl Gyro for Overtaken<'_> {
+        type Error = &'static str;
+
+        fn rate_rad_s(&mut self) -> Result<Vec3<f32>, &'static str> {
+            Ok(Vec3::zeros())
+        }
+
+        fn delay_us(&self) -> u32 {
+            5_000
+        }
+    }
+
+    #[test]
+    fn sample_that_arrives_while_the_wheels_are_read_is_not_paired_with_the_older_rate() {
+        let newer = core::cell::Cell::new(false);
+        for (during_wheels, expected) in [
+            (1, Tick::Overtaken),
+            (0, Tick::Stepped { time_us: 995_000, outcome: Outcome::Updated }),
+        ] {
+            let part = Overtaken(&newer, during_wheels);
+            let (data_ready, gyro, wheels) = (part.clone(), part.clone(), part);
+            let sensors = Sensors { data_ready, gyro, wheels, torque: HEALTHY };
+            let mut flight = FlightLoop::new(Recorder::default(), sensors);
+            assert_eq!(flight.tick(), expected, "stamped before the delay of the gyro");
+            newer.set(false);
+        }
     }
 
     #[test]

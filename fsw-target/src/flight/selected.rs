@@ -40,6 +40,8 @@ pub struct SelectedEstimator {
     craft: Craft<WHEELS>,
     /// Prior of the craft, or of the last telecommand that set one.
     prior: Option<Prior<f32>>,
+    /// Sum of craft and prior, to detect a flipped bit.
+    sum: u32,
     slot: EstimatorSlot,
 }
 
@@ -64,7 +66,7 @@ impl SelectedEstimator {
             hardware: NO_HARDWARE,
             prior: None,
         };
-        Self { craft, prior: None, slot: EstimatorSlot::Uninitialised }
+        Self { craft, prior: None, sum: 0, slot: EstimatorSlot::Uninitialised }
     }
 
     /// Sets the spacecraft and starts the first built-in estimator.
@@ -84,10 +86,54 @@ impl SelectedEstimator {
     /// As [`new`](Self::new).
     pub fn restart(&mut self) -> Result<(), ConfigError> {
         self.prior = self.craft.prior;
+        self.sum = self.sum_now();
         match self.select(EstimatorId::FIRST) {
             Err(Refused::Config(error)) => Err(error),
             _ => Ok(()),
         }
+    }
+
+    /// True if craft and prior are as they were set. They outlive every reset of an estimator: a flipped bit
+    /// in them stays until the computer restarts. No estimator starts from it, and no checkpoint holds it.
+    pub fn is_intact(&self) -> bool {
+        self.sum == self.sum_now()
+    }
+
+    /// Sum of craft and prior: depends on every bit and on the order of the words.
+    #[inline(never)]
+    fn sum_now(&self) -> u32 {
+        let Craft { wheel_axes, spin_inertia_kg_m2, gyro_noise_rad_s, hardware, prior } =
+            &self.craft;
+        let Hardware {
+            gyro_scale,
+            gyro_axes_rad,
+            delay_s,
+            delay_sigma_s,
+            wheel_inertia,
+            wheel_axis_rad,
+            common_wheel_inertia,
+            torque_scale,
+            mount_rad,
+        } = hardware;
+        let of_hardware =
+            [gyro_scale, gyro_axes_rad, delay_s, delay_sigma_s, common_wheel_inertia, torque_scale];
+        let mut sum = checkpoint::mix(u32::from(prior.is_some()), u32::from(self.prior.is_some()));
+        let priors = [prior, &self.prior].into_iter().flatten();
+        let of_priors = priors.flat_map(|prior| [&prior.inertia_kg_m2, &prior.sigma_kg_m2]);
+        let numbers = wheel_axes
+            .as_flattened()
+            .iter()
+            .chain(spin_inertia_kg_m2)
+            .chain(core::iter::once(gyro_noise_rad_s))
+            .chain(of_hardware)
+            .chain(wheel_inertia)
+            .chain(wheel_axis_rad)
+            .chain(mount_rad)
+            .chain(of_priors.flatten());
+        for number in numbers {
+            sum = checkpoint::mix(sum, number.to_bits());
+        }
+        sum
     }
 
     /// The estimator that is stepped.
@@ -112,8 +158,11 @@ impl SelectedEstimator {
     /// Starts this estimator and steps it from the next sample on.
     ///
     /// # Errors
-    /// [`Refused::NoNominalInertia`], [`Refused::NotBuiltIn`].
+    /// [`Refused::NoNominalInertia`], [`Refused::NotBuiltIn`], [`Refused::Corrupt`].
     pub fn select(&mut self, id: EstimatorId) -> Result<(), Refused> {
+        if !self.is_intact() {
+            return Err(Refused::Corrupt);
+        }
         let from = InitialData {
             gyro_noise_rad_s: self.craft.gyro_noise_rad_s,
             wheels: self.craft.wheels()?,
@@ -126,11 +175,41 @@ impl SelectedEstimator {
     /// Sets the prior and starts the selected estimator again with it.
     ///
     /// # Errors
-    /// [`Refused::Config`] for a tensor that no rigid body has, or a sigma that is not positive.
+    /// [`Refused::Config`] for a tensor that no rigid body has, or a sigma that is not positive;
+    /// [`Refused::BelowWheels`]; [`Refused::Corrupt`].
     pub fn set_prior(&mut self, prior: Prior<f32>) -> Result<(), Refused> {
         prior.validate()?;
+        if !self.is_intact() {
+            return Err(Refused::Corrupt);
+        }
+        if !self.contains_wheels(&prior.inertia_kg_m2) {
+            return Err(Refused::BelowWheels);
+        }
         self.prior = Some(prior);
+        self.sum = self.sum_now();
         self.reset()
+    }
+
+    /// True if `J − Σ Iₛ a aᵀ` is positive definite: the inertia of the body includes the spin inertia `Iₛ` of
+    /// each wheel about its axis `a`. A smaller body would turn faster than its wheels: the squares of its
+    /// rates overflowed to a NaN in telemetry.
+    #[inline(never)]
+    fn contains_wheels(&self, inertia_kg_m2: &[f32; 6]) -> bool {
+        let [mut xx, mut yy, mut zz, mut xy, mut xz, mut yz] = *inertia_kg_m2;
+        for ([x, y, z], spin_kg_m2) in
+            self.craft.wheel_axes.iter().zip(&self.craft.spin_inertia_kg_m2)
+        {
+            let square = x * x + y * y + z * z;
+            let weight = if square > 0.0 { spin_kg_m2 / square } else { 0.0 };
+            (xx, yy, zz) = (xx - weight * x * x, yy - weight * y * y, zz - weight * z * z);
+            (xy, xz, yz) = (xy - weight * x * y, xz - weight * x * z, yz - weight * y * z);
+        }
+        // Leading minors, in multiples of half the trace: no square leaves the range of `f32`.
+        let half = 0.5 * (xx + yy + zz);
+        let [xx, yy, zz, xy, xz, yz] = [xx, yy, zz, xy, xz, yz].map(|element| element / half);
+        let plane = xx * yy - xy * xy;
+        let whole = plane * zz - xx * yz * yz - yy * xz * xz + 2.0 * xy * xz * yz;
+        half > 0.0 && xx > 0.0 && plane > 0.0 && whole > 0.0
     }
 
     /// Opens a window with the next sample.
@@ -174,7 +253,12 @@ impl Persist for SelectedEstimator {
     }
 
     fn persist(&mut self, archive: &mut Archive<'_>) {
+        // Neither is a flipped bit saved, nor is the sum made to match it.
+        if !self.is_intact() {
+            return archive.refuse("SelectedEstimator");
+        }
         self.prior.persist(archive);
+        self.sum = self.sum_now();
         let mut selected = self.selected();
         selected.persist(archive);
         // The start selects the type only: the archive then replaces the whole state, the prior
@@ -227,6 +311,7 @@ mod tests {
     extern crate std;
     use super::*;
     use crate::flight::computer::SLICES_PER_SAMPLE;
+    use crate::link::Command;
     use crate::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS};
     use fsw_core::Status;
     use fsw_core::checkpoint::{FromWords, ToWords};
@@ -282,6 +367,110 @@ mod tests {
         estimator.reset().unwrap();
         assert_eq!(estimator.estimate(), initial);
         assert_eq!(run(&mut estimator), first);
+    }
+
+    /// Every number of a report.
+    fn numbers(estimator: &SelectedEstimator) -> std::vec::Vec<f32> {
+        let estimate = estimator.estimate();
+        let mut all = estimate.inertia.elements_kg_m2().to_vec();
+        all.extend(estimate.sigma_kg_m2());
+        all.push(estimate.residual_rms_rad_s);
+        all.extend(estimator.rate_rad_s().iter());
+        all.extend(estimator.innovation().map(|innovation| innovation.nis()));
+        all
+    }
+
+    #[test]
+    fn prior_below_the_wheels_is_refused() {
+        // Four wheels of 2.1e-5 kg m² in a pyramid: 2.8e-5 kg m² about each axis.
+        let mut estimator = SelectedEstimator::new(CRAFT).unwrap();
+        let before = estimator.estimate();
+        let of = |inertia_kg_m2| Prior { inertia_kg_m2, ..PRIOR };
+        for small in [
+            of([2.7e-5, 2.7e-5, 2.7e-5, 0.0, 0.0, 0.0]),
+            of([1e-9, 1e-2, 1e-2, 0.0, 0.0, 0.0]),
+            of([0.5, 0.500_01, 1.0, -0.5, 0.0, 0.0]), // principal moment 5e-6 between x and y
+        ] {
+            assert_eq!(estimator.set_prior(small), Err(Refused::BelowWheels), "{small:?}");
+            assert_eq!((estimator.prior(), estimator.estimate()), (None, before));
+        }
+        assert_eq!(estimator.set_prior(of([3e-5, 3e-5, 3e-5, 0.0, 0.0, 0.0])), Ok(()));
+    }
+
+    /// Priors over the whole range of the telecommand, extremes above all.
+    #[test]
+    fn no_accepted_prior_gives_a_report_that_is_not_finite() {
+        let mut state = 1_u64;
+        let mut random = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 40) as f32 / (1_u64 << 24) as f32
+        };
+        let mut estimator = SelectedEstimator::new(CRAFT).unwrap();
+        let mut size = |least: f32, most: f32| match random() {
+            share if share < 0.2 => least,
+            share if share > 0.8 => most,
+            _ => least * (most / least).powf(random()),
+        };
+        let (mut accepted, mut refused) = (0, 0);
+        for turn in 0..3_000 {
+            let id = EstimatorId::ALL[turn % 3];
+            let x = size(1e-9, 1e4);
+            let y = size(x, 1e4);
+            let z = size((y - x).max(1e-9), (x + y).min(1e4));
+            let products = [size(1e-12, x), -size(1e-12, x), size(1e-12, x)].map(|p| 0.3 * p);
+            let prior = Prior {
+                inertia_kg_m2: [x, y, z, products[0], products[1], products[2]],
+                sigma_kg_m2: core::array::from_fn(|_| size(1e-9, 1e4)),
+            };
+            if Command::SetPrior(prior).check().is_err() {
+                continue;
+            }
+            if estimator.set_prior(prior).is_err() || estimator.select(id).is_err() {
+                refused += 1;
+                continue;
+            }
+            accepted += 1;
+            for row in &ROWS[..40] {
+                let all = numbers(&estimator);
+                assert!(all.iter().all(|number| number.is_finite()), "{id:?} {prior:?}: {all:?}");
+                estimator.step(&Sample {
+                    time_us: row.time_us,
+                    rate_rad_s: Vec3::from(row.rate_rad_s),
+                    wheel_speed_rad_s: row.wheel_speed_rad_s,
+                    torque_n_m: Vec3::from(row.torque_n_m),
+                    attitude: None,
+                });
+                estimator.work(SLICES_PER_SAMPLE);
+            }
+        }
+        assert!(accepted > 1_000, "{accepted} accepted, {refused} refused");
+    }
+
+    #[test]
+    fn flipped_bit_of_craft_or_prior_is_detected_and_neither_used_nor_saved() {
+        let mut intact = SelectedEstimator::new(CRAFT).unwrap();
+        intact.set_prior(PRIOR).unwrap();
+        assert!(intact.is_intact());
+        let flips: [fn(&mut SelectedEstimator, u32); 4] = [
+            |e, bit| flip(&mut e.craft.wheel_axes[2][1], bit),
+            |e, bit| flip(&mut e.craft.spin_inertia_kg_m2[3], bit),
+            |e, bit| flip(&mut e.craft.gyro_noise_rad_s, bit),
+            |e, bit| flip(&mut e.prior.as_mut().unwrap().sigma_kg_m2[5], bit),
+        ];
+        for (flip, bit) in flips.iter().flat_map(|flip| (0..32).map(move |bit| (flip, bit))) {
+            let mut flipped = intact.clone();
+            flip(&mut flipped, bit);
+            assert!(!flipped.is_intact(), "bit {bit}");
+            assert_eq!(flipped.reset(), Err(Refused::Corrupt));
+            assert_eq!(flipped.set_prior(PRIOR), Err(Refused::Corrupt));
+            let mut words = std::vec![0; 12_288];
+            let saved = checkpoint::transfer(&mut flipped, &mut ToWords::new(&mut words));
+            assert!(saved.is_err() && !flipped.is_intact(), "bit {bit}");
+        }
+    }
+
+    fn flip(number: &mut f32, bit: u32) {
+        *number = f32::from_bits(number.to_bits() ^ 1 << bit);
     }
 
     #[test]

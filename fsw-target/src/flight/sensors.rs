@@ -34,6 +34,11 @@ pub trait Gyro {
 
     /// Body rate relative to inertial space at the last announced sample, body axes, rad/s.
     fn rate_rad_s(&mut self) -> Result<Vec3<f32>, Self::Error>;
+
+    /// Delay of a reading, µs: the rate is that of the body this time before the announcement of the sample.
+    fn delay_us(&self) -> u32 {
+        0
+    }
 }
 
 /// A gyro chip that can be configured and tested, at power-up and in flight.
@@ -85,6 +90,18 @@ pub trait WheelTachometers<const W: usize> {
 
     /// Speed of each wheel about its spin axis, relative to the body, rad/s.
     fn speed_rad_s(&mut self) -> Result<[f32; W], Self::Error>;
+
+    /// True for each wheel that had a speed at the last reading, or is not fitted.
+    fn are_valid(&self) -> [bool; W] {
+        [true; W]
+    }
+
+    /// Assumes this speed of a wheel, rad/s, in place of its sensor's; `None`: its sensor's again. False if
+    /// the wheel has no sensor.
+    fn assume(&mut self, wheel: usize, speed_rad_s: Option<f32>) -> bool {
+        let _ = (wheel, speed_rad_s);
+        false
+    }
 }
 
 /// Known external torque, as of thrusters or magnetorquers.

@@ -40,7 +40,24 @@ const ALL_BITS: u32 = {
     bits
 };
 
-/// Proof that every task has reported since the last permit. Issued only by a [`Supervisor`].
+/// Stage of the start of the flight computer, in order. Each may take as long as the watchdog's period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Stage {
+    /// Checkpoints read, and the newest one restored or passed over.
+    Restored = 1,
+    /// Counters of telecommands read.
+    CountersRead = 2,
+    /// Space for the next checkpoint erased.
+    CheckpointErased = 3,
+    /// Space for the next counters erased.
+    CountersErased = 4,
+    /// Gyro started and tested.
+    GyroStarted = 5,
+}
+
+/// Proof that every task has reported since the last permit, or that a stage of the start has completed.
+/// Issued only by a [`Supervisor`].
 #[derive(Debug, PartialEq, Eq)]
 #[must_use]
 pub struct FeedPermit(());
@@ -49,12 +66,24 @@ pub struct FeedPermit(());
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Supervisor {
     reported: u32,
+    /// Last completed stage of the start; 0 before the first.
+    stage: u8,
 }
 
 impl Supervisor {
     /// A round without reports.
     pub const fn new() -> Self {
-        Self { reported: 0 }
+        Self { reported: 0, stage: 0 }
+    }
+
+    /// Permit after a stage of the start. Each stage has one, in order: a start that repeats a stage is not
+    /// permitted to feed the watchdog.
+    pub fn stage_permit(&mut self, stage: Stage) -> Option<FeedPermit> {
+        let is_next = stage as u8 == self.stage.saturating_add(1);
+        is_next.then(|| {
+            self.stage = stage as u8;
+            FeedPermit(())
+        })
     }
 
     /// Records that `task` has completed.
@@ -105,6 +134,16 @@ mod tests {
         assert!(supervisor.permit().is_some());
         assert_eq!(supervisor.permit(), None);
         assert!(Task::ALL.into_iter().all(|task| supervisor.awaits(task)));
+    }
+
+    #[test]
+    fn each_stage_of_the_start_has_one_permit_in_order() {
+        let mut supervisor = Supervisor::new();
+        assert_eq!(supervisor.stage_permit(Stage::CountersRead), None, "too early");
+        assert!(supervisor.stage_permit(Stage::Restored).is_some());
+        assert_eq!(supervisor.stage_permit(Stage::Restored), None, "repeated");
+        assert!(supervisor.stage_permit(Stage::CountersRead).is_some());
+        assert_eq!(supervisor.stage_permit(Stage::GyroStarted), None, "stages left out");
     }
 
     #[test]

@@ -3,14 +3,16 @@
 //! Encoder: a [`Command`] to a packet. Decoder: user data to a [`Command`] with valid arguments:
 //! finite, in range, and an inertia that a rigid body can have. Layout: `link.md`.
 
-use super::packet::{COMMAND, Header, Packet, PacketType, SequenceCount};
-use super::wire::{Coded, Reader, Unreadable, Wire, codes};
+use super::authentication::{Key, SLOTS};
+use super::packet::{COMMAND, Header, Packet, Secondary, SequenceCount};
+use super::wire::{Coded, Reader, Unreadable, Wire, Writer, codes};
+use crate::flight::craft::WHEELS;
 use core::fmt;
 use fsw_core::Prior;
 use fsw_roster::EstimatorId;
 
-/// Longest telecommand packet, bytes, with reserve for further functions.
-pub const MAX_COMMAND: usize = 64;
+/// Longest telecommand packet, bytes: 80 for `set_prior` with a tag, with reserve for further functions.
+pub const MAX_COMMAND: usize = 96;
 
 /// Shortest report period, ms. Both reports take 34 ms on the line at 115,200 baud.
 pub const MIN_PERIOD_MS: u32 = 50;
@@ -19,6 +21,8 @@ pub const MAX_PERIOD_MS: u32 = 3_600_000;
 /// Largest external torque per axis, N m: above the actuators of small satellites. A larger value is an error
 /// of the unit.
 pub const MAX_TORQUE_N_M: f32 = 100.0;
+/// Largest assumed wheel speed, rad/s: 19,000 rpm, above small reaction wheels.
+pub const MAX_WHEEL_RAD_S: f32 = 2_000.0;
 /// Largest inertia element and sigma of a prior, kg m²: the limit of the estimators.
 pub const MAX_PRIOR_KG_M2: f32 = 1.0e4;
 /// Smallest moment and sigma of a prior, kg m². Its square is a normal number in `f32`.
@@ -54,6 +58,23 @@ pub enum Command {
     },
     /// Set the external torque from the next sample on, body axes, N m.
     SetTorque([f32; 3]),
+    /// Assume the speed of a wheel whose sensor has failed, or use its sensor again.
+    AssumeWheelSpeed {
+        /// Index of the wheel, 1 to 4.
+        wheel: u8,
+        /// Speed, rad/s; `None`: its sensor's.
+        speed_rad_s: Option<f32>,
+    },
+    /// Give a key slot its next key. Executed in slot 0 only.
+    ChangeKey {
+        /// The slot, 1 or above.
+        slot: u8,
+    },
+    /// Tag telemetry with the key of this telecommand's slot, or send it without a tag.
+    TagTelemetry(bool),
+    /// Reset the computer, after its status report. The state since the last checkpoint is lost:
+    /// [`Command::SaveCheckpoint`] keeps it.
+    Reboot,
 }
 
 /// Function of a telecommand, without arguments. Its code is the first byte of the user data.
@@ -82,6 +103,14 @@ pub enum Function {
     SetTelemetryPeriod,
     /// [`Command::SetTorque`].
     SetTorque,
+    /// [`Command::AssumeWheelSpeed`].
+    AssumeWheelSpeed,
+    /// [`Command::ChangeKey`].
+    ChangeKey,
+    /// [`Command::TagTelemetry`].
+    TagTelemetry,
+    /// [`Command::Reboot`].
+    Reboot,
 }
 
 codes! { Function {
@@ -96,6 +125,10 @@ codes! { Function {
     9 "dump_checkpoint" => DumpCheckpoint;
     10 "set_telemetry_period" => SetTelemetryPeriod;
     11 "set_torque" => SetTorque;
+    12 "change_key" => ChangeKey;
+    13 "tag_telemetry" => TagTelemetry;
+    14 "reboot" => Reboot;
+    15 "assume_wheel_speed" => AssumeWheelSpeed;
 } }
 
 impl Coded for EstimatorId {
@@ -149,33 +182,55 @@ impl Command {
             Self::DumpCheckpoint => Function::DumpCheckpoint,
             Self::SetTelemetryPeriod { .. } => Function::SetTelemetryPeriod,
             Self::SetTorque(_) => Function::SetTorque,
+            Self::ChangeKey { .. } => Function::ChangeKey,
+            Self::TagTelemetry(_) => Function::TagTelemetry,
+            Self::Reboot => Function::Reboot,
+            Self::AssumeWheelSpeed { .. } => Function::AssumeWheelSpeed,
         }
     }
 
-    /// Packet of the command. Does not validate the arguments: the ground calls
+    /// Packet of the command without a tag. Does not validate the arguments: the ground calls
     /// [`check`](Self::check) first. Always `Some`: every command is shorter than a packet.
     pub fn packet(&self, sequence_count: SequenceCount) -> Option<Packet> {
-        let header =
-            Header { packet_type: PacketType::Tc, apid: COMMAND, sequence_count, time_us: None };
-        Packet::new(&header, |out| {
-            self.function().put(out);
-            match self {
-                Self::SetPrior(prior) => {
-                    prior.inertia_kg_m2.put(out);
-                    prior.sigma_kg_m2.put(out);
-                }
-                Self::Select(id) => id.put(out),
-                Self::SetTelemetryPeriod { ms } => ms.put(out),
-                Self::SetTorque(torque_n_m) => torque_n_m.put(out),
-                Self::Ping
-                | Self::StartSequence
-                | Self::Reset
-                | Self::OpenWindow
-                | Self::CloseWindow
-                | Self::SaveCheckpoint
-                | Self::DumpCheckpoint => {}
+        let header = Header { apid: COMMAND, sequence_count, secondary: Secondary::Plain };
+        Packet::new(&header, None, &|out| self.put(out))
+    }
+
+    /// Packet of the command with the tag of a slot's key. Its sequence count is the end of the counter.
+    /// Otherwise as [`packet`](Self::packet).
+    pub fn tagged_packet(&self, key: &Key, slot: u8, counter: u32) -> Option<Packet> {
+        let sequence_count = SequenceCount::new(counter as u16 & 0x3fff);
+        let secondary = Secondary::Tagged { slot, counter };
+        let header = Header { apid: COMMAND, sequence_count, secondary };
+        Packet::new(&header, Some(key), &|out| self.put(out))
+    }
+
+    /// Writes function code and arguments.
+    fn put(&self, out: &mut Writer<'_>) {
+        self.function().put(out);
+        match self {
+            Self::SetPrior(prior) => {
+                prior.inertia_kg_m2.put(out);
+                prior.sigma_kg_m2.put(out);
             }
-        })
+            Self::Select(id) => id.put(out),
+            Self::SetTelemetryPeriod { ms } => ms.put(out),
+            Self::SetTorque(torque_n_m) => torque_n_m.put(out),
+            Self::ChangeKey { slot } => slot.put(out),
+            Self::TagTelemetry(on) => on.put(out),
+            Self::AssumeWheelSpeed { wheel, speed_rad_s } => {
+                wheel.put(out);
+                speed_rad_s.put(out);
+            }
+            Self::Ping
+            | Self::StartSequence
+            | Self::Reset
+            | Self::OpenWindow
+            | Self::CloseWindow
+            | Self::SaveCheckpoint
+            | Self::DumpCheckpoint
+            | Self::Reboot => {}
+        }
     }
 
     /// Command from the user data of a packet.
@@ -210,6 +265,12 @@ impl Command {
             Function::DumpCheckpoint => Self::DumpCheckpoint,
             Function::SetTelemetryPeriod => Self::SetTelemetryPeriod { ms: argument(from)? },
             Function::SetTorque => Self::SetTorque(argument(from)?),
+            Function::ChangeKey => Self::ChangeKey { slot: argument(from)? },
+            Function::TagTelemetry => Self::TagTelemetry(argument(from)?),
+            Function::Reboot => Self::Reboot,
+            Function::AssumeWheelSpeed => {
+                Self::AssumeWheelSpeed { wheel: argument(from)?, speed_rad_s: argument(from)? }
+            }
         })
     }
 
@@ -229,6 +290,16 @@ impl Command {
                 let allowed = torque_n_m.iter().all(|axis| axis.abs() <= MAX_TORQUE_N_M);
                 require(allowed, "each axis of the torque must be within ±100 N m")
             }
+            Self::AssumeWheelSpeed { wheel, speed_rad_s } => {
+                let is_wheel = (1..=WHEELS).contains(&usize::from(*wheel));
+                require(is_wheel, "the wheel must be 1 to 4")?;
+                let allowed = speed_rad_s.is_none_or(|speed| speed.abs() <= MAX_WHEEL_RAD_S);
+                require(allowed, "the wheel speed must be within ±2000 rad/s")
+            }
+            Self::ChangeKey { slot } => {
+                let allowed = (1..SLOTS as u8).contains(slot);
+                require(allowed, "the key slot must be 1 or 2; the key of slot 0 stays")
+            }
             Self::Ping
             | Self::StartSequence
             | Self::Reset
@@ -236,14 +307,16 @@ impl Command {
             | Self::CloseWindow
             | Self::Select(_)
             | Self::SaveCheckpoint
-            | Self::DumpCheckpoint => Ok(()),
+            | Self::DumpCheckpoint
+            | Self::TagTelemetry(_)
+            | Self::Reboot => Ok(()),
         }
     }
 }
 
 fn argument<W: Wire>(from: &mut Reader<'_>) -> Result<W, CommandError> {
     W::take(from).map_err(|why| match why {
-        Unreadable::UnknownCode { .. } => CommandError::Argument("unknown estimator number"),
+        Unreadable::UnknownCode { .. } => CommandError::Argument("an argument has an unknown code"),
         _ => CommandError::WrongLength,
     })
 }
@@ -274,7 +347,7 @@ pub mod fixtures {
     use proptest::prelude::*;
 
     /// One command of each function.
-    pub fn one_of_each() -> [Command; 11] {
+    pub fn one_of_each() -> [Command; 15] {
         let prior = Prior {
             inertia_kg_m2: [14.2, 17.3, 20.3, 0.0867, -0.1357, 0.6016],
             sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
@@ -291,6 +364,10 @@ pub mod fixtures {
             Command::DumpCheckpoint,
             Command::SetTelemetryPeriod { ms: 1000 },
             Command::SetTorque([1e-3, -2e-3, 5e-4]),
+            Command::ChangeKey { slot: 1 },
+            Command::TagTelemetry(true),
+            Command::Reboot,
+            Command::AssumeWheelSpeed { wheel: 2, speed_rad_s: Some(12.5) },
         ]
     }
 

@@ -1,10 +1,11 @@
 //! Test: the tables of `link.md` match the types. A failing test prints the expected table.
 
 extern crate std;
+use super::authentication::Authentication;
 use super::command::Function;
 use super::telemetry::fixtures::{estimate, status};
 use super::telemetry::{
-    CheckpointState, ClockSource, GyroState, HardwareError, ResetCause, Telemetry,
+    BrownOutLevel, CheckpointState, ClockSource, GyroState, HardwareError, ResetCause, Telemetry,
 };
 use super::wire::{About, Coded, Shape, Value, Visitor};
 use crate::runtime::failure::Kind as FailureKind;
@@ -16,8 +17,8 @@ use std::{format, print, println};
 
 const LINK: &str = include_str!("link.md");
 
-/// Length of primary header and time, bytes.
-const USER_DATA: usize = 14;
+/// Length of primary and secondary header, bytes.
+const USER_DATA: usize = 15;
 
 /// Rows of one packet's table.
 struct Table {
@@ -49,7 +50,8 @@ impl Visitor for Table {
 fn table(telemetry: &Telemetry) -> String {
     let mut table = Table { offset: USER_DATA, groups: Vec::new(), rows: String::new() };
     telemetry.visit(&mut table);
-    let crc = format!("| {} | u16 | | – | Checksum. |\n", table.offset);
+    let crc =
+        format!("| {} | u16 | | – | Checksum, after the tag if there is one. |\n", table.offset);
     format!(
         "| offset | type | field | unit | meaning |\n|---|---|---|---|---|\n{}{crc}",
         table.rows
@@ -89,6 +91,8 @@ fn codes_match_the_types() {
         words::<GyroState>(),
         words::<Function>(),
         words::<CheckpointState>(),
+        words::<BrownOutLevel>(),
+        words::<Authentication>(),
     ];
     assert_documented(&rows.concat());
 }

@@ -6,6 +6,7 @@
 //!
 //! Each APID has a sequence count, which includes dropped packets: a loss is visible as a gap.
 
+use super::authentication::Key;
 use super::frame::Frame;
 use super::packet::{self, Apid, SequenceCount};
 use super::telemetry::Report;
@@ -37,17 +38,16 @@ impl<const N: usize> Downlink<N> {
         }
     }
 
-    // Not inlined: packet and frame occupy half a kilobyte of stack in this function only.
-    /// Queues a report made at on-board time `time_us`. Returns false if the queue is too full.
+    // Not inlined: the packet occupies a quarter of a kilobyte of stack in this function only.
+    /// Queues a report made at on-board time `time_us`, with a tag if `key` is a slot with its key. Returns
+    /// false if the queue is too full.
     #[inline(never)]
-    pub fn send<R: Report>(&mut self, time_us: u64, report: &R) -> bool {
+    pub fn send<R: Report>(&mut self, time_us: u64, report: &R, key: Option<&(u8, Key)>) -> bool {
         let count = self.count(R::APID);
         let sequence_count = *count;
         *count = packet::next(sequence_count);
-        let packet = report.packet(time_us, sequence_count);
-        let sent = packet
-            .and_then(|packet| Frame::of(packet.bytes()))
-            .is_some_and(|frame| self.queue_whole(frame.bytes()));
+        let packet = report.packet(time_us, sequence_count, key);
+        let sent = packet.as_ref().is_some_and(|packet| self.queue_packet(packet.bytes()));
         if !sent {
             self.dropped = self.dropped.saturating_add(1);
         }
@@ -93,6 +93,12 @@ impl<const N: usize> Downlink<N> {
             packet::CHECKPOINT => &mut self.checkpoints,
             _ => &mut self.estimates,
         }
+    }
+
+    /// Queues the frame of a packet. Not inlined: the frame is not on the stack while a packet is tagged.
+    #[inline(never)]
+    fn queue_packet(&mut self, packet: &[u8]) -> bool {
+        Frame::of(packet).is_some_and(|frame| self.queue_whole(frame.bytes()))
     }
 
     fn queue_whole(&mut self, frame: &[u8]) -> bool {
@@ -163,7 +169,7 @@ mod tests {
         let mut downlink = Downlink::<600>::new();
         let mut port = Port::default();
         for k in 0..50 {
-            assert!(downlink.send(k, &estimate()));
+            assert!(downlink.send(k, &estimate(), None));
             while downlink.waiting() > 100 {
                 port.takes = 7;
                 downlink.drain(&mut port);
@@ -183,11 +189,11 @@ mod tests {
     fn packet_that_does_not_fit_is_dropped_whole_and_counted() {
         let mut downlink = Downlink::<200>::new();
         let mut port = Port { takes: usize::MAX, ..Port::default() };
-        assert!(downlink.send(0, &estimate()));
-        assert!(!downlink.send(1, &estimate()));
-        assert!(!downlink.send(2, &status()));
+        assert!(downlink.send(0, &estimate(), None));
+        assert!(!downlink.send(1, &estimate(), None));
+        assert!(!downlink.send(2, &status(), None));
         downlink.drain(&mut port);
-        assert!(downlink.send(3, &estimate()));
+        assert!(downlink.send(3, &estimate(), None));
         downlink.drain(&mut port);
         let counts: Vec<_> =
             received(&port.bytes).iter().map(|packet| packet.sequence_count.value()).collect();
@@ -198,9 +204,9 @@ mod tests {
     fn each_kind_has_its_own_sequence_count() {
         let mut downlink = Downlink::<2000>::new();
         let mut port = Port { takes: usize::MAX, ..Port::default() };
-        downlink.send(0, &estimate());
-        downlink.send(0, &estimate());
-        downlink.send(0, &status());
+        downlink.send(0, &estimate(), None);
+        downlink.send(0, &estimate(), None);
+        downlink.send(0, &status(), None);
         downlink.drain(&mut port);
         let counts: Vec<_> = received(&port.bytes)
             .iter()
@@ -213,7 +219,7 @@ mod tests {
     fn broken_port_does_not_block_the_line() {
         let mut downlink = Downlink::<300>::new();
         let mut port = Port { takes: usize::MAX, broken: Some(0), ..Port::default() };
-        assert!(downlink.send(0, &estimate()));
+        assert!(downlink.send(0, &estimate(), None));
         downlink.drain(&mut port);
         assert_eq!((downlink.waiting(), downlink.port_errors()), (0, 2));
     }

@@ -5,14 +5,17 @@
 //! | bytes | content | source |
 //! |---|---|---|
 //! | 0 to 5 | primary header | CCSDS 133.0-B-2, 4.1.3 |
-//! | 6 to 13 | telemetry: on-board time of the packet, µs, u64 | secondary header, 4.1.4.2 |
+//! | 6 to 14 | telemetry: on-board time of the packet, µs, u64; key slot of the tag plus one, u8 | secondary header, 4.1.4.2 |
+//! | 6 to 10 | telecommand with a tag: key slot, u8; counter, u32 | secondary header, 4.1.4.2 |
 //! | … | user data | `link.md` |
+//! | 16, if tagged | tag of all bytes before it | [`super::authentication`] |
 //! | last 2 | checksum of all bytes before it | ECSS-E-ST-70-41C, annex B |
 //!
 //! Packets are unsegmented. The crate `spacepackets` writes and reads the primary header. Its packet
 //! builders and readers are not used: they slice by lengths unknown to the compiler, which would
 //! leave panicking code in the image.
 
+use super::authentication::{Key, TAG_BYTES, Tag};
 use super::frame::MAX_PACKET;
 use super::wire::{Reader, Wire, Writer};
 use arbitrary_int::{u3, u11, u14};
@@ -42,22 +45,86 @@ const CHECKSUM_BYTES: usize = 2;
 /// Header fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// Telemetry or telecommand.
-    pub packet_type: PacketType,
     /// Application process identifier: the kind of packet.
     pub apid: Apid,
     /// Sequence count of the APID, modulo 2¹⁴.
     pub sequence_count: SequenceCount,
-    /// On-board time of the packet, µs; telemetry only.
-    pub time_us: Option<u64>,
+    /// Secondary header.
+    pub secondary: Secondary,
+}
+
+/// Secondary header: type of the packet, and whether it ends with a tag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Secondary {
+    /// Telecommand without a tag.
+    Plain,
+    /// Telecommand with a tag.
+    Tagged {
+        /// Key slot of the tag.
+        slot: u8,
+        /// Counter of the slot.
+        counter: u32,
+    },
+    /// Telemetry.
+    Telemetry {
+        /// On-board time of the packet, µs.
+        time_us: u64,
+        /// Key slot of the tag; `None` for a packet without a tag.
+        slot: Option<u8>,
+    },
+}
+
+impl Secondary {
+    fn packet_type(&self) -> PacketType {
+        match self {
+            Self::Plain | Self::Tagged { .. } => PacketType::Tc,
+            Self::Telemetry { .. } => PacketType::Tm,
+        }
+    }
+
+    /// True if the packet ends with a tag.
+    fn is_tagged(&self) -> bool {
+        !matches!(self, Self::Plain | Self::Telemetry { slot: None, .. })
+    }
+
+    fn put(&self, out: &mut Writer<'_>) {
+        match self {
+            Self::Plain => {}
+            Self::Tagged { slot, counter } => {
+                slot.put(out);
+                counter.put(out);
+            }
+            Self::Telemetry { time_us, slot } => {
+                time_us.put(out);
+                slot.map_or(0, |slot| slot.saturating_add(1)).put(out);
+            }
+        }
+    }
+
+    fn take(id: PacketId, from: &mut Reader<'_>) -> Result<Self, PacketError> {
+        let missing = |_| PacketError::Unsupported;
+        Ok(match (id.packet_type, id.sec_header_flag) {
+            (PacketType::Tc, false) => Self::Plain,
+            (PacketType::Tc, true) => Self::Tagged {
+                slot: Wire::take(from).map_err(missing)?,
+                counter: Wire::take(from).map_err(missing)?,
+            },
+            (PacketType::Tm, true) => Self::Telemetry {
+                time_us: Wire::take(from).map_err(missing)?,
+                slot: u8::take(from).map_err(missing)?.checked_sub(1),
+            },
+            (PacketType::Tm, false) => return Err(PacketError::Unsupported),
+        })
+    }
 }
 
 impl Header {
     fn primary(&self, packet_bytes: usize) -> Option<SpacePacketHeader> {
         // The length field holds the number of bytes after the primary header, minus one.
         let after = packet_bytes.checked_sub(SpacePacketHeader::LENGTH)?.checked_sub(1)?;
+        let has_secondary = self.secondary != Secondary::Plain;
         Some(SpacePacketHeader::new(
-            PacketId::new(self.packet_type, self.time_us.is_some(), self.apid),
+            PacketId::new(self.secondary.packet_type(), has_secondary, self.apid),
             PacketSequenceControl::new(SequenceFlags::Unsegmented, self.sequence_count),
             u16::try_from(after).ok()?,
         ))
@@ -72,20 +139,25 @@ pub struct Packet {
 }
 
 impl Packet {
-    /// A packet with the user data that `body` writes; `None` above [`MAX_PACKET`] bytes.
-    pub fn new(header: &Header, body: impl FnOnce(&mut Writer<'_>)) -> Option<Self> {
+    /// A packet with the user data that `body` writes, tagged with `key` if its header requires a tag.
+    /// `None` above [`MAX_PACKET`] bytes, or without the required key.
+    #[inline(never)] // one copy for every report
+    pub fn new(header: &Header, key: Option<&Key>, body: &dyn Fn(&mut Writer<'_>)) -> Option<Self> {
         let mut bytes = [0; MAX_PACKET];
         let (primary_header, after) =
             bytes.split_first_chunk_mut::<{ SpacePacketHeader::LENGTH }>()?;
         let mut writer = Writer::new(after);
-        if let Some(time_us) = header.time_us {
-            time_us.put(&mut writer);
-        }
+        header.secondary.put(&mut writer);
         body(&mut writer);
-        let checksum_at = SpacePacketHeader::LENGTH + writer.finish()?;
+        let tag_at = SpacePacketHeader::LENGTH + writer.finish()?;
+        let tag_bytes = if header.secondary.is_tagged() { TAG_BYTES } else { 0 };
+        let checksum_at = tag_at + tag_bytes;
         let length = checksum_at + CHECKSUM_BYTES;
         header.primary(length)?.write_to_slice(primary_header).ok()?;
-
+        if tag_bytes > 0 {
+            let tag = key?.tag(bytes.get(..tag_at)?);
+            Writer::new(bytes.get_mut(tag_at..checksum_at)?).put(&tag);
+        }
         let checksum = CHECKSUM.checksum(bytes.get(..checksum_at)?);
         Writer::new(bytes.get_mut(checksum_at..length)?).put(&checksum.to_be_bytes());
         Some(Self { bytes, length })
@@ -106,7 +178,7 @@ pub enum PacketError {
     TooLong,
     /// Wrong checksum.
     WrongChecksum,
-    /// Another version of the standard, a segment, or telemetry without a time.
+    /// Another version of the standard, a segment, or without its secondary header or tag.
     Unsupported,
 }
 
@@ -116,18 +188,38 @@ impl fmt::Display for PacketError {
             Self::Truncated => "packet shorter than its length field",
             Self::TooLong => "packet longer than its length field",
             Self::WrongChecksum => "packet with a wrong checksum",
-            Self::Unsupported => "packet of another version, segmented, or without a time",
+            Self::Unsupported => {
+                "packet of another version, segmented, or without its secondary header or tag"
+            }
         })
     }
 }
 
 impl core::error::Error for PacketError {}
 
-/// Header and user data of an intact packet.
+/// An intact packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parsed<'a> {
+    /// Header.
+    pub header: Header,
+    /// User data.
+    pub data: &'a [u8],
+    /// All bytes before the tag, and the tag; `None` for a packet without a tag.
+    tagged: Option<(&'a [u8], &'a Tag)>,
+}
+
+impl Parsed<'_> {
+    /// True if the packet has a tag, and it is that of `key`.
+    pub fn is_authentic(&self, key: &Key) -> bool {
+        self.tagged.is_some_and(|(bytes, tag)| key.verifies(bytes, tag))
+    }
+}
+
+/// Header and user data of an intact packet. A tag is not verified.
 ///
 /// # Errors
 /// See [`PacketError`]; the first that applies.
-pub fn parse(bytes: &[u8]) -> Result<(Header, &[u8]), PacketError> {
+pub fn parse(bytes: &[u8]) -> Result<Parsed<'_>, PacketError> {
     let (before, checksum) = bytes.split_last_chunk().ok_or(PacketError::Truncated)?;
     let (primary, after) = before
         .split_first_chunk::<{ SpacePacketHeader::LENGTH }>()
@@ -147,13 +239,15 @@ pub fn parse(bytes: &[u8]) -> Result<(Header, &[u8]), PacketError> {
         return Err(PacketError::Unsupported);
     }
     let mut reader = Reader::new(after);
-    let time_us = match packet_id.sec_header_flag {
-        true => Some(u64::take(&mut reader).map_err(|_| PacketError::Unsupported)?),
-        false => None,
-    };
-    let (apid, sequence_count) = (packet_id.apid, psc.seq_count);
-    let header = Header { packet_type: packet_id.packet_type, apid, sequence_count, time_us };
-    Ok((header, reader.rest()))
+    let secondary = Secondary::take(packet_id, &mut reader)?;
+    let header = Header { apid: packet_id.apid, sequence_count: psc.seq_count, secondary };
+    let data = reader.rest();
+    if !secondary.is_tagged() {
+        return Ok(Parsed { header, data, tagged: None });
+    }
+    let (data, _) = data.split_last_chunk::<TAG_BYTES>().ok_or(PacketError::Unsupported)?;
+    let tagged = before.split_last_chunk::<TAG_BYTES>();
+    Ok(Parsed { header, data, tagged })
 }
 
 /// True if `count` is new: 1 to 8191 ahead of `last`, modulo 2¹⁴. The other half of all counts, `last`
@@ -175,15 +269,19 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    const TELECOMMAND: Header = Header {
-        packet_type: PacketType::Tc,
-        apid: COMMAND,
-        sequence_count: u14::new(0x0123),
-        time_us: None,
-    };
+    const TELECOMMAND: Header =
+        Header { apid: COMMAND, sequence_count: u14::new(0x0123), secondary: Secondary::Plain };
+
+    const KEY: Key = Key::new([7; 16]);
 
     fn bytes(header: &Header, data: &[u8]) -> Vec<u8> {
-        Packet::new(header, |out| out.put(data)).unwrap().bytes().to_vec()
+        Packet::new(header, Some(&KEY), &|out| out.put(data)).unwrap().bytes().to_vec()
+    }
+
+    /// Header and user data of an intact packet.
+    fn parsed(bytes: &[u8]) -> (Header, &[u8]) {
+        let parsed = parse(bytes).unwrap();
+        (parsed.header, parsed.data)
     }
 
     #[test]
@@ -212,23 +310,39 @@ mod tests {
         let sent = bytes(&TELECOMMAND, &[0xca, 0xfe]);
         assert_eq!(sent[..8], made);
         assert_eq!(sent[8..], bit_by_bit(&made).to_be_bytes());
-        assert_eq!(parse(&sent), Ok((TELECOMMAND, &[0xca, 0xfe][..])));
+        assert_eq!(parsed(&sent), (TELECOMMAND, &[0xca, 0xfe][..]));
     }
 
     #[test]
     fn telemetry_has_the_layout_of_the_standard() {
         let header = Header {
-            packet_type: PacketType::Tm,
             apid: STATUS,
             sequence_count: u14::new(0x3fff),
-            time_us: Some(0x0102_0304_0506_0708),
+            secondary: Secondary::Telemetry { time_us: 0x0102_0304_0506_0708, slot: None },
         };
         let sent = bytes(&header, &[0xca]);
-        let primary = [0b0000_1001, 0b1111_0010, 0b1111_1111, 0xff, 0x00, 0x0a];
+        let primary = [0b0000_1001, 0b1111_0010, 0b1111_1111, 0xff, 0x00, 0x0b];
         assert_eq!(sent[..6], primary);
-        assert_eq!(sent[6..15], [1, 2, 3, 4, 5, 6, 7, 8, 0xca]);
-        assert_eq!(sent[15..], bit_by_bit(&sent[..15]).to_be_bytes());
-        assert_eq!(parse(&sent), Ok((header, &[0xca][..])));
+        assert_eq!(sent[6..16], [1, 2, 3, 4, 5, 6, 7, 8, 0, 0xca]);
+        assert_eq!(sent[16..], bit_by_bit(&sent[..16]).to_be_bytes());
+        assert_eq!(parsed(&sent), (header, &[0xca][..]));
+        assert!(!parse(&sent).unwrap().is_authentic(&KEY), "no tag");
+    }
+
+    #[test]
+    fn tag_covers_all_bytes_before_it() {
+        let telecommand = Secondary::Tagged { slot: 2, counter: 0x0102_0304 };
+        let telemetry = Secondary::Telemetry { time_us: 5, slot: Some(2) };
+        for (secondary, start) in [(telecommand, 11), (telemetry, 15)] {
+            let header = Header { secondary, ..TELECOMMAND };
+            let sent = bytes(&header, &[0xca, 0xfe]);
+            assert_eq!(sent.len(), start + 2 + TAG_BYTES + 2);
+            assert_eq!(sent[start + 2..start + 18], KEY.tag(&sent[..start + 2]));
+            assert_eq!(parsed(&sent), (header, &[0xca, 0xfe][..]));
+            assert!(parse(&sent).unwrap().is_authentic(&KEY));
+            assert!(!parse(&sent).unwrap().is_authentic(&Key::new([8; 16])));
+            assert!(Packet::new(&header, None, &|_| ()).is_none(), "no key");
+        }
     }
 
     /// Checksum by the shift register of the standard.
@@ -262,8 +376,9 @@ mod tests {
         };
         let version_1 = change(0, 0b0010_0000);
         let first_segment = change(2, 0b1000_0000);
-        let time_in_three_bytes = change(0, 0b0000_1000);
-        for packet in [version_1, first_segment, time_in_three_bytes] {
+        let tagged_in_three_bytes = change(0, 0b0000_1000);
+        let telemetry_without_time = change(0, 0b0001_0000);
+        for packet in [version_1, first_segment, tagged_in_three_bytes, telemetry_without_time] {
             assert_eq!(parse(&packet), Err(PacketError::Unsupported));
         }
     }

@@ -36,11 +36,17 @@ fn write(run: &LastRun) {
 }
 
 /// The record of the last run. Call it once, at start-up, before anything can fail: it clears the
-/// failure, which is not reported again after a reset of another cause.
-pub fn take_last_run() -> LastRun {
-    let run = read();
+/// failure, which is not reported again after a reset of another cause. `by_watchdog`: the watchdog has
+/// reset the chip.
+pub fn take_last_run(by_watchdog: bool) -> LastRun {
+    let run = read().at_start(by_watchdog);
     write(&LastRun { failure: None, ..run });
     run
+}
+
+/// Records that this run is long.
+pub fn note_long_life() {
+    write(&read().of_long_life());
 }
 
 /// Records the failure that ends this run, before a reset.

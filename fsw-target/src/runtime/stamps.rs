@@ -75,6 +75,59 @@ impl Stamps {
     }
 }
 
+/// Shortest time between two samples, µs: half the interval of the fastest gyro, at 2000 samples/s.
+const SHORTEST_US: u64 = 250;
+
+/// Time for which a line that chatters stays closed, µs. With one edge when it opens and one that closes it
+/// again, a line costs at most 200 interrupts a second.
+const CLOSED_US: u64 = 10_000;
+
+/// Limit of the interrupts of a line: closes it after two edges in too short a time.
+///
+/// A broken or floating line may raise interrupts without pause, which would leave no time to the loop.
+#[derive(Debug, Default)]
+pub struct ChatterGuard {
+    /// Time of the last edge, µs.
+    last_us: Option<u64>,
+    /// Time at which the line was closed, µs.
+    closed_us: Option<u64>,
+    chatters: u32,
+}
+
+impl ChatterGuard {
+    /// An open line.
+    pub const fn new() -> Self {
+        Self { last_us: None, closed_us: None, chatters: 0 }
+    }
+
+    /// Takes an edge. False if it follows the last one too soon: it is no sample, and the line must be
+    /// closed.
+    pub fn accepts(&mut self, time_us: u64) -> bool {
+        let since_us = self.last_us.replace(time_us).map(|last_us| time_us.saturating_sub(last_us));
+        let is_chatter = since_us.is_some_and(|since_us| since_us < SHORTEST_US);
+        if is_chatter {
+            self.closed_us = Some(time_us);
+            self.chatters = self.chatters.saturating_add(1);
+        }
+        !is_chatter
+    }
+
+    /// True once, when the line may be opened again.
+    pub fn opens(&mut self, now_us: u64) -> bool {
+        let is_over =
+            self.closed_us.is_some_and(|closed_us| now_us.saturating_sub(closed_us) >= CLOSED_US);
+        if is_over {
+            self.closed_us = None;
+        }
+        is_over
+    }
+
+    /// Closings since start-up; saturates.
+    pub const fn chatters(&self) -> u32 {
+        self.chatters
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,6 +156,35 @@ mod tests {
         stamps.push(4);
         stamps.discard();
         assert_eq!((stamps.take_newest(), stamps.overruns()), (None, 2));
+    }
+
+    #[test]
+    fn samples_of_every_data_rate_pass() {
+        for interval_us in [500, 1_000, 2_500, 5_000, 10_000] {
+            let mut guard = ChatterGuard::new();
+            assert!((1..1_000).all(|sample| guard.accepts(sample * interval_us)));
+            assert!(!guard.opens(1_000_000), "never closed");
+        }
+    }
+
+    #[test]
+    fn line_that_chatters_costs_a_bounded_number_of_interrupts() {
+        let (mut guard, mut closed, mut interrupts) = (ChatterGuard::new(), false, 0);
+        // An edge each microsecond, for one second.
+        for time_us in 0..1_000_000 {
+            if closed && guard.opens(time_us) {
+                closed = false;
+            }
+            if !closed {
+                interrupts += 1;
+                closed = !guard.accepts(time_us);
+            }
+        }
+        assert!((100..=202).contains(&interrupts), "{interrupts}");
+        assert!(guard.chatters() >= 99);
+        // A line that is repaired works again.
+        assert!(guard.opens(1_020_000));
+        assert!(guard.accepts(1_030_000) && guard.accepts(1_040_000));
     }
 
     #[test]

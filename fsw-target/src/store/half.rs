@@ -24,7 +24,8 @@ impl Half {
     /// Calls `found` with every record, intact or not, and returns the offset after the last written
     /// chunk.
     ///
-    /// Chunks that are not a head are skipped one by one, so a corrupt head hides its own record only.
+    /// Every chunk is read, those of a record too. A head whose write was interrupted may read as complete
+    /// once records follow it: it hides none of them.
     #[inline(never)]
     pub fn scan<F: NorFlash>(
         &self,
@@ -35,27 +36,22 @@ impl Half {
         let mut used = at;
         while at < self.end {
             let chunk = record::read(flash, at)?;
-            match Record::of_head(at, &chunk).filter(|record| record.end() <= self.end) {
-                Some(record) => {
-                    found(record);
-                    at = record.end();
-                    used = at;
-                }
-                None => {
-                    at = at.saturating_add(CHUNK);
-                    if !record::is_erased(&chunk) {
-                        used = at;
-                    }
-                }
+            let record = Record::of_head(at, &chunk).filter(|record| record.end() <= self.end);
+            at = at.saturating_add(CHUNK);
+            if let Some(record) = record {
+                found(record);
+                used = used.max(record.end());
+            } else if !record::is_erased(&chunk) {
+                used = used.max(at);
             }
         }
         Ok(used)
     }
 }
 
-/// Replaces `newest` by a record of a higher sequence number.
+/// Replaces `newest` by a newer record.
 pub fn keep_newest(newest: &mut Option<Record>, record: Record) {
-    if newest.is_none_or(|newest| record.sequence > newest.sequence) {
+    if newest.is_none_or(|newest| record.order() > newest.order()) {
         *newest = Some(record);
     }
 }

@@ -130,10 +130,20 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// All of [`Error`]. The checkpoint before remains.
     pub fn save<P: Persist>(&mut self, state: &mut P) -> Result<Checkpoint, Error<F::Error>> {
+        self.save_as(fingerprint::<P>(), state)
+    }
+
+    /// As [`save`](Self::save), of any type: one copy in the image.
+    #[inline(never)]
+    fn save_as(
+        &mut self,
+        fingerprint: u32,
+        state: &mut dyn Persist,
+    ) -> Result<Checkpoint, Error<F::Error>> {
         let words = Stream::count(&mut self.flash, state)?;
         let at = self.allocate(words)?;
         let sequence = self.next_sequence;
-        let record = Record { at, sequence, fingerprint: fingerprint::<P>(), words };
+        let record = Record { at, sequence, fingerprint, words };
         // A failed save occupies its place, so the next one uses another.
         self.active.used = Some(record.end());
         self.next_sequence = sequence.saturating_add(1);
@@ -167,9 +177,19 @@ impl<F: NorFlash> Store<F> {
         &mut self,
         state: &mut P,
     ) -> Result<Option<Checkpoint>, Error<F::Error>> {
+        self.load_as(fingerprint::<P>(), state)
+    }
+
+    /// As [`load`](Self::load), of any type: one copy in the image.
+    #[inline(never)]
+    fn load_as(
+        &mut self,
+        fingerprint: u32,
+        state: &mut dyn Persist,
+    ) -> Result<Option<Checkpoint>, Error<F::Error>> {
         let (mut before, mut passed_over, mut refused) = (None, 0, None);
         // Terminates: each record is older than the one before.
-        while let Some(record) = self.newest_before(before, Some(fingerprint::<P>()))? {
+        while let Some(record) = self.newest_before(before, Some(fingerprint))? {
             if record.is_whole(&mut self.flash)? {
                 match Stream::read(&mut self.flash, &record, state) {
                     Ok(()) => {
@@ -181,7 +201,7 @@ impl<F: NorFlash> Store<F> {
                 }
             }
             passed_over += 1;
-            before = Some(record.sequence);
+            before = Some(record);
         }
         refused.map_or(Ok(None), |why| Err(Error::Invalid(why)))
     }
@@ -243,24 +263,23 @@ impl<F: NorFlash> Store<F> {
             if record.is_whole(&mut self.flash)? {
                 break;
             }
-            candidate = self.newest_before(Some(record.sequence), None)?;
+            candidate = self.newest_before(Some(record), None)?;
         }
         self.newest = candidate;
         Ok(())
     }
 
-    /// Newest checkpoint, intact or not. Optional filters: a sequence number below `sequence`, and
-    /// this `fingerprint`.
+    /// Newest checkpoint, intact or not. Optional filters: older than `before`, and this `fingerprint`.
     #[inline(never)]
     fn newest_before(
         &mut self,
-        sequence: Option<u32>,
+        before: Option<Record>,
         fingerprint: Option<u32>,
     ) -> Result<Option<Record>, Error<F::Error>> {
         let mut newest = None;
         for half in [self.active, self.other] {
             half.scan(&mut self.flash, &mut |record| {
-                let is_older = sequence.is_none_or(|sequence| record.sequence < sequence);
+                let is_older = before.is_none_or(|before| record.order() < before.order());
                 if is_older && fingerprint.is_none_or(|print| record.fingerprint == print) {
                     keep_newest(&mut newest, record);
                 }

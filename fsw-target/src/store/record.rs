@@ -19,6 +19,11 @@ pub const CHUNK: u32 = 32;
 /// Length of a chunk, words.
 pub const WORDS: usize = 8;
 
+/// Readings of a tail, all of which must match. A power failure during its write leaves bits that read
+/// otherwise each time; each reading matches with a probability of at most a half where one of them is. Such a
+/// record must not count as the newest: the one before it is erased for the next.
+const TAIL_READINGS: u32 = 16;
+
 /// Words of a chunk.
 pub type Chunk = [u32; WORDS];
 
@@ -56,6 +61,12 @@ impl Record {
         self.at.saturating_add(Self::length(self.words))
     }
 
+    /// Order of records, the newest last. A head whose write was interrupted may have read as none when the
+    /// next record took its number: two of a number have their order by the offset.
+    pub fn order(&self) -> (u32, u32) {
+        (self.sequence, self.at)
+    }
+
     /// Offset of the tail.
     fn tail(&self) -> u32 {
         self.end().saturating_sub(CHUNK)
@@ -73,10 +84,9 @@ impl Record {
         (record.head() == *chunk).then_some(record)
     }
 
-    /// True if the tail's CRC matches head and state.
+    /// True if the tail's CRC matches head and state, in each of [`TAIL_READINGS`].
     pub fn is_whole<F: NorFlash>(&self, flash: &mut F) -> Result<bool, Error<F::Error>> {
-        let tail = read(flash, self.tail())?;
-        if tail == ERASED {
+        if is_erased(&read(flash, self.tail())?) {
             return Ok(false);
         }
         let mut digest = CRC.digest();
@@ -85,7 +95,13 @@ impl Record {
             digest.update(&bytes_of(&read(flash, at)?));
             at = at.saturating_add(CHUNK);
         }
-        Ok(tail == tail_of(digest))
+        let expected = tail_of(digest);
+        for _ in 0..TAIL_READINGS {
+            if read(flash, self.tail())? != expected {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 }
 

@@ -43,17 +43,17 @@ impl<'a, F: NorFlash> Stream<'a, F> {
     }
 
     /// Length of a state, words.
-    pub fn count<P: Persist>(flash: &'a mut F, state: &mut P) -> Result<u32, Error<F::Error>> {
+    pub fn count(flash: &'a mut F, state: &mut dyn Persist) -> Result<u32, Error<F::Error>> {
         let mut stream = Self::new(flash, Direction::Count, 0, u32::MAX);
         stream.pass_all(state)?;
         Ok(stream.words)
     }
 
     /// Writes a checkpoint of the state.
-    pub fn write<P: Persist>(
+    pub fn write(
         flash: &'a mut F,
         record: &Record,
-        state: &mut P,
+        state: &mut dyn Persist,
     ) -> Result<(), Error<F::Error>> {
         let mut stream = Self::new(flash, Direction::Save, record.at, record.words);
         stream.chunk = record.head();
@@ -66,10 +66,10 @@ impl<'a, F: NorFlash> Stream<'a, F> {
     }
 
     /// Restores the state of a checkpoint.
-    pub fn read<P: Persist>(
+    pub fn read(
         flash: &'a mut F,
         record: &Record,
-        state: &mut P,
+        state: &mut dyn Persist,
     ) -> Result<(), Error<F::Error>> {
         let first = record.at.saturating_add(CHUNK);
         let mut stream = Self::new(flash, Direction::Load, first, record.words);
@@ -77,7 +77,7 @@ impl<'a, F: NorFlash> Stream<'a, F> {
         stream.pass_all(state)
     }
 
-    fn pass_all<P: Persist>(&mut self, state: &mut P) -> Result<(), Error<F::Error>> {
+    fn pass_all(&mut self, state: &mut dyn Persist) -> Result<(), Error<F::Error>> {
         let passed = checkpoint::transfer(state, self);
         if let Some(failure) = self.failure.take() {
             return Err(Error::Flash(failure));

@@ -32,6 +32,10 @@ struct Flash {
     power: Option<u32>,
     /// State of the generator for the content of an interrupted word or page.
     noise: u64,
+    /// False: the bits of an interrupted word or page that were about to change read otherwise each time.
+    settles: bool,
+    /// Bits that read at random.
+    unsettled: Vec<u8>,
     /// A bit that stays 1.
     stuck_bit: Option<usize>,
 }
@@ -57,6 +61,8 @@ impl Flash {
             erasures: std::vec![0; capacity / PAGE],
             power: None,
             noise: 1,
+            settles: true,
+            unsettled: std::vec![0; capacity],
             stuck_bit: None,
         }
     }
@@ -65,6 +71,15 @@ impl Flash {
     fn random(&mut self) -> u8 {
         self.noise = self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (self.noise >> 56) as u8
+    }
+
+    /// Changes a byte of a word or page. Without power to its end, each bit has changed or not, or is
+    /// unsettled.
+    fn change(&mut self, at: usize, to: u8, lasts: bool) {
+        let changing = if lasts { 0 } else { self.bytes[at] ^ to };
+        let unchanged = if self.settles { self.random() & changing } else { 0 };
+        self.bytes[at] = to ^ unchanged;
+        self.unsettled[at] = if self.settles { 0 } else { changing };
     }
 
     /// True if the power lasts for one more word or page.
@@ -89,8 +104,17 @@ impl ReadNorFlash for Flash {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
         check_read(self, offset, bytes.len()).map_err(Failure::Misused)?;
-        let offset = offset as usize;
-        bytes.copy_from_slice(&self.bytes[offset..offset + bytes.len()]);
+        // Unsettled bits read as changed, as unchanged, or at random.
+        let reading = self.random() % 3;
+        for (k, byte) in bytes.iter_mut().enumerate() {
+            let at = offset as usize + k;
+            let noise = match reading {
+                0 => 0,
+                1 => u8::MAX,
+                _ => self.random(),
+            };
+            *byte = self.bytes[at] ^ noise & self.unsettled[at];
+        }
         Ok(())
     }
 
@@ -109,8 +133,7 @@ impl NorFlash for Flash {
             let lasts = self.lasts()?;
             self.erasures[page] += 1;
             for at in page * PAGE..(page + 1) * PAGE {
-                let noise = self.random();
-                self.bytes[at] = if lasts { 0xff } else { self.bytes[at] | noise };
+                self.change(at, 0xff, lasts);
                 self.programmed[at / WORD] = !lasts;
             }
             if !lasts {
@@ -130,8 +153,7 @@ impl NorFlash for Flash {
             }
             self.programmed[at / WORD] = true;
             for (i, byte) in word.iter().enumerate() {
-                let noise = self.random();
-                self.bytes[at + i] = if lasts { *byte } else { *byte | noise };
+                self.change(at + i, *byte, lasts);
             }
             if let Some(bit) = self.stuck_bit {
                 self.bytes[bit / 8] |= 1 << (bit % 8);
@@ -228,10 +250,12 @@ fn both_halves_wear_alike_and_resets_wear_nothing() {
     assert_eq!(wear(|_| true), pages);
 }
 
-/// The power fails during each word and each page in turn.
+/// The power fails during each word and each page in turn. Bits that do not settle: each of several starts
+/// reads them otherwise.
 #[test]
 fn any_power_failure_leaves_the_last_checkpoint_or_the_one_before() {
     const SAVES: u32 = 14;
+    const STARTS: usize = 4;
     let words_and_pages = {
         let mut flash = Flash::erased(CAPACITY);
         flash.power = Some(u32::MAX);
@@ -240,27 +264,73 @@ fn any_power_failure_leaves_the_last_checkpoint_or_the_one_before() {
         assert!(store.erasures() > 3);
         u32::MAX - store.flash.power.unwrap()
     };
-    for noise in 0..8 {
-        for cut in 1..=words_and_pages {
-            let mut flash = Flash::erased(CAPACITY);
-            (flash.power, flash.noise) = (Some(cut), noise);
-            let mut store = open(flash);
-            let last = save_all(&mut store, 1..SAVES);
-            store.flash.power = None;
-            let mut store = open(store.flash);
+    for (noise, settles, cut) in (0..4)
+        .flat_map(|noise| [(noise, true), (noise, false)])
+        .flat_map(|(noise, settles)| (1..=words_and_pages).map(move |cut| (noise, settles, cut)))
+    {
+        let mut flash = Flash::erased(CAPACITY);
+        (flash.power, flash.noise, flash.settles) = (Some(cut), noise, settles);
+        let mut store = open(flash);
+        let last = save_all(&mut store, 1..SAVES);
+        store.flash.power = None;
+        for _ in 0..STARTS {
+            store = open(store.flash);
             let found = loaded(&mut store);
             let next = state(last.unwrap_or(0) + 1);
             let is_one = found == last.map(state) || found == Some(next);
             assert!(is_one, "cut {cut}: {found:?} after {last:?}");
-            // Saving continues.
-            assert_eq!(save_all(&mut store, 100..110), Some(109), "cut {cut}");
-            assert_eq!(loaded(&mut open(store.flash)), Some(state(109)));
         }
+        // Saving continues. A word that is unsettled and reads as erased takes no other word: one save fails,
+        // and the next uses another place.
+        let mut failed = 0;
+        for last in 100..110 {
+            if store.save(&mut state(last)).is_err() {
+                failed += 1;
+                store.save(&mut state(last)).unwrap();
+            }
+            for _ in 0..STARTS {
+                store = open(store.flash);
+                assert_eq!(loaded(&mut store), Some(state(last)), "cut {cut}");
+            }
+        }
+        assert!(failed <= u32::from(!settles), "cut {cut}: {failed} saves failed");
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
+    /// Repeated power failures that leave bits unsettled: an interrupted save may read as complete at one
+    /// start and not at the next, but no state saved completely is lost for it, mixed or forged.
+    #[test]
+    fn unsettled_bits_lose_no_complete_save(
+        cuts in prop::collection::vec(1..120u32, 1..40),
+        noise in any::<u64>(),
+    ) {
+        let mut flash = Flash::erased(CAPACITY);
+        (flash.noise, flash.settles) = (noise, false);
+        let (mut saved, mut number) = (0, 0);
+        for cut in cuts {
+            flash.power = Some(cut);
+            let mut store = open(flash);
+            while store.flash.power != Some(0) {
+                number += 1;
+                if store.save(&mut state(number)).is_ok() {
+                    saved = number;
+                }
+            }
+            flash = store.flash;
+            flash.power = None;
+            for _ in 0..4 {
+                let mut store = open(flash);
+                let found = loaded(&mut store);
+                flash = store.flash;
+                let newest = found.map_or(0, |found| found.words[0]);
+                prop_assert!((saved..=number).contains(&newest), "{newest} after {saved}");
+                prop_assert!(found.is_none_or(|found| found == state(newest)));
+            }
+        }
+    }
+
     /// Repeated power failures.
     #[test]
     fn saved_state_is_never_lost(

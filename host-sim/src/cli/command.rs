@@ -5,15 +5,16 @@ use std::io::{self, IsTerminal, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Subcommand, value_parser};
+use clap::{Args, Subcommand, ValueEnum, value_parser};
 use fsw_core::Prior;
 use fsw_target::link::Command;
+use fsw_target::link::authentication::Key;
 use fsw_target::link::frame::Frame;
-use fsw_target::link::packet::SequenceCount;
+use fsw_target::link::packet::{Packet, SequenceCount};
 use fsw_target::link::wire::Coded;
 
-use super::Failure;
 use super::flight_estimator::FlightEstimator;
+use super::{Failure, key};
 use crate::input::Craft;
 use crate::report::packet::hex;
 
@@ -28,6 +29,29 @@ pub struct Arguments {
     /// The computer's status has the sequence count of the last accepted telecommand.
     #[arg(long, value_name = "N", global = true, value_parser = value_parser!(u16).range(..16_384))]
     sequence: Option<u16>,
+    #[command(flatten)]
+    tag: TagArguments,
+}
+
+/// Tag of the telecommand, for a flight image with a key.
+#[derive(Debug, Args)]
+struct TagArguments {
+    /// File with the key of the slot: tag the telecommand (see derive-key)
+    #[arg(
+        long,
+        value_name = "FILE",
+        global = true,
+        requires = "counter",
+        conflicts_with = "sequence"
+    )]
+    key: Option<PathBuf>,
+    /// Counter of the telecommand: 1 to 1048576 ahead of the last accepted one of the slot, which the
+    /// computer's status reports as key_counters
+    #[arg(long, value_name = "N", global = true, requires = "key", value_parser = value_parser!(u32).range(1..))]
+    counter: Option<u32>,
+    /// Key slot: 0 changes keys, 1 and 2 carry telecommands [default: 1]
+    #[arg(long, value_name = "N", global = true, requires = "key", value_parser = value_parser!(u8).range(..=2))]
+    slot: Option<u8>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -71,6 +95,36 @@ enum Telecommand {
         #[arg(allow_hyphen_values = true)]
         z_n_m: f32,
     },
+    /// Give a key slot its next key; accepted in slot 0 only
+    ///
+    /// Its generation is the counter of this telecommand: derive-key --generation COUNTER.
+    ChangeKey {
+        /// Key slot, 1 or 2
+        #[arg(value_name = "SLOT")]
+        target: u8,
+    },
+    /// Tag telemetry with the key of this telecommand's slot, or send it without a tag
+    TagTelemetry {
+        /// on or off
+        switch: Switch,
+    },
+    /// Reset the computer; the state since the last checkpoint is lost
+    Reboot,
+    /// Assume the speed of a wheel whose sensor has failed, or use its sensor again
+    AssumeWheelSpeed {
+        /// Wheel, 1 to 4
+        wheel: u8,
+        /// Speed about its axis, rad/s, within ±2000; without it, that of its sensor
+        #[arg(allow_hyphen_values = true)]
+        speed_rad_s: Option<f32>,
+    },
+}
+
+/// A switch.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Switch {
+    On,
+    Off,
 }
 
 /// A prior from a craft file, or from numbers.
@@ -90,10 +144,11 @@ struct PriorArguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let command = arguments.telecommand.command()?;
     command.check().map_err(Failure::InvalidCommand)?;
-    let line = match arguments.sequence {
-        Some(count) => framed(&command, count),
-        None if command == Command::StartSequence => framed(&command, 0),
-        None => [framed(&Command::StartSequence, 0), framed(&command, 1)].concat(),
+    let line = match (arguments.tag.signer()?, arguments.sequence) {
+        (Some((key, slot, counter)), _) => framed(command.tagged_packet(&key, slot, counter)),
+        (None, Some(count)) => plain(&command, count),
+        (None, None) if command == Command::StartSequence => plain(&command, 0),
+        (None, None) => [plain(&Command::StartSequence, 0), plain(&command, 1)].concat(),
     };
 
     eprintln!("note: {}, {} bytes: {}", command.function().code().1, line.len(), hex(&line));
@@ -124,10 +179,22 @@ fn device(stream: &str) -> Option<u64> {
     return None;
 }
 
-fn framed(command: &Command, sequence_count: u16) -> Vec<u8> {
-    let packet = command.packet(SequenceCount::new(sequence_count));
+fn plain(command: &Command, sequence_count: u16) -> Vec<u8> {
+    framed(command.packet(SequenceCount::new(sequence_count)))
+}
+
+/// Frame of a packet. Every telecommand has one.
+fn framed(packet: Option<Packet>) -> Vec<u8> {
     let frame = packet.and_then(|packet| Frame::of(packet.bytes()));
     frame.map(|frame| frame.bytes().to_vec()).unwrap_or_default()
+}
+
+impl TagArguments {
+    /// Key, slot and counter of the tag; none for a telecommand without a tag.
+    fn signer(&self) -> Result<Option<(Key, u8, u32)>, Failure> {
+        let (Some(file), Some(counter)) = (&self.key, self.counter) else { return Ok(None) };
+        Ok(Some((key::read(file)?, self.slot.unwrap_or(1), counter)))
+    }
 }
 
 impl Telecommand {
@@ -144,6 +211,12 @@ impl Telecommand {
             Self::DumpCheckpoint => Command::DumpCheckpoint,
             Self::SetTelemetryPeriod { ms } => Command::SetTelemetryPeriod { ms: *ms },
             Self::SetTorque { x_n_m, y_n_m, z_n_m } => Command::SetTorque([*x_n_m, *y_n_m, *z_n_m]),
+            Self::ChangeKey { target } => Command::ChangeKey { slot: *target },
+            Self::TagTelemetry { switch } => Command::TagTelemetry(matches!(switch, Switch::On)),
+            Self::Reboot => Command::Reboot,
+            Self::AssumeWheelSpeed { wheel, speed_rad_s } => {
+                Command::AssumeWheelSpeed { wheel: *wheel, speed_rad_s: *speed_rad_s }
+            }
         })
     }
 }

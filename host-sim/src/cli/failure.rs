@@ -46,6 +46,10 @@ pub(super) enum Failure {
     InvalidCommand(CommandError),
     #[error("{file}: no [prior]; add one, or give --inertia and --sigma")]
     NoPrior { file: String },
+    #[error("{file}: the key cannot be read: {error}")]
+    UnreadableKey { file: String, error: io::Error },
+    #[error("{file}: not a key; write 32 hexadecimal digits, as openssl rand -hex 16 prints")]
+    NoKey { file: String },
     #[error("--fault: no fault has \"{wanted}\" in its name; the faults are: {names}")]
     NoFault { wanted: String, names: String },
     #[error(transparent)]
@@ -78,6 +82,8 @@ impl Failure {
             | Self::InvalidCommand(_)
             | Self::NoPrior { .. }
             | Self::NoFault { .. }
+            | Self::UnreadableKey { .. }
+            | Self::NoKey { .. }
             | Self::NoDraft { .. }
             | Self::Exists { .. } => BAD_INPUT,
             Self::OfKind { .. } => OF_KIND,

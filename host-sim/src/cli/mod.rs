@@ -12,6 +12,7 @@ mod failure;
 mod faults;
 mod flight_estimator;
 mod init;
+mod key;
 mod list;
 mod manual;
 mod mc;
@@ -142,6 +143,11 @@ enum Verb {
     /// Set the port to raw mode first: stty -F /dev/ttyUSB0 115200 raw -echo.
     #[command(after_help = "Example:\n  host-sim command reset > /dev/ttyUSB0")]
     Command(command::Arguments),
+    /// Key of a slot from the master key of a flight image, for command and telemetry
+    ///
+    /// The master key stays where the keys are managed; a ground station has the key of its slot.
+    #[command(after_help = "Example:\n  host-sim derive-key master.key --slot 1 > slot1.key")]
+    DeriveKey(key::Arguments),
     /// Processor in the loop: the firmware in QEMU with simulated sensors, compared with the host
     ///
     /// The firmware reads gyro and wheels over a serial port from models at register level. Driver,
@@ -200,6 +206,7 @@ pub fn main() -> ExitCode {
         Verb::Crlb(arguments) => crlb::run(&arguments),
         Verb::Telemetry(arguments) => telemetry::run(&arguments),
         Verb::Command(arguments) => command::run(&arguments),
+        Verb::DeriveKey(arguments) => key::run(&arguments),
         #[cfg(unix)]
         Verb::Pil(arguments) => pil::run(&arguments),
     };
@@ -227,6 +234,11 @@ fn print(json: bool, report: &impl Serialize, table: &str) -> Result<(), Failure
         return print_text(&(serde_json::to_string_pretty(report).map_err(Failure::Json)? + "\n"));
     }
     print_text(&coloured(table))
+}
+
+/// Prints a line.
+fn print_line(text: &str) -> Result<(), Failure> {
+    print_text(&format!("{text}\n"))
 }
 
 /// Prints a text to stdout.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::Failure;
+use super::{Failure, key};
 use crate::ground::{GroundReceiver, Reception};
 use crate::input::InputError;
 use crate::input::error::{Place, Problem};
@@ -20,6 +20,11 @@ pub struct Arguments {
     /// Print one JSON document per line, with every field, instead of text
     #[arg(long)]
     json: bool,
+    /// File with a slot's key: print only packets with a tag of this key, and note the others as damaged
+    ///
+    /// The telecommand tag-telemetry of that slot makes the flight computer tag its packets.
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
 }
 
 /// Largest number of bytes per read. A port returns what it has.
@@ -36,7 +41,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         _ => Box::new(File::open(&arguments.source).map_err(unreadable)?),
     };
 
-    let mut ground = GroundReceiver::default();
+    let mut ground = match &arguments.key {
+        Some(file) => GroundReceiver::with_key(key::read(file)?),
+        None => GroundReceiver::default(),
+    };
     let mut chunk = [0; CHUNK];
     loop {
         let bytes = match source.read(&mut chunk) {

@@ -94,6 +94,7 @@ fn elements(received: &Received) -> Vec<Element> {
     let mut all = Collect(vec![
         ("time_us".to_owned(), Some(Value::Whole(received.time_us))),
         ("sequence_count".to_owned(), Some(Value::Whole(count))),
+        ("tag_slot".to_owned(), received.slot.map(|slot| Value::Whole(slot.into()))),
     ]);
     received.telemetry.visit(&mut all);
     all.0
@@ -139,7 +140,7 @@ mod tests {
 
     fn packet(estimate: EstimateReport) -> Received {
         let telemetry = Telemetry::Estimate(estimate);
-        Received { time_us: 5, sequence_count: SequenceCount::new(7), telemetry }
+        Received { time_us: 5, sequence_count: SequenceCount::new(7), slot: None, telemetry }
     }
 
     #[test]

@@ -1,9 +1,8 @@
 //! Hardware around a flight computer, from sample to sample: gyro chip, wheel encoders, flash.
 //!
-//! The errors of a scenario's gyro and wheels are those of `run`. Where a scenario has a sensor that
-//! depends on the motion between the samples, the chip's low-pass filter acts too, as one of first order
-//! with the sum of both time constants. The encoders measure the true wheels; errors of tachometer and
-//! clock have no counterpart.
+//! The errors of a scenario's gyro and wheels are those of `run`. The chip's low-pass filter acts too, as one of
+//! first order with the sum of both time constants, on the motion between the samples. The encoders
+//! measure the true wheels; errors of tachometer and clock have no counterpart.
 
 use fsw_target::drivers::wheel_tach::Captured;
 use fsw_target::flight::craft::WHEELS;
@@ -21,10 +20,13 @@ use crate::sensor::gyro::Gyro;
 use crate::simulation::Observed;
 use crate::truth::{Flight, Instant};
 
+/// On-board time at the start of a scenario, µs: a computer has started before its first sample.
+pub const START_US: u64 = 1_000_000;
+
 /// A sample that is ready.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Announced {
-    /// Time of the sample, µs.
+    /// On-board time of the announcement, µs.
     pub time_us: u64,
     /// Commanded external torque, body axes, N m.
     pub torque_n_m: [f32; 3],
@@ -77,7 +79,7 @@ impl<'a> Hardware<'a> {
     pub fn announce(&mut self) -> Option<Announced> {
         let instant = self.instants.get(self.announced)?;
         if self.announced > 0 {
-            let elapsed_us = instant.time_us - self.now_us();
+            let elapsed_us = START_US + instant.time_us - self.now_us();
             self.wire.chip().elapse_us(elapsed_us);
             self.captures.advance();
         }
@@ -87,7 +89,7 @@ impl<'a> Hardware<'a> {
         self.announced += 1;
         let torque = instant.torque_n_m;
         let torque_n_m = [torque.x, torque.y, torque.z].map(|element| element as f32);
-        Some(Announced { time_us: instant.time_us, torque_n_m })
+        Some(Announced { time_us: START_US + instant.time_us, torque_n_m })
     }
 
     /// Rate at a sample through delay, filters and averaging of the gyro, rad/s.
@@ -106,10 +108,10 @@ impl<'a> Hardware<'a> {
         self.announced
     }
 
-    /// Time of the last sample, µs. Zero before the first.
+    /// On-board time of the last sample, µs; [`START_US`] before the first.
     pub fn now_us(&self) -> u64 {
         let last = self.announced.checked_sub(1).and_then(|last| self.instants.get(last));
-        last.map_or(0, |instant| instant.time_us)
+        START_US + last.map_or(0, |instant| instant.time_us)
     }
 
     /// Bus of the gyro chip.

@@ -13,27 +13,45 @@ use fsw_core::outcome::OutcomeCounts;
 use fsw_target::flight::selected::SelectedEstimator;
 use fsw_target::link::command::Command;
 use fsw_target::link::frame::Frame;
-use fsw_target::link::packet::SequenceCount;
 use fsw_target::link::telemetry::{Received, Telemetry};
 use fsw_target::stand_in::tunnel::{Setup, Stated};
 
 use super::compare::{self, After, Difference};
 use super::firmware::{Firmware, LineFailed, Request};
-use super::hardware::Hardware;
+use super::hardware::{Hardware, START_US};
 use super::mission::{BrokenBit, Mission};
 use super::result::{PilFailed, PilFlight, Progress};
 use super::setup::{self, NotFlown};
 use super::software::Software;
 use crate::estimation::Events;
 
+/// Key slot of the telecommands.
+const SLOT: u8 = 1;
+
 /// Flies a mission on firmware and host, and compares their telemetry after each sample.
 ///
 /// `start` starts the firmware. `watch` is called after each sample with the host's computer and its
 /// telemetry.
 ///
+/// The gyro's filter acts on the motion between the samples: it is simulated if the flight has it not.
+///
 /// # Errors
 /// The first difference, or the failure that ended the flight.
 pub fn fly(
+    mission: &Mission<'_>,
+    start: impl FnMut() -> anyhow::Result<Firmware>,
+    broken: Option<BrokenBit>,
+    watch: impl FnMut(&Software<'_, '_>, &[Received]),
+) -> Result<PilFlight, PilFailed> {
+    if mission.flight.trajectory.is_some() {
+        return fly_with_filter(mission, start, broken, watch);
+    }
+    let flight = mission.flight.clone().with_trajectory(mission.scenario)?;
+    fly_with_filter(&Mission { flight: &flight, ..*mission }, start, broken, watch)
+}
+
+/// As [`fly`], along a trajectory.
+fn fly_with_filter(
     mission: &Mission<'_>,
     mut start: impl FnMut() -> anyhow::Result<Firmware>,
     broken: Option<BrokenBit>,
@@ -75,8 +93,8 @@ struct Lockstep<'a> {
     broken: Option<BrokenBit>,
     /// Telemetry that the host has sent and the firmware has not.
     expected: VecDeque<Received>,
-    /// Telecommands sent since the last start.
-    commands: u16,
+    /// Telecommands sent, over a restart too: their counter.
+    commands: u32,
     progress: Progress,
     when: After,
     counts: Counts,
@@ -131,7 +149,6 @@ impl<'a> Lockstep<'a> {
     /// Connects a new firmware to the hardware after a power cut of the computer.
     fn restart(&mut self, firmware: Firmware) {
         self.firmware = firmware;
-        self.commands = 0;
         self.progress.has_started = false;
         self.setup.now_us = self.hardware.now_us();
     }
@@ -157,7 +174,8 @@ impl<'a> Lockstep<'a> {
                     && let Some(outcome) = &estimate.outcome
                 {
                     self.counts.outcomes.add(outcome);
-                    self.counts.events.add(estimate.sample_time_us, outcome);
+                    let time_us = estimate.sample_time_us.saturating_sub(START_US);
+                    self.counts.events.add(time_us, outcome);
                 }
             }
             watch(software, &telemetry);
@@ -198,7 +216,8 @@ impl<'a> Lockstep<'a> {
         command: Command,
     ) -> Result<Vec<Received>, PilFailed> {
         self.commands += 1;
-        let packet = command.packet(SequenceCount::new(self.commands));
+        let packet =
+            command.tagged_packet(&setup::MASTER_KEY.of_slot(SLOT, 0), SLOT, self.commands);
         let frame = packet.and_then(|packet| Frame::of(packet.bytes()));
         let frame = frame.ok_or_else(|| anyhow::anyhow!("telecommand larger than a packet"))?;
         let telemetry = software.execute(frame.bytes());

@@ -10,6 +10,7 @@ use super::compare::Difference;
 use super::firmware::LineFailed;
 use super::setup::NotFlown;
 use crate::estimation::Events;
+use crate::truth::IntegrationFailed;
 
 /// A flight did not reach its end.
 #[derive(Debug, Error)]
@@ -17,6 +18,9 @@ pub enum PilFailed {
     /// A scenario that the flight computer cannot fly.
     #[error(transparent)]
     NotFlown(#[from] NotFlown),
+    /// The motion between the samples cannot be integrated.
+    #[error(transparent)]
+    Integration(#[from] IntegrationFailed),
     /// No image, or no QEMU.
     #[error("{0:#}")]
     Machine(#[from] anyhow::Error),

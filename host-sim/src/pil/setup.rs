@@ -3,11 +3,13 @@
 use fsw_target::drivers::gyro::bmi088::Range;
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::flight::selected::EstimatorId;
+use fsw_target::link::authentication::Key;
 use fsw_target::stand_in::tunnel::setup::Unfit;
 use fsw_target::stand_in::tunnel::{Setup, Stated};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use thiserror::Error;
 
+use super::hardware::START_US;
 use super::mission::Mission;
 use crate::input::scenario::SimulatedGyro;
 use crate::sensor::encoder::EncoderData;
@@ -15,6 +17,9 @@ use crate::sensor::encoder::EncoderData;
 /// Time without an edge after which a wheel counts as stopped, s: below 0.52 rad/s with 24 edges a
 /// turn.
 const ZERO_AFTER_S: f32 = 0.5;
+
+/// Master key of both computers: their telecommands have a tag, as in flight.
+pub const MASTER_KEY: Key = Key::new(*b"key of the bench");
 
 /// Margin of the gyro's range above the fastest rate, sigmas of its noise.
 const NOISE_SIGMAS: f64 = 8.0;
@@ -75,7 +80,7 @@ pub fn of(mission: &Mission<'_>) -> Result<Setup, NotFlown> {
     let wheel = |i: usize| craft.wheels.get(i);
     let mounting = body_from_sensor();
     Ok(Setup {
-        now_us: 0,
+        now_us: START_US,
         wheel_axes: std::array::from_fn(|i| {
             wheel(i).map_or([1.0, 0.0, 0.0], |wheel| narrow(&wheel.axis))
         }),
@@ -91,6 +96,7 @@ pub fn of(mission: &Mission<'_>) -> Result<Setup, NotFlown> {
         edges_per_turn: std::array::from_fn(|i| wheel(i).map_or(0, |_| encoder.edges_per_turn)),
         zero_after_s: ZERO_AFTER_S,
         ticks_per_s: encoder.ticks_per_s,
+        master_key: Some(*MASTER_KEY.bytes()),
     })
 }
 

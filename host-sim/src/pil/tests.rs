@@ -11,6 +11,7 @@ use fsw_target::stand_in::tunnel::{self, Message, Port, Tunnel, TunnelError, par
 
 use super::compare::After;
 use super::firmware::{Firmware, Image};
+use super::hardware::START_US;
 use super::setup::{self, NotFlown};
 use super::*;
 use crate::input::Scenario;
@@ -229,7 +230,7 @@ fn error_of_a_firmware_that_stops_has_the_number_of_samples() {
                 .unwrap();
         computer.start();
         while computer.estimator().selected() != EstimatorId::JointEkf
-            || tunnel.now_us() < 2_000_000
+            || tunnel.now_us() < START_US + 2_000_000
         {
             computer.poll();
         }

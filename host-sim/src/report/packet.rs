@@ -33,11 +33,12 @@ pub fn text(packet: &Received) -> String {
 /// # Errors
 /// Those of `serde_json`; no packet causes one.
 pub fn json(packet: &Received) -> Result<String, serde_json::Error> {
-    let Received { time_us, sequence_count, telemetry } = packet;
+    let Received { time_us, sequence_count, slot, telemetry } = packet;
     let mut all = vec![
         ("kind", Node::One(Value::Word(telemetry.kind()))),
         ("time_us", Node::One(Value::Whole(*time_us))),
         ("sequence_count", Node::One(Value::Whole(sequence_count.value().into()))),
+        ("tag_slot", slot.map_or(Node::Missing, |slot| Node::One(Value::Whole(slot.into())))),
     ];
     all.extend(fields(telemetry));
     if let Telemetry::Checkpoint(part) = telemetry {

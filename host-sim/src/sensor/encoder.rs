@@ -282,6 +282,8 @@ mod tests {
         let config = Config {
             edges_per_turn: [data.edges_per_turn; 4],
             reversed: [false; 4],
+            largest_acceleration_rad_s2: f32::INFINITY,
+            delay_us: 0,
             zero_after_s: 0.5,
         };
         let captures = Captures::<4>::new(data, &flight.instants);

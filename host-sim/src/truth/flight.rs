@@ -75,6 +75,14 @@ impl Flight {
         Ok(Self { instants: propagation.instants, bound, trajectory })
     }
 
+    /// Adds the motion between the samples, which a sensor outside the scenario needs.
+    ///
+    /// # Errors
+    /// As of [`Self::simulate`].
+    pub fn with_trajectory(self, scenario: &Scenario) -> Result<Self, IntegrationFailed> {
+        Ok(Self { trajectory: Some(Trajectory::simulate(scenario)?), ..self })
+    }
+
     /// Simulates the motion alone, with the bound of a scenario that differs in its hardware only.
     ///
     /// # Errors

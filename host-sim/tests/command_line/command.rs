@@ -4,6 +4,7 @@ use std::fs;
 
 use fsw_core::Prior;
 use fsw_target::flight::selected::EstimatorId;
+use fsw_target::link::authentication::Key;
 use fsw_target::link::uplink::UplinkCounters;
 use fsw_target::link::{Command, Uplink};
 use tempfile::TempDir;
@@ -24,7 +25,7 @@ fn flight_computer_accepts_every_telecommand() {
         sigma_kg_m2: [3.0, 3.0, 3.0, 1.0, 1.0, 1e-3],
     };
     let numbers = "set-prior --inertia 14.2 17.3 20.3 0.0867 -0.1357 0.6016 --sigma 3 3 3 1 1 1e-3";
-    let mut uplink = Uplink::new();
+    let mut uplink = Uplink::default();
     for (line, command) in [
         ("ping", Command::Ping),
         ("reset", Command::Reset),
@@ -38,23 +39,32 @@ fn flight_computer_accepts_every_telecommand() {
         ("dump-checkpoint", Command::DumpCheckpoint),
         ("set-telemetry-period 250", Command::SetTelemetryPeriod { ms: 250 }),
         ("set-torque 1e-3 -2e-3 .5", Command::SetTorque([1e-3, -2e-3, 0.5])),
+        ("change-key 2", Command::ChangeKey { slot: 2 }),
+        ("tag-telemetry on", Command::TagTelemetry(true)),
+        ("tag-telemetry off", Command::TagTelemetry(false)),
+        ("reboot", Command::Reboot),
+        ("assume-wheel-speed 3", Command::AssumeWheelSpeed { wheel: 3, speed_rad_s: None }),
+        (
+            "assume-wheel-speed 1 -2.5",
+            Command::AssumeWheelSpeed { wheel: 1, speed_rad_s: Some(-2.5) },
+        ),
     ] {
         let words: Vec<&str> = line.split(' ').collect();
         assert_eq!(accepted(&mut uplink, &words), [Command::StartSequence, command], "{line}");
     }
-    assert_eq!(uplink.counters(), UplinkCounters { accepted: 24, ..UplinkCounters::NONE });
+    assert_eq!(uplink.counters(), UplinkCounters { accepted: 36, ..UplinkCounters::NONE });
 }
 
 #[test]
 fn start_of_the_sequence_is_sent_alone() {
-    let mut uplink = Uplink::new();
+    let mut uplink = Uplink::default();
     assert_eq!(accepted(&mut uplink, &["start-sequence"]), [Command::StartSequence]);
     assert_eq!(accepted(&mut uplink, &["ping", "--sequence", "1"]), [Command::Ping]);
 }
 
 #[test]
 fn telecommand_with_an_explicit_count_is_accepted_once() {
-    let mut uplink = Uplink::new();
+    let mut uplink = Uplink::default();
     let reset = ["reset", "--sequence", "41"];
     assert_eq!(accepted(&mut uplink, &reset), [Command::Reset]);
     assert_eq!(accepted(&mut uplink, &reset), []);
@@ -84,7 +94,7 @@ fn prior_is_read_from_a_craft_file() {
     let inertia_kg_m2 = [2.0, 2.0, 3.0, 0.0, 0.0, 0.0];
     let prior = Command::SetPrior(Prior { inertia_kg_m2, sigma_kg_m2: [1.0; 6] });
     let commands =
-        accepted(&mut Uplink::new(), &["set-prior", "--craft", &known, "--sequence", "1"]);
+        accepted(&mut Uplink::default(), &["set-prior", "--craft", &known, "--sequence", "1"]);
     assert_eq!(commands, [prior]);
     let unknown = craft("unknown.toml", "");
     rejected(
@@ -112,4 +122,54 @@ fn telecommand_that_the_computer_rejects_is_rejected() {
         let words: Vec<&str> = line.split_whitespace().collect();
         rejected(&host_sim(&[&["command"], &words[..]].concat()), &[named]);
     }
+}
+
+/// Key of slot 1 by `derive-key`, in a file of the folder.
+fn slot_key(folder: &TempDir, digits: &str, generation: &str) -> String {
+    let master = folder.path().join("master.key");
+    fs::write(&master, digits).unwrap();
+    let path = master.to_str().unwrap();
+    let output = host_sim(&["derive-key", path, "--slot", "1", "--generation", generation]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let key = folder.path().join(format!("slot1.{generation}.key"));
+    fs::write(&key, output.stdout).unwrap();
+    key.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn flight_computer_with_a_key_accepts_a_tagged_telecommand_once() {
+    let folder = TempDir::new().unwrap();
+    let digits = "000102030405060708090a0b0c0d0e0f";
+    let key = slot_key(&folder, digits, "0");
+    // Example of the link's documentation.
+    assert_eq!(fs::read_to_string(&key).unwrap(), "e4c9fa0ab1983240db6698e7b2ee1871\n");
+    let mut uplink = Uplink::new(Some(Key::new(std::array::from_fn(|byte| byte as u8))));
+    let reset = ["reset", "--key", &key, "--counter", "5"];
+    assert_eq!(accepted(&mut uplink, &reset), [Command::Reset]);
+    assert_eq!(accepted(&mut uplink, &reset), [], "replayed");
+    assert_eq!(accepted(&mut uplink, &["reset"]), [], "without a tag");
+    assert_eq!(uplink.counters().unauthenticated, 2);
+    let other = slot_key(&folder, digits, "1");
+    assert_eq!(accepted(&mut uplink, &["reset", "--key", &other, "--counter", "6"]), []);
+    let slot_2 = ["reset", "--key", &key, "--counter", "6", "--slot", "2"];
+    assert_eq!(accepted(&mut uplink, &slot_2), []);
+    assert_eq!(uplink.counters().wrong_tag, 2);
+}
+
+#[test]
+fn bad_key_is_named_with_its_file_and_remedy() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("short.key");
+    for content in
+        ["", "0011", "+0102030405060708090a0b0c0d0e0f0", "gg0102030405060708090a0b0c0d0e0f"]
+    {
+        fs::write(&file, content).unwrap();
+        let path = file.to_str().unwrap();
+        let output = host_sim(&["command", "reset", "--key", path, "--counter", "1"]);
+        rejected(&output, &["short.key", "32 hexadecimal digits"]);
+    }
+    let output = host_sim(&["command", "reset", "--key", "none.key", "--counter", "1"]);
+    rejected(&output, &["none.key"]);
+    let output = host_sim(&["command", "reset", "--key", "none.key"]);
+    rejected(&output, &["--counter"]);
 }

@@ -10,9 +10,10 @@ use fsw_core::Status;
 use fsw_core::outcome::OutcomeCounts;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::Downlink;
+use fsw_target::link::authentication::{Authentication, Key};
 use fsw_target::link::telemetry::{
-    CheckpointPart, CheckpointState, ClockSource, EstimateReport, GyroState, ResetCause,
-    StatusReport,
+    BrownOutLevel, CheckpointPart, CheckpointState, ClockSource, EstimateReport, GyroState,
+    LINK_VERSION, ResetCause, StatusReport,
 };
 use fsw_target::link::uplink::UplinkCounters;
 use fsw_target::runtime::failure::Kind as FailureKind;
@@ -66,6 +67,7 @@ fn estimate(jxx_kg_m2: f32) -> EstimateReport {
 }
 
 const STATUS: StatusReport = StatusReport {
+    link_version: LINK_VERSION,
     uptime_s: 12,
     reset_cause: ResetCause::Watchdog,
     failures: 1,
@@ -74,12 +76,18 @@ const STATUS: StatusReport = StatusReport {
     last_failure_from: 0,
     clock: ClockSource::Internal,
     watchdog: true,
+    brown_out: BrownOutLevel::Level3,
+    option_bytes_as_set: true,
+    supply_low: false,
+    configuration_intact: true,
+    short_lives: 0,
     stack_high_water_bytes: 2100,
     gyro: GyroState::WrongIdentity,
     gyro_identity: Some(0),
     gyro_self_tests_failed: 0,
     gyro_failures: 0,
     wheel_failures: 0,
+    wheel_valid: [true; 4],
     data_ready_overruns: 3,
     outcomes: OutcomeCounts {
         accepted: 6001,
@@ -103,6 +111,10 @@ const STATUS: StatusReport = StatusReport {
     last_command: None,
     last_sequence_count: 0,
     last_command_done: None,
+    authentication: Authentication::Required,
+    key_counters: [0, 7, 0],
+    key_generations: [0; 3],
+    telemetry_slot: None,
     telemetry_period_ms: 1000,
     torque_n_m: [0.0; 3],
     checkpoint: CheckpointState::None,
@@ -113,10 +125,10 @@ const STATUS: StatusReport = StatusReport {
 /// Bytes of an estimate, a status, a part of a checkpoint, another estimate.
 fn line() -> Vec<u8> {
     let (mut downlink, mut line) = (Downlink::<2000>::new(), Line(Vec::new()));
-    downlink.send(12_345_678, &estimate(14.2));
-    downlink.send(12_345_679, &STATUS);
-    downlink.send(12_345_680, &CheckpointPart::new(0, 9, &[0xca, 0xfe, 0]).unwrap());
-    downlink.send(12_345_681, &estimate(14.200_001));
+    downlink.send(12_345_678, &estimate(14.2), None);
+    downlink.send(12_345_679, &STATUS, None);
+    downlink.send(12_345_680, &CheckpointPart::new(0, 9, &[0xca, 0xfe, 0]).unwrap(), None);
+    downlink.send(12_345_681, &estimate(14.200_001), None);
     downlink.drain(&mut line);
     line.0
 }
@@ -181,13 +193,38 @@ fn json_has_every_field_to_the_last_bit() {
     assert_eq!(status["outcomes"]["gap_resets"], 1);
     assert_eq!(status["uplink"]["replayed"], 0);
     assert_eq!(status["reset_cause"], "watchdog");
+    assert_eq!(
+        (&status["authentication"], &status["key_counters"][1]),
+        (&"required".into(), &7.into())
+    );
+    assert!(status["tag_slot"].is_null());
     assert_eq!(packets[2]["bytes"], "cafe00");
+}
+
+#[test]
+fn with_a_key_only_packets_with_its_tag_are_printed() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("slot1.key");
+    fs::write(&file, "01".repeat(16)).unwrap();
+    let (mut downlink, mut line) = (Downlink::<2000>::new(), Line(Vec::new()));
+    for key in [None, Some((1, Key::new([1; 16]))), Some((1, Key::new([2; 16])))] {
+        downlink.send(0, &estimate(1.0), key.as_ref());
+    }
+    downlink.drain(&mut line);
+    let output = telemetry(&line.0, &["--json", "--key", file.to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let packets: Vec<Value> =
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(packets.len(), 1, "{text}");
+    assert_eq!((&packets[0]["sequence_count"], &packets[0]["tag_slot"]), (&1.into(), &1.into()));
+    let notes = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(notes.matches("without a tag of this key").count(), 2, "{notes}");
 }
 
 #[test]
 fn damaged_packets_are_noted_and_the_others_printed() {
     let mut damaged = line();
-    damaged[40] ^= 1; // first byte of jxx
+    damaged[41] ^= 1; // first byte of jxx
     let output = telemetry(&damaged[..damaged.len() - 20], &[]);
     assert!(output.status.success());
     assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 2);
@@ -201,10 +238,10 @@ fn damaged_packets_are_noted_and_the_others_printed() {
 fn gap_in_the_sequence_count_is_noted() {
     let (mut downlink, mut line) = (Downlink::<200>::new(), Line(Vec::new()));
     for _ in 0..3 {
-        downlink.send(0, &estimate(1.0));
+        downlink.send(0, &estimate(1.0), None);
     }
     downlink.drain(&mut line);
-    downlink.send(0, &estimate(1.0));
+    downlink.send(0, &estimate(1.0), None);
     downlink.drain(&mut line);
     let output = telemetry(&line.0, &[]);
     assert_eq!(String::from_utf8_lossy(&output.stderr), "note: missing before estimate 3: 2\n");

@@ -69,6 +69,7 @@ impl<T: Real, const W: usize, const U: usize> Front<T, W, U> {
 /// Binary logarithm of the information on the six unknowns of the inertia, each given the later ones, summed
 /// and truncated.
 fn octaves<T: Real, const W: usize, const U: usize>(pass: &Pass<T, W, U>) -> u32 {
-    let exponent = |i: usize| (pass.factor.factor[i][i].to_f32().to_bits() >> 23) & 0xff;
-    (shape_of(U)..U).map(exponent).sum()
+    let rows = pass.factor.factor.iter().enumerate().skip(shape_of(U));
+    let diagonal = rows.filter_map(|(i, row)| row.get(i));
+    diagonal.map(|element| (element.to_f32().to_bits() >> 23) & 0xff).sum()
 }

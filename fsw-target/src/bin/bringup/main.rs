@@ -17,12 +17,16 @@ mod in_interrupt;
 #[cfg(target_os = "none")]
 mod on_target {
     use crate::in_interrupt;
+    use core::hint::black_box;
+    use cortex_m::peripheral::SYST;
     use embedded_hal::delay::DelayNs;
     use embedded_hal_nb::serial::{Read, Write};
     use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
     use fsw_target::arch::exit;
+    use fsw_target::arch::instructions::InstructionCounter;
     use fsw_target::board::{
-        Board, CheckpointFlash, Delay, GyroBus, GyroDataReady, Tunnel, WheelCaptures, now_us,
+        Board, Delay, GyroBus, GyroDataReady, OptionBytes, SectorPair, Tunnel, WheelCaptures,
+        now_us,
     };
     use fsw_target::drivers::gyro::RateGyro;
     use fsw_target::drivers::gyro::bus::Spi;
@@ -30,6 +34,7 @@ mod on_target {
     use fsw_target::drivers::wheel_tach::CaptureTimer;
     use fsw_target::flight::sensors::DataReady;
     use fsw_target::flight::supervisor::{Supervisor, Task};
+    use fsw_target::link::authentication::{KEY_BYTES, Key};
     use fsw_target::runtime::{log, stack};
 
     fsw_target::ends_by!(exit::end_after);
@@ -40,6 +45,8 @@ mod on_target {
         let report = board.report();
         log::init(board.link.into_log_output());
         defmt::info!("{}", report);
+        report_options(report.options);
+        report_tag_cost(board.syst);
 
         let mut all_work = true;
         all_work &= report_check("clock", clock_advances());
@@ -60,6 +67,29 @@ mod on_target {
             stack::size_bytes()
         );
         if all_work { exit::success() } else { exit::failure() }
+    }
+
+    /// Logs whether the option bytes are those of a flight board.
+    fn report_options(options: OptionBytes) {
+        match options.are_as_set() {
+            true => defmt::info!("option bytes: as for flight"),
+            false => defmt::warn!("option bytes: not those of a flight board, see docs/board.md"),
+        }
+    }
+
+    /// Logs the instructions of the tag of the longest telecommand, `set_prior`, where SysTick counts them:
+    /// in QEMU with `-icount shift=8`.
+    fn report_tag_cost(syst: SYST) {
+        const TAGGED_BYTES: usize = 60;
+        let Ok(mut counter) = InstructionCounter::start(syst) else { return };
+        let (master, packet) = black_box((Key::new([7; KEY_BYTES]), [0x55; TAGGED_BYTES]));
+        let key = counter.count(|| {
+            black_box(master.of_slot(1, 0));
+        });
+        let tag = counter.count(|| {
+            black_box(master.tag(&packet));
+        });
+        defmt::info!("instructions: key of a slot {=u32}, tag of 60 bytes {=u32}", key, tag);
     }
 
     /// Logs the result of a check and returns it.
@@ -142,10 +172,10 @@ mod on_target {
     }
 
     /// Erases the last sector, writes to it, reads it back, and logs the result.
-    fn report_flash(flash: &mut CheckpointFlash) {
+    fn report_flash(flash: &mut SectorPair) {
         const PATTERN: [u8; 8] = *b"bringup\n";
         let end = flash.capacity() as u32;
-        let start = end - CheckpointFlash::ERASE_SIZE as u32;
+        let start = end - SectorPair::ERASE_SIZE as u32;
         let start_us = now_us();
         let mut read = [0; 8];
         let result = flash

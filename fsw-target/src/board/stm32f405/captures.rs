@@ -2,8 +2,8 @@
 //! levels of A and B for the direction.
 //!
 //! The hardware captures the time of an edge. Interrupt latency up to one edge interval costs no
-//! accuracy. A longer one loses an edge, which the timer flags: all wheels are initialised again,
-//! and the next reading is an error.
+//! accuracy. A longer one loses an edge, which the timer flags for each wheel: that wheel is initialised again,
+//! and its next reading says so.
 //!
 //! The timer counts at 4 MHz, a rate of both clocks of the board, and wraps after 18 minutes.
 //!
@@ -22,9 +22,9 @@ pub const TICKS_PER_S: u32 = 4_000_000;
 /// Wheels: channels of the timer.
 const WHEELS: usize = 4;
 
-/// An edge of a wheel was lost: the interrupt was later than the next edge.
+/// The timer has not been started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub struct EdgesLost;
+pub struct NotStarted;
 
 /// The timer, and the state of its interrupt.
 struct Wheels {
@@ -32,7 +32,8 @@ struct Wheels {
     levels: TachLevels,
     new_filter: EdgeFilter,
     filters: [EdgeFilter; WHEELS],
-    lost: bool,
+    /// True for each wheel that has lost edges since the last reading.
+    lost: [bool; WHEELS],
 }
 
 static CAPTURES: Shared<Wheels> = Shared::new();
@@ -63,7 +64,7 @@ fn count() -> u32 {
 pub(super) fn drop_pending() {
     CAPTURES.with(|wheels| {
         let _ = wheels.take_captured();
-        wheels.restart();
+        wheels.restart([true; WHEELS]);
     });
 }
 
@@ -83,13 +84,19 @@ impl Wheels {
     fn take_captured(&mut self) -> [Option<u32>; WHEELS] {
         let timer = &self.timer;
         let status = timer.sr().read();
-        let lost = status.cc1of().bit_is_set()
-            || status.cc2of().bit_is_set()
-            || status.cc3of().bit_is_set()
-            || status.cc4of().bit_is_set();
-        if lost {
-            timer.sr().write(|w| w.cc1of().clear().cc2of().clear().cc3of().clear().cc4of().clear());
-            self.restart();
+        let lost = [
+            status.cc1of().bit_is_set(),
+            status.cc2of().bit_is_set(),
+            status.cc3of().bit_is_set(),
+            status.cc4of().bit_is_set(),
+        ];
+        if lost.contains(&true) {
+            // Writes of 1 leave a flag, so that only those above are cleared.
+            timer.sr().write(|w| {
+                w.cc1of().bit(!lost[0]).cc2of().bit(!lost[1]);
+                w.cc3of().bit(!lost[2]).cc4of().bit(!lost[3])
+            });
+            self.restart(lost);
         }
         // Reading a capture clears its flag (TIMx_SR).
         let timer = &self.timer;
@@ -101,10 +108,12 @@ impl Wheels {
         ]
     }
 
-    /// Starts all wheels again after a lost edge.
-    fn restart(&mut self) {
-        self.filters = [self.new_filter; WHEELS];
-        self.lost = true;
+    /// Starts wheels again after lost edges.
+    fn restart(&mut self, which: [bool; WHEELS]) {
+        let wheels = self.filters.iter_mut().zip(&mut self.lost).zip(which);
+        for ((filter, lost), _) in wheels.filter(|(_, restarts)| *restarts) {
+            (*filter, *lost) = (self.new_filter, true);
+        }
     }
 }
 
@@ -154,7 +163,7 @@ impl CaptureInputs {
             .dier()
             .write(|w| w.cc1ie().enabled().cc2ie().enabled().cc3ie().enabled().cc4ie().enabled());
         let filters = [new_filter; WHEELS];
-        CAPTURES.put(Wheels { timer, levels, new_filter, filters, lost: false });
+        CAPTURES.put(Wheels { timer, levels, new_filter, filters, lost: [false; WHEELS] });
         WheelCaptures { opened: () }
     }
 }
@@ -170,19 +179,22 @@ pub fn follow_clocks(timer: &tim2::RegisterBlock, clocks: &Clocks) {
 }
 
 impl CaptureTimer<WHEELS> for WheelCaptures {
-    type Error = EdgesLost;
+    type Error = NotStarted;
 
     fn ticks_per_s(&self) -> u32 {
         let () = self.opened;
         TICKS_PER_S
     }
 
-    fn captured(&mut self) -> Result<[Captured; WHEELS], EdgesLost> {
+    fn captured(&mut self) -> Result<[Captured; WHEELS], NotStarted> {
         let now_ticks = AT_SAMPLE.load(Ordering::Relaxed);
         let captured = CAPTURES.with(|wheels| {
-            let lost = core::mem::take(&mut wheels.lost);
-            (!lost).then(|| wheels.filters.each_ref().map(|filter| filter.captured(now_ticks)))
+            let mut lost = core::mem::take(&mut wheels.lost).into_iter();
+            wheels.filters.each_ref().map(|filter| {
+                let lost = lost.next().unwrap_or(false);
+                Captured { lost, ..filter.captured(now_ticks) }
+            })
         });
-        captured.flatten().ok_or(EdgesLost)
+        captured.ok_or(NotStarted)
     }
 }

@@ -8,7 +8,7 @@
 //!
 //! Registers: RM0090, chapters 3 (flash latency), 5 (PWR) and 7 (RCC of the STM32F405).
 
-use super::rates::{Clocks, PLL_M, PLL_N, PLL_Q};
+use super::rates::{Clocks, PLL_M, PLL_N, PLL_Q, can_prefetch};
 use core::sync::atomic::{AtomicU8, Ordering};
 use stm32f4::stm32f405::{FLASH, PWR, RCC};
 
@@ -63,9 +63,9 @@ pub fn in_force() -> Clocks {
 }
 
 /// Starts crystal and PLL, or stays on the internal oscillator for the reason of [`fault`]. Returns the
-/// clocks in use.
-pub fn start(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Clocks {
-    let fault = match run_on_crystal(rcc, pwr, flash) {
+/// clocks in use. `revision` of the silicon: REV_ID of DBGMCU_IDCODE.
+pub fn start(rcc: &RCC, pwr: &PWR, flash: &FLASH, revision: u16) -> Clocks {
+    let fault = match run_on_crystal(rcc, pwr, flash, revision) {
         Ok(()) => 0,
         Err(fault) => {
             run_on_internal(rcc);
@@ -76,7 +76,7 @@ pub fn start(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Clocks {
     in_force()
 }
 
-fn run_on_crystal(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Result<(), ClockFault> {
+fn run_on_crystal(rcc: &RCC, pwr: &PWR, flash: &FLASH, revision: u16) -> Result<(), ClockFault> {
     rcc.cr().modify(|_, w| w.hseon().on());
     wait(CRYSTAL_POLLS, || rcc.cr().read().hserdy().is_ready()).ok_or(ClockFault::CrystalDead)?;
 
@@ -96,9 +96,9 @@ fn run_on_crystal(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Result<(), ClockFault>
     wait(FLAG_POLLS, || rcc.cr().read().pllrdy().is_ready()).ok_or(ClockFault::PllUnlocked)?;
 
     // Five wait states for 168 MHz at 2.7 to 3.6 V, effective once they read back.
-    flash
-        .acr()
-        .modify(|_, w| w.latency().ws5().prften().enabled().icen().enabled().dcen().enabled());
+    flash.acr().modify(|_, w| {
+        w.latency().ws5().icen().enabled().dcen().enabled().prften().bit(can_prefetch(revision))
+    });
     wait(FLAG_POLLS, || flash.acr().read().latency().is_ws5()).ok_or(ClockFault::FlashTooFast)?;
 
     rcc.cfgr().modify(|_, w| w.hpre().div1().ppre1().div4().ppre2().div2());

@@ -3,6 +3,8 @@
 //! Output: time stamps ([`DataReady`]), within microseconds of the edge unless interrupts are masked for
 //! longer; the one such case is an erasure of the flash (`flash.rs`).
 //!
+//! A line that chatters is closed for 10 ms ([`ChatterGuard`]); each closing counts as an overrun.
+//!
 //! The image chooses the context of the flight loop. The flight image polls in its main loop, which has no
 //! other work; the stamp makes its latency irrelevant. An image with another main loop calls
 //! [`GyroDataReady::also_pend_sv`] and runs the flight loop in the exception PendSV: below all
@@ -14,7 +16,7 @@ use super::captures;
 use super::time::now_us;
 use crate::flight::sensors::DataReady;
 use crate::runtime::shared::Shared;
-use crate::runtime::stamps::Stamps;
+use crate::runtime::stamps::{ChatterGuard, Stamps};
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::{NVIC, SCB};
 use stm32f4::stm32f405::{EXTI, Interrupt, SYSCFG, interrupt};
@@ -23,6 +25,7 @@ use stm32f4::stm32f405::{EXTI, Interrupt, SYSCFG, interrupt};
 struct Line {
     exti: EXTI,
     stamps: Stamps,
+    guard: ChatterGuard,
 }
 
 static LINE: Shared<Line> = Shared::new();
@@ -36,7 +39,11 @@ fn EXTI4() {
     captures::mark_sample();
     LINE.with(|line| {
         line.exti.pr().write(|w| w.pr4().clear());
-        line.stamps.push(time_us);
+        if line.guard.accepts(time_us) {
+            line.stamps.push(time_us);
+        } else {
+            line.exti.imr().modify(|_, w| w.mr4().masked());
+        }
     });
     if PENDS_SV.load(Ordering::Relaxed) {
         SCB::set_pendsv();
@@ -68,7 +75,7 @@ pub fn open(exti: EXTI, syscfg: &SYSCFG) -> GyroDataReady {
     exti.rtsr().modify(|_, w| w.tr4().enabled());
     exti.pr().write(|w| w.pr4().clear());
     exti.imr().modify(|_, w| w.mr4().unmasked());
-    let line = Line { exti, stamps: Stamps::new() };
+    let line = Line { exti, stamps: Stamps::new(), guard: ChatterGuard::new() };
     LINE.put(line);
     GyroDataReady { opened: () }
 }
@@ -90,7 +97,15 @@ impl GyroDataReady {
 
 impl DataReady for GyroDataReady {
     fn take_us(&mut self) -> Option<u64> {
-        LINE.with(|line| line.stamps.take_newest()).flatten()
+        let now_us = now_us();
+        LINE.with(|line| {
+            if line.guard.opens(now_us) {
+                line.exti.pr().write(|w| w.pr4().clear());
+                line.exti.imr().modify(|_, w| w.mr4().unmasked());
+            }
+            line.stamps.take_newest()
+        })
+        .flatten()
     }
 
     fn has_newer(&mut self) -> bool {
@@ -103,6 +118,7 @@ impl DataReady for GyroDataReady {
 
     fn overruns(&self) -> u32 {
         let () = self.opened;
-        LINE.with(|line| line.stamps.overruns()).unwrap_or_default()
+        let lost = |line: &mut Line| line.stamps.overruns().saturating_add(line.guard.chatters());
+        LINE.with(lost).unwrap_or_default()
     }
 }

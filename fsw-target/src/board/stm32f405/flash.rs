@@ -1,5 +1,5 @@
-//! Flash of the checkpoints: sectors 10 and 11, 128 KiB each, from 0x080C0000 to the end of the first MiB.
-//! `memory.x` keeps code out of them.
+//! Flash of the counters of telecommands (sectors 8 and 9) and of the checkpoints (sectors 10 and 11): 128 KiB
+//! each, from 0x08080000 to the end of the first MiB. `memory.x` keeps code out of them.
 //!
 //! The chip has one bank of flash and executes from it. The core stalls while a word is programmed (16 µs,
 //! at most 100 µs) or a sector erased (1 s, at most 2 s; DS8626, flash memory characteristics, 32-bit
@@ -11,26 +11,36 @@
 //!   Bytes are counted, edges reported as errors. Pending time stamps are discarded, since the gyro then
 //!   holds a newer sample of unknown time. The estimator bridges the gap or resets.
 //!
+//! No operation begins while the supply detector reports a low supply (`supply.rs`).
+//!
 //! Every write and erasure is verified by reading back. In QEMU programming has no effect, which this
 //! verification reports.
 //!
 //! Registers: RM0090, chapter 3 (flash).
 
 use super::time::wait_at_most;
-use super::{captures, data_ready};
+use super::{captures, data_ready, supply};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
     check_write,
 };
-use stm32f4::stm32f405::FLASH;
+use stm32f4::stm32f405::{FLASH, Peripherals};
 
-/// Address of the first sector.
-const START: u32 = 0x080C_0000;
-/// Number of the first sector.
-const FIRST_SECTOR: u32 = 10;
+/// Two sectors.
+struct Place {
+    /// Address of the first sector.
+    start: u32,
+    /// Number of the first sector.
+    first_sector: u32,
+}
+
+/// Counters of telecommands.
+const COUNTERS: Place = Place { start: 0x0808_0000, first_sector: 8 };
+/// Checkpoints.
+const CHECKPOINTS: Place = Place { start: 0x080C_0000, first_sector: 10 };
 /// Size of a sector, bytes.
 const SECTOR_BYTES: u32 = 128 * 1024;
-/// Number of sectors.
+/// Number of sectors of a place.
 const SECTORS: u32 = 2;
 
 /// Unlock sequence of FLASH_CR, written to FLASH_KEYR.
@@ -49,6 +59,8 @@ const PROGRAM_LIMIT_US: u32 = 1_000;
 pub enum FlashFault {
     /// Address range outside the sectors, or not aligned.
     BadRange(RangeFault),
+    /// The supply is too low: nothing was begun.
+    SupplyLow,
     /// The flash stays locked until the next reset.
     Locked,
     /// The operation exceeded its time limit.
@@ -96,14 +108,20 @@ impl NorFlashError for FlashFault {
     }
 }
 
-/// The two sectors.
-pub struct CheckpointFlash {
+/// Two sectors of the flash.
+pub struct SectorPair {
     flash: FLASH,
+    place: Place,
 }
 
-impl CheckpointFlash {
-    pub(super) fn new(flash: FLASH) -> Self {
-        Self { flash }
+impl SectorPair {
+    /// Flash of checkpoints, and flash of counters.
+    pub(super) fn both(flash: FLASH) -> (Self, Self) {
+        // SAFETY: both are used by the main loop alone, and each operation is complete before the next
+        // one of either begins.
+        #[allow(unsafe_code, reason = "one peripheral for two places")]
+        let same = unsafe { Peripherals::steal() }.FLASH;
+        (Self { flash, place: CHECKPOINTS }, Self { flash: same, place: COUNTERS })
     }
 
     /// Runs `work` with the flash unlocked, then locks it and clears its data cache, which may hold the
@@ -112,6 +130,9 @@ impl CheckpointFlash {
         &mut self,
         work: impl FnOnce(&Self) -> Result<(), FlashFault>,
     ) -> Result<(), FlashFault> {
+        if supply::is_low() {
+            return Err(FlashFault::SupplyLow);
+        }
         if self.flash.cr().read().lock().bit_is_set() {
             for key in KEYS {
                 self.flash.keyr().write(|w| w.key().set(key));
@@ -164,10 +185,10 @@ impl CheckpointFlash {
     fn erase_sector(&self, index: u32) -> Result<(), FlashFault> {
         self.get_ready()?;
         self.flash.cr().write(|w| {
-            // SAFETY: sectors 10 and 11 hold no code, see `memory.x`.
+            // SAFETY: the sectors of both places hold no code, see `memory.x`.
             #[allow(unsafe_code, reason = "the field takes any bits")]
             unsafe {
-                w.snb().bits((FIRST_SECTOR + index) as u8);
+                w.snb().bits((self.place.first_sector + index) as u8);
             }
             w.ser().sector_erase().psize().psize32()
         });
@@ -181,7 +202,7 @@ impl CheckpointFlash {
         // SAFETY: the offset lies within the sectors, which hold no code and no variable.
         #[allow(unsafe_code, reason = "flash is programmed by a store to its address")]
         unsafe {
-            ((START + offset) as *mut u32).write_volatile(word);
+            ((self.place.start + offset) as *mut u32).write_volatile(word);
         }
         cortex_m::asm::dsb(); // the store completes before the status is read
         self.finish(PROGRAM_LIMIT_US)
@@ -192,7 +213,7 @@ impl CheckpointFlash {
         // SAFETY: flash within the sectors; volatile, since programming changes it.
         #[allow(unsafe_code, reason = "flash is memory")]
         unsafe {
-            ((START + offset) as *const u8).read_volatile()
+            ((self.place.start + offset) as *const u8).read_volatile()
         }
     }
 
@@ -201,22 +222,34 @@ impl CheckpointFlash {
         // SAFETY: as in `byte`.
         #[allow(unsafe_code, reason = "flash is memory")]
         unsafe {
-            ((START + offset) as *const u32).read_volatile()
+            ((self.place.start + offset) as *const u32).read_volatile()
         }
     }
 }
 
-impl ErrorType for CheckpointFlash {
+impl ErrorType for SectorPair {
     type Error = FlashFault;
 }
 
-impl ReadNorFlash for CheckpointFlash {
+impl ReadNorFlash for SectorPair {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFault> {
         check_read(self, offset, bytes.len())?;
-        for (byte, offset) in bytes.iter_mut().zip(offset..) {
-            *byte = self.byte(offset);
+        // Repeated readings are of the cells (`store/record.rs`).
+        self.clear_data_cache();
+        if !offset.is_multiple_of(size_of::<u32>() as u32) {
+            for (byte, offset) in bytes.iter_mut().zip(offset..) {
+                *byte = self.byte(offset);
+            }
+            return Ok(());
+        }
+        // By words: a quarter of the accesses, of five wait states each.
+        let words = (offset..).step_by(size_of::<u32>());
+        for (place, offset) in bytes.chunks_mut(size_of::<u32>()).zip(words) {
+            for (byte, read) in place.iter_mut().zip(self.word(offset).to_ne_bytes()) {
+                *byte = read;
+            }
         }
         Ok(())
     }
@@ -226,7 +259,7 @@ impl ReadNorFlash for CheckpointFlash {
     }
 }
 
-impl NorFlash for CheckpointFlash {
+impl NorFlash for SectorPair {
     const WRITE_SIZE: usize = size_of::<u32>();
     const ERASE_SIZE: usize = SECTOR_BYTES as usize;
 

@@ -9,6 +9,8 @@
 //! | PA9 | USART1 TX | AF7, 115200 baud 8N1 | ground: telemetry; log of images without telemetry |
 //! | PA10 | USART1 RX | AF7, pulled up | ground: telecommands |
 //! | PA4 | output | idles high | gyro: chip select (BMI088 CSB2) |
+//! | ground | | | BMI088 PS: selects SPI |
+//! | VDDIO | | | BMI088 CSB1: the accelerometer stays off the bus |
 //! | PA5 | SPI1 SCK | AF5, at most 10 MHz, mode 0 | gyro: SCK |
 //! | PA6 | SPI1 MISO | AF5, pulled up | gyro: SDO2 |
 //! | PA7 | SPI1 MOSI | AF5 | gyro: SDI |
@@ -38,24 +40,27 @@ mod clock_failure;
 pub mod clocks;
 pub mod data_ready;
 pub mod flash;
+pub mod option_bytes;
 pub mod pins;
 mod rates;
 mod reset;
 pub mod services;
 pub mod spi;
+pub mod supply;
 pub mod time;
 pub mod usart;
 pub mod watchdog;
 
-pub use captures::{CaptureInputs, EdgesLost, WheelCaptures};
+pub use captures::{CaptureInputs, NotStarted, WheelCaptures};
 pub use clocks::ClockFault;
 pub use data_ready::GyroDataReady;
-pub use flash::{CheckpointFlash, FlashFault};
+pub use flash::{FlashFault, SectorPair};
+pub use option_bytes::OptionBytes;
 pub use rates::{ClockSource, Clocks};
 pub use reset::ResetCause;
 pub use services::Services;
 pub use spi::{GyroBus, SpiFault};
-pub use time::{Delay, now_us};
+pub use time::{Delay, SleepTick, now_us};
 pub use usart::{Link, SerialCounters, Tunnel};
 pub use watchdog::Watchdog;
 
@@ -83,6 +88,8 @@ pub struct BoardReport {
     pub clock_source: ClockSource,
     /// Reason for a clock source other than the crystal.
     pub clock_fault: Option<ClockFault>,
+    /// Option bytes.
+    pub options: OptionBytes,
 }
 
 /// Parts of the board.
@@ -98,12 +105,15 @@ pub struct Board {
     /// Inputs of the wheel sensors, before their start.
     pub captures: CaptureInputs,
     /// Flash of the checkpoints.
-    pub flash: CheckpointFlash,
+    pub flash: SectorPair,
+    /// Flash of the counters of telecommands.
+    pub counter_flash: SectorPair,
     /// Watchdog, before its start.
     pub watchdog: Watchdog,
     /// SysTick, free for measurements.
     pub syst: SYST,
     reset_cause: ResetCause,
+    options: OptionBytes,
 }
 
 impl Board {
@@ -113,7 +123,12 @@ impl Board {
         let mut core = cortex_m::Peripherals::take()?;
 
         let reset_cause = reset::take_cause(&chip.RCC);
-        let clocks = clocks::start(&chip.RCC, &chip.PWR, &chip.FLASH);
+        let options = OptionBytes::new(chip.FLASH.optcr().read().bits());
+        // First: one that runs from reset on leaves 0.35 s.
+        let watchdog = Watchdog::new(chip.IWDG, &chip.DBGMCU, options.has_hardware_watchdog());
+        let revision = chip.DBGMCU.idcode().read().rev_id().bits();
+        let clocks = clocks::start(&chip.RCC, &chip.PWR, &chip.FLASH, revision);
+        supply::start(&chip.RCC, &chip.PWR);
         chip.RCC.apb1enr().modify(|_, w| w.usart2en().enabled());
         chip.RCC
             .apb2enr()
@@ -123,16 +138,19 @@ impl Board {
 
         time::start(chip.TIM5, &chip.RCC, &clocks);
         let (link, tunnel) = usart::open(chip.USART1, chip.USART2, &clocks);
+        let (flash, counter_flash) = SectorPair::both(chip.FLASH);
         let board = Self {
             link,
             tunnel,
             gyro_bus: spi::open(chip.SPI1, chip_select, &clocks),
             data_ready: data_ready::open(chip.EXTI, &chip.SYSCFG),
             captures: CaptureInputs::new(chip.TIM2, levels, &chip.RCC, &clocks),
-            flash: CheckpointFlash::new(chip.FLASH),
-            watchdog: Watchdog::new(chip.IWDG, &chip.DBGMCU),
+            flash,
+            counter_flash,
+            watchdog,
             syst: core.SYST,
             reset_cause,
+            options,
         };
         enable_interrupts(&mut core.NVIC, &mut core.SCB);
         Some(board)
@@ -144,6 +162,7 @@ impl Board {
             reset_cause: self.reset_cause,
             clock_source: clocks::in_force().source,
             clock_fault: clocks::fault(),
+            options: self.options,
         }
     }
 }

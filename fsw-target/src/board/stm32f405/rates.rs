@@ -1,4 +1,5 @@
-//! Dividers of clocks for the required rates: integer arithmetic, tested on the host.
+//! Dividers of clocks for the required rates, and the limit of the prefetch: integer arithmetic, tested on
+//! the host.
 //!
 //! Input: the current clocks. Output: register values of USARTs, timers and SPI.
 
@@ -90,6 +91,15 @@ pub const fn spi_divider(bus_hz: u32, limit_hz: u32) -> u8 {
     field
 }
 
+/// REV_ID of the first revision of the silicon after A (RM0090, DBGMCU_IDCODE: A is 0x1000, Z 0x1001).
+const AFTER_A: u16 = 0x1001;
+
+/// True if the flash may prefetch: not on revision A (ES0182, "ART Accelerator prefetch queue instruction
+/// is not supported").
+pub const fn can_prefetch(revision: u16) -> bool {
+    revision >= AFTER_A
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,6 +118,12 @@ mod tests {
         assert_eq!(clocks.timer_hz(), 84_000_000);
         assert_eq!(Clocks::INTERNAL.timer_hz(), 16_000_000);
         assert_eq!(HSE_HZ / PLL_M * PLL_N / PLL_Q, 48_000_000);
+    }
+
+    #[test]
+    fn revision_a_does_not_prefetch() {
+        assert!(!can_prefetch(0x1000));
+        assert!([0x1001, 0x1003, 0x1007, 0x100f].into_iter().all(can_prefetch));
     }
 
     #[test]

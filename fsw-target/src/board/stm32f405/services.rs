@@ -1,29 +1,34 @@
 //! Services of the board for the flight computer: clock, watchdog and health.
 
+use super::BoardReport;
+use super::option_bytes::OptionBytes;
 use super::rates::ClockSource;
 use super::reset::ResetCause;
 use super::time::Delay;
 use super::watchdog::Watchdog;
-use super::{clocks, time, usart};
+use super::{clocks, supply, time, usart};
 use crate::flight::computer::{Health, Housekeeping};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry;
 use crate::runtime::failure::LastRun;
-use crate::runtime::stack;
+use crate::runtime::{restart, stack};
+use cortex_m::peripheral::SCB;
 
 /// Services of the board, with the watchdog running.
 pub struct Services {
     watchdog: Watchdog,
     delay: Delay,
     reset_cause: ResetCause,
+    options: OptionBytes,
     last_run: LastRun,
 }
 
 impl Services {
     /// Starts the watchdog, which must be fed from now on.
-    pub fn start(mut watchdog: Watchdog, reset_cause: ResetCause, last_run: LastRun) -> Self {
+    pub fn start(mut watchdog: Watchdog, report: &BoardReport, last_run: LastRun) -> Self {
         watchdog.start();
-        Self { watchdog, delay: Delay, reset_cause, last_run }
+        let BoardReport { reset_cause, options, .. } = *report;
+        Self { watchdog, delay: Delay, reset_cause, options, last_run }
     }
 }
 
@@ -55,10 +60,21 @@ impl Housekeeping for Services {
                 ClockSource::Crystal => telemetry::ClockSource::Crystal,
                 ClockSource::Internal => telemetry::ClockSource::Internal,
             },
-            watchdog: true,
+            watchdog: self.watchdog.is_running(),
+            brown_out: self.options.brown_out(),
+            option_bytes_as_set: self.options.are_as_set(),
+            supply_low: supply::is_low(),
             stack_high_water_bytes: stack::high_water_bytes(),
             serial_errors: lost.overruns.saturating_add(lost.line_errors),
         }
+    }
+
+    fn note_long_life(&mut self) {
+        restart::note_long_life();
+    }
+
+    fn reboot(&mut self) {
+        SCB::sys_reset();
     }
 }
 

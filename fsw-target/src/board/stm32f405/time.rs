@@ -12,6 +12,8 @@
 use super::rates::{Clocks, timer_prescaler};
 use crate::runtime::extended_time::ExtendedTime;
 use core::cell::Cell;
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
 use critical_section::Mutex;
 use embedded_hal::delay::DelayNs;
 use stm32f4::stm32f405::{RCC, TIM5, tim5};
@@ -81,6 +83,38 @@ pub fn resume_at(time_us: u64) {
         let cell = TIME.borrow(section);
         cell.set(cell.get().advanced_to(count_us()).resumed_at(time_us));
     });
+}
+
+/// Sleep of the loop between two rounds, ended by any interrupt.
+///
+/// SysTick interrupts it once a millisecond at 168 MHz, so that telemetry and time-outs need no interrupt
+/// of their own; a sample ends it at once. The image defines the handler of SysTick, which has
+/// nothing to do.
+pub struct SleepTick {
+    started: (),
+}
+
+/// Rate of SysTick, 1/s.
+const SLEEPS_PER_S: u32 = 1_000;
+
+impl SleepTick {
+    /// Starts SysTick.
+    pub fn start(mut syst: SYST) -> Self {
+        syst.set_clock_source(SystClkSource::Core);
+        syst.set_reload(super::clocks::in_force().core_hz / SLEEPS_PER_S - 1);
+        syst.clear_current();
+        syst.enable_counter();
+        syst.enable_interrupt();
+        Self { started: () }
+    }
+
+    /// Sleeps until the next interrupt: for at most a millisecond at 168 MHz, ten after the loss of the
+    /// crystal. An interrupt between the round and the sleep is served at once, and what it has brought is
+    /// taken with the next round.
+    pub fn sleep(&self) {
+        let () = self.started;
+        cortex_m::asm::wfi();
+    }
 }
 
 /// Delay, bounded also with a stopped counter.

@@ -40,6 +40,10 @@ use fsw_core::Vec3;
 /// Reading of every axis while one of them is saturated, rad/s: beyond the range of any gyro.
 pub const SATURATED_RAD_S: f32 = 1.0e9;
 
+/// Counts of an undriven bus, 0xFFFF on every axis. A body at rest reads them by chance: one reading in
+/// 10⁵ at a noise of 25 counts, which is skipped.
+const NO_ANSWER: [i16; 3] = [-1; 3];
+
 /// Gyro of a BMI088 on the bus `B`.
 #[derive(Debug, Clone, Copy)]
 pub struct Bmi088<B> {
@@ -154,6 +158,9 @@ impl<B: RegisterBus> Gyro for Bmi088<B> {
 
     fn rate_rad_s(&mut self) -> Result<Vec3<f32>, Self::Error> {
         let counts = self.counts().map_err(ReadError::Bus)?;
+        if counts == NO_ANSWER {
+            return Err(ReadError::NoAnswer);
+        }
         self.check_settings()?;
         if counts.iter().any(|count| count.unsigned_abs() >= FULL_SCALE.unsigned_abs()) {
             return Ok(Vec3::repeat(SATURATED_RAD_S));
@@ -161,6 +168,10 @@ impl<B: RegisterBus> Gyro for Bmi088<B> {
         let quantum_rad_s = self.quantum_rad_s();
         let sensor_rad_s = Vec3::from(counts.map(|count| f32::from(count) * quantum_rad_s));
         Ok(self.settings.body_from_sensor * sensor_rad_s)
+    }
+
+    fn delay_us(&self) -> u32 {
+        self.settings.delay_us
     }
 }
 

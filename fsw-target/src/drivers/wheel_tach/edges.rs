@@ -75,7 +75,7 @@ impl EdgeFilter {
     /// Position and time of the last edge, for the instant `now_ticks`.
     pub fn captured(&self, now_ticks: u32) -> Captured {
         let Edge { position, ticks, .. } = self.last.unwrap_or_default();
-        Captured { edges: position, last_edge_ticks: ticks, now_ticks }
+        Captured { edges: position, last_edge_ticks: ticks, now_ticks, lost: false }
     }
 
     /// Rejected edges since start-up; saturates.

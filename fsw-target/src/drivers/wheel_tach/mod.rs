@@ -25,6 +25,7 @@
 //!   An edge that is misplaced by the fraction ε of the angle between edges adds `2 π ε / (P T)`.
 //! * Slow, below one edge per sample or `2 π / (P T)`: the speed is extrapolated from the last edges,
 //!   and bounded from the time at which the next edge is overdue.
+//! * Dead line: no edge although the wheel must have passed some; see [`speed`].
 //! * Zero: less than one edge per [`Config::zero_after_s`]. With 24 edges per turn and 0.5 s, this is
 //!   below 0.52 rad/s.
 
@@ -46,6 +47,9 @@ pub struct Captured {
     /// Instant of the requested speed, ticks: the gyro's data-ready, if the same timer captures it,
     /// otherwise the instant of the reading. It may precede the last edge.
     pub now_ticks: u32,
+    /// True if edges of this wheel were lost since the last reading: its position is not comparable to
+    /// that of the last reading.
+    pub lost: bool,
 }
 
 /// A timer that time-stamps the edges of `W` wheels: the interface to the board.
@@ -72,6 +76,13 @@ pub struct Config<const W: usize> {
     /// Time without an edge after which a wheel counts as standing, s. The slowest measurable speed
     /// is one edge in this time; a longer time lowers it and detects a stop later.
     pub zero_after_s: f32,
+    /// Largest acceleration of a wheel, rad/s²: motor torque over spin inertia, with margin. A wheel without
+    /// edges that cannot have stopped has lost its signal. Infinity: no check.
+    pub largest_acceleration_rad_s2: f32,
+    /// Time by which the instant of the speeds precedes [`Captured::now_ticks`], µs: the delay of the gyro
+    /// ([`Gyro::delay_us`](crate::flight::sensors::Gyro::delay_us)), so that speed and rate belong to
+    /// the same instant.
+    pub delay_us: u32,
 }
 
 /// Reason for missing speeds. `E` is the error of the capture timer.
@@ -80,9 +91,15 @@ pub struct Config<const W: usize> {
 pub enum Error<E> {
     /// Error of the timer.
     Timer(E),
-    /// Too few edges since start-up: neither three readings with edges, nor
+    /// Too few edges since start-up or since edges were lost: neither three readings with edges, nor
     /// [`Config::zero_after_s`] without one. The speed is unknown.
     Starting {
+        /// Index of the wheel, from zero.
+        wheel: usize,
+    },
+    /// No edges where the wheel must have passed some: a dead line. Until edges return, or a telecommand
+    /// states the speed.
+    SignalLost {
         /// Index of the wheel, from zero.
         wheel: usize,
     },
@@ -96,14 +113,21 @@ pub enum ConfigError {
     TicksPerS,
     /// `zero_after_s` is not above zero, or is beyond half the timer's range.
     ZeroAfter,
+    /// `largest_acceleration_rad_s2` is not above zero.
+    LargestAcceleration,
 }
 
 /// Tachometers of `W` wheels on a capture timer `C`.
 #[derive(Debug, Clone, Copy)]
 pub struct WheelTach<C, const W: usize> {
     timer: C,
+    delay_ticks: u32,
     /// One tracker per fitted wheel.
     trackers: [Option<SpeedTracker>; W],
+    /// Speed in place of a wheel's sensor, rad/s.
+    assumed_rad_s: [Option<f32>; W],
+    /// True for each wheel with a speed at the last reading.
+    valid: [bool; W],
 }
 
 impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
@@ -113,7 +137,8 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
     /// See [`ConfigError`].
     pub fn new(timer: C, config: &Config<W>) -> Result<Self, ConfigError> {
         let ticks_per_s = timer.ticks_per_s();
-        let Config { edges_per_turn, reversed, zero_after_s } = *config;
+        let Config { edges_per_turn, reversed, zero_after_s, .. } = *config;
+        let largest_rad_s2 = config.largest_acceleration_rad_s2;
         if ticks_per_s == 0 {
             return Err(ConfigError::TicksPerS);
         }
@@ -121,13 +146,19 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
         if !(zero_after_s > 0.0 && zero_after_s < half_range_s) {
             return Err(ConfigError::ZeroAfter);
         }
+        if largest_rad_s2.is_nan() || largest_rad_s2 <= 0.0 {
+            return Err(ConfigError::LargestAcceleration);
+        }
         let mut signs = reversed.into_iter().map(|reversed| if reversed { -1.0 } else { 1.0 });
         let trackers = edges_per_turn.map(|edges| {
             let sign = signs.next().unwrap_or(1.0);
             let step_rad = sign * core::f32::consts::TAU / f32::from(edges);
-            (edges > 0).then(|| SpeedTracker::new(step_rad, ticks_per_s, zero_after_s))
+            let tracker = || SpeedTracker::new(step_rad, ticks_per_s, zero_after_s, largest_rad_s2);
+            (edges > 0).then(tracker)
         });
-        Ok(Self { timer, trackers })
+        let delay_ticks = (config.delay_us as f32 * 1e-6 * ticks_per_s as f32) as u32;
+        let (assumed_rad_s, valid) = ([None; W], [false; W]);
+        Ok(Self { timer, delay_ticks, trackers, assumed_rad_s, valid })
     }
 
     /// The capture timer.
@@ -139,25 +170,56 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
 impl<C: CaptureTimer<W>, const W: usize> WheelTachometers<W> for WheelTach<C, W> {
     type Error = Error<C::Error>;
 
-    /// Updates every wheel, including those after a wheel without a speed. An error of the timer,
-    /// which may have lost edges, resets all of them.
+    /// Updates every wheel, including those after a wheel without a speed. Lost edges of a wheel reset that
+    /// wheel; an error of the timer, which may have lost edges of any, resets all of them.
     fn speed_rad_s(&mut self) -> Result<[f32; W], Self::Error> {
+        self.valid = [false; W];
         let captured = self.timer.captured().map_err(|error| {
             self.trackers.iter_mut().flatten().for_each(SpeedTracker::reset);
             Error::Timer(error)
         })?;
-        let mut speed_rad_s = [0.0; W];
-        let mut starting = None;
-        let wheels = speed_rad_s.iter_mut().zip(&mut self.trackers).zip(&captured);
-        for (wheel, ((speed_rad_s, tracker), captured)) in wheels.enumerate() {
-            let Some(tracker) = tracker else { continue };
-            match tracker.speed_rad_s(captured) {
-                Some(speed) => *speed_rad_s = speed,
-                None => starting = starting.or(Some(Error::Starting { wheel })),
+        let (mut speed_rad_s, mut missing) = ([0.0; W], None);
+        let sensors = self.trackers.iter_mut().zip(&captured).zip(&self.assumed_rad_s);
+        let wheels = speed_rad_s.iter_mut().zip(&mut self.valid).zip(sensors);
+        for (wheel, ((speed_rad_s, valid), ((tracker, captured), assumed))) in wheels.enumerate() {
+            let measured = match tracker {
+                Some(tracker) => measure(tracker, captured, self.delay_ticks),
+                None => Some(0.0),
+            };
+            match assumed.or(measured) {
+                Some(speed) => (*speed_rad_s, *valid) = (speed, true),
+                None if tracker.is_some_and(|tracker| tracker.is_lost()) => {
+                    missing = missing.or(Some(Error::SignalLost { wheel }));
+                }
+                None => missing = missing.or(Some(Error::Starting { wheel })),
             }
         }
-        starting.map_or(Ok(speed_rad_s), Err)
+        missing.map_or(Ok(speed_rad_s), Err)
     }
+
+    fn are_valid(&self) -> [bool; W] {
+        self.valid
+    }
+
+    fn assume(&mut self, wheel: usize, speed_rad_s: Option<f32>) -> bool {
+        let is_fitted = self.trackers.get(wheel).is_some_and(Option::is_some);
+        match self.assumed_rad_s.get_mut(wheel).filter(|_| is_fitted) {
+            Some(assumed) => {
+                *assumed = speed_rad_s;
+                true
+            }
+            None => false,
+        }
+    }
+}
+
+/// Speed of one wheel, `delay_ticks` before the instant of the capture.
+fn measure(tracker: &mut SpeedTracker, captured: &Captured, delay_ticks: u32) -> Option<f32> {
+    if captured.lost {
+        tracker.reset();
+    }
+    let now_ticks = captured.now_ticks.wrapping_sub(delay_ticks);
+    tracker.speed_rad_s(&Captured { now_ticks, ..*captured })
 }
 
 #[cfg(test)]

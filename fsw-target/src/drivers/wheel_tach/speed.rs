@@ -17,13 +17,19 @@
 //!   speed's noise is 2.7 times that of the mean speed.
 //! * No edge since the last reading: the cubic holds until it passes the position of the next edge.
 //!   From then on, the angle between edges over the time since the last edge bounds the speed.
-//! * No edge for `zero_after_s`: the wheel stands. The next motion is assumed to start at the last
+//! * No edge although the wheel must have passed two, however hard it was braked: the signal is lost, and
+//!   there is no speed until edges return. A dead line of a wheel faster than `√(4 a δ)` is found so, with
+//!   the largest acceleration `a` and the angle `δ` between edges: 18 rad/s at 300 rad/s² and 24 edges.
+//! * No edge for `zero_after_s` otherwise: the wheel stands. The next motion is assumed to start at the last
 //!   reading, half an edge before its first edge.
 
 use super::Captured;
 
 /// Largest angle to the next edge, in angles between edges: edges may be misplaced by a quarter.
 const UNEVEN: f32 = 1.25;
+
+/// Angle without an edge after which the signal is lost, in angles between edges.
+const LOST: f32 = 2.0;
 
 /// Speed of one wheel, reading by reading.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +38,8 @@ pub struct SpeedTracker {
     step_rad: f32,
     tick_s: f32,
     zero_after_s: f32,
+    /// Largest acceleration of the wheel, rad/s².
+    largest_rad_s2: f32,
     last: Option<Captured>,
     motion: Motion,
 }
@@ -50,6 +58,8 @@ enum Motion {
     Mean(Mean),
     /// Standing: no edge for `zero_after_s`.
     Standing,
+    /// No edge where the wheel must have passed some.
+    Lost,
     /// Motion along a curve.
     Turning(Curve),
 }
@@ -76,11 +86,14 @@ struct Mean {
 
 impl SpeedTracker {
     /// A tracker before its first reading. `step_rad` is the angle between edges, signed.
-    pub fn new(step_rad: f32, ticks_per_s: u32, zero_after_s: f32) -> Self {
+    /// `largest_rad_s2` is the largest acceleration of the wheel, above zero; infinity for no check of
+    /// the signal.
+    pub fn new(step_rad: f32, ticks_per_s: u32, zero_after_s: f32, largest_rad_s2: f32) -> Self {
         Self {
             step_rad,
             tick_s: 1.0 / ticks_per_s as f32,
             zero_after_s,
+            largest_rad_s2,
             last: None,
             motion: Motion::OneEdge,
         }
@@ -90,6 +103,11 @@ impl SpeedTracker {
     pub fn reset(&mut self) {
         self.last = None;
         self.motion = Motion::OneEdge;
+    }
+
+    /// True if edges are missing that the wheel must have passed.
+    pub fn is_lost(&self) -> bool {
+        matches!(self.motion, Motion::Lost)
     }
 
     /// Speed at `captured.now_ticks`, rad/s; `None` until enough edges have arrived or the wheel
@@ -103,7 +121,7 @@ impl SpeedTracker {
             Some(last) => self.after_edges(&last, captured),
         };
         match self.motion {
-            Motion::Nothing { .. } | Motion::OneEdge | Motion::Mean(_) => None,
+            Motion::Nothing { .. } | Motion::OneEdge | Motion::Mean(_) | Motion::Lost => None,
             Motion::Standing => Some(0.0),
             Motion::Turning(curve) => Some(self.bounded(&curve, since_edge_s)),
         }
@@ -113,19 +131,33 @@ impl SpeedTracker {
     fn without_an_edge(&self, captured: &Captured) -> Motion {
         let since_ticks = match self.motion {
             // The time is not updated any more: it would wrap.
-            Motion::Standing => return Motion::Standing,
+            Motion::Standing | Motion::Lost => return self.motion,
             Motion::Nothing { since_ticks } => since_ticks,
             Motion::OneEdge | Motion::Mean(_) | Motion::Turning(_) => captured.last_edge_ticks,
         };
+        if let Motion::Turning(curve) = &self.motion
+            && self.misses_edges(curve, self.seconds(captured.now_ticks, since_ticks))
+        {
+            return Motion::Lost;
+        }
         let is_over = self.seconds(captured.now_ticks, since_ticks) >= self.zero_after_s;
         if is_over { Motion::Standing } else { self.motion }
+    }
+
+    /// True if the wheel has turned by more than [`LOST`] angles between edges, braked as hard as it can be
+    /// since its last edge: `v t − a t² / 2`, until it stands at `t = v / a`.
+    fn misses_edges(&self, curve: &Curve, since_edge_s: f32) -> bool {
+        let edge_rad_s = curve.speed_rad_s(0.0).abs();
+        let moving_s = since_edge_s.min(edge_rad_s / self.largest_rad_s2);
+        let least_rad = moving_s * (edge_rad_s - 0.5 * self.largest_rad_s2 * moving_s);
+        least_rad > LOST * self.step_rad.abs()
     }
 
     /// Motion after a reading with edges.
     fn after_edges(&self, last: &Captured, captured: &Captured) -> Motion {
         let moved = captured.edges.wrapping_sub(last.edges) as f32;
         let mean = match self.motion {
-            Motion::Nothing { .. } => return Motion::OneEdge,
+            Motion::Nothing { .. } | Motion::Lost => return Motion::OneEdge,
             Motion::Standing => {
                 let within = 0.5f32.min(moved.abs()) * sign(moved);
                 self.mean(moved - within, last.now_ticks, captured.last_edge_ticks)
@@ -140,7 +172,7 @@ impl SpeedTracker {
         let bend =
             |before: &Mean| (mean.rad_s - before.rad_s) / (mean.duration_s + before.duration_s);
         let curve = match self.motion {
-            Motion::Nothing { .. } | Motion::OneEdge => return Motion::Mean(mean),
+            Motion::Nothing { .. } | Motion::Lost | Motion::OneEdge => return Motion::Mean(mean),
             // From rest at constant acceleration the final speed is twice the mean.
             Motion::Standing => {
                 let bend_rad_s2 = mean.rad_s / mean.duration_s;

@@ -10,6 +10,8 @@ const EDGES: u16 = 24;
 const STEP_RAD: f64 = TAU / EDGES as f64;
 const TICKS_PER_S: u32 = 1_000_000;
 const ZERO_AFTER_S: f32 = 0.5;
+/// Motor torque over spin inertia, with margin.
+const LARGEST_RAD_S2: f32 = 300.0;
 /// Sample interval, s.
 const SAMPLE_S: f64 = 0.1;
 
@@ -95,7 +97,13 @@ impl CaptureTimer<1> for Board {
 }
 
 fn config() -> Config<1> {
-    Config { edges_per_turn: [EDGES], reversed: [false], zero_after_s: ZERO_AFTER_S }
+    Config {
+        edges_per_turn: [EDGES],
+        reversed: [false],
+        zero_after_s: ZERO_AFTER_S,
+        largest_acceleration_rad_s2: LARGEST_RAD_S2,
+        delay_us: 0,
+    }
 }
 
 fn tach(board: Board) -> WheelTach<Board, 1> {
@@ -161,7 +169,8 @@ fn slow_wheel_is_measured_down_to_one_edge_per_time_out() {
 
 #[test]
 fn speed_of_a_stopped_wheel_falls_to_zero_within_the_time_out() {
-    let mut tach = tach(Board::new(30.0, 0.0));
+    let config = Config { largest_acceleration_rad_s2: f32::INFINITY, ..config() };
+    let mut tach = WheelTach::new(Board::new(30.0, 0.0), &config).unwrap();
     for _ in 0..10 {
         let _ = tach.speed_rad_s();
     }
@@ -287,7 +296,13 @@ fn timer_error_passes_through() {
             Err("overcapture")
         }
     }
-    let config = Config { edges_per_turn: [EDGES; 2], reversed: [false; 2], zero_after_s: 1.0 };
+    let config = Config {
+        edges_per_turn: [EDGES; 2],
+        reversed: [false; 2],
+        zero_after_s: 1.0,
+        largest_acceleration_rad_s2: LARGEST_RAD_S2,
+        delay_us: 0,
+    };
     let mut tach = WheelTach::new(Broken, &config).unwrap();
     assert_eq!(tach.speed_rad_s(), Err(Error::Timer("overcapture")));
 }
@@ -337,6 +352,163 @@ fn invalid_configuration_is_rejected() {
         let config = Config { zero_after_s, ..config() };
         assert_eq!(refused(config), Some(ConfigError::ZeroAfter));
     }
+    for largest_acceleration_rad_s2 in [0.0, -1.0, f32::NAN] {
+        let config = Config { largest_acceleration_rad_s2, ..config() };
+        assert_eq!(refused(config), Some(ConfigError::LargestAcceleration));
+    }
+}
+
+/// A board whose Hall line dies at a time: no edge any more.
+struct DeadLine {
+    board: Board,
+    dies_at_s: f64,
+}
+
+impl CaptureTimer<1> for DeadLine {
+    type Error = &'static str;
+
+    fn ticks_per_s(&self) -> u32 {
+        TICKS_PER_S
+    }
+
+    fn captured(&mut self) -> Result<[Captured; 1], Self::Error> {
+        let filter = self.board.filter;
+        let captured = self.board.captured();
+        if self.board.time_s > self.dies_at_s {
+            self.board.filter = filter;
+            return Ok([filter.captured(ticks(self.board.time_s))]);
+        }
+        captured
+    }
+}
+
+#[test]
+fn dead_line_is_an_error_and_not_a_standing_wheel() {
+    for speed_rad_s in [25.0, -100.0, 600.0] {
+        let dead = DeadLine { board: Board::new(speed_rad_s, 0.0), dies_at_s: 2.05 };
+        let mut tach = WheelTach::new(dead, &config()).unwrap();
+        let mut found_s = None;
+        for _ in 0..60 {
+            let speed = tach.speed_rad_s();
+            assert_ne!(speed, Ok([0.0]), "at {speed_rad_s} rad/s");
+            if speed == Err(Error::SignalLost { wheel: 0 }) {
+                found_s = found_s.or(Some(tach.timer().board.time_s));
+                assert_eq!(tach.are_valid(), [false]);
+            }
+        }
+        assert!(found_s.is_some_and(|time_s| time_s < 2.3), "{speed_rad_s}: {found_s:?}");
+        // By telecommand the parked wheel counts as standing, and its sensor can be used again.
+        assert!(tach.assume(0, Some(1.5)));
+        assert_eq!((tach.speed_rad_s(), tach.are_valid()), (Ok([1.5]), [true]));
+        assert!(tach.assume(0, None));
+        assert_eq!(tach.speed_rad_s(), Err(Error::SignalLost { wheel: 0 }));
+    }
+    let none = Config { edges_per_turn: [0], ..config() };
+    let mut none = WheelTach::new(Board::new(0.0, 0.0), &none).unwrap();
+    assert!(!none.assume(0, Some(1.0)), "no sensor");
+}
+
+/// The hardest braking is no dead line.
+#[test]
+fn wheel_braked_to_a_stop_is_standing() {
+    let board = Board::new(100.0, -0.9 * f64::from(LARGEST_RAD_S2));
+    let mut tach = WheelTach::new(Braked(board), &config()).unwrap();
+    let readings: std::vec::Vec<_> = (0..20).map(|_| tach.speed_rad_s()).collect();
+    assert_eq!(readings.last(), Some(&Ok([0.0])));
+    assert!(!readings.contains(&Err(Error::SignalLost { wheel: 0 })), "{readings:?}");
+}
+
+/// A wheel that brakes after one second, and stands.
+struct Braked(Board);
+
+impl CaptureTimer<1> for Braked {
+    type Error = &'static str;
+
+    fn ticks_per_s(&self) -> u32 {
+        TICKS_PER_S
+    }
+
+    fn captured(&mut self) -> Result<[Captured; 1], Self::Error> {
+        let Wheel { speed_rad_s, slope_rad_s2 } = self.0.wheel;
+        let from_s = self.0.time_s;
+        let to_s = from_s + SAMPLE_S;
+        // Time of the motion: stretched so that the wheel turns at its first speed for one second.
+        let stop_s = 1.0 + speed_rad_s / -slope_rad_s2;
+        let angle = |time_s: f64| {
+            let braking_s = (time_s.min(stop_s) - 1.0).max(0.0);
+            let turned =
+                speed_rad_s * time_s.min(stop_s) + 0.5 * slope_rad_s2 * braking_s * braking_s;
+            0.5 + turned / STEP_RAD
+        };
+        const SLICES: u32 = 20_000;
+        for slice in 0..SLICES {
+            let time = |slice: u32| from_s + (to_s - from_s) * f64::from(slice) / f64::from(SLICES);
+            let (before, after) = (angle(time(slice)).floor(), angle(time(slice + 1)).floor());
+            if before != after {
+                let a = after.rem_euclid(2.0) == 1.0;
+                self.0.filter.edge(ticks(time(slice + 1)), a, !a);
+            }
+        }
+        self.0.time_s = to_s;
+        Ok([self.0.filter.captured(ticks(to_s))])
+    }
+}
+
+/// Two wheels, the first of which loses edges in one reading.
+struct OneLoses([Board; 2], u32);
+
+impl CaptureTimer<2> for OneLoses {
+    type Error = &'static str;
+
+    fn ticks_per_s(&self) -> u32 {
+        TICKS_PER_S
+    }
+
+    fn captured(&mut self) -> Result<[Captured; 2], Self::Error> {
+        self.1 += 1;
+        let [[mut first], [second]] = [self.0[0].captured()?, self.0[1].captured()?];
+        first.lost = self.1 == 10;
+        Ok([first, second])
+    }
+}
+
+#[test]
+fn lost_edges_of_one_wheel_leave_the_other() {
+    let wheels = OneLoses([Board::new(400.0, 0.0), Board::new(-300.0, 5.0)], 0);
+    let config = Config {
+        edges_per_turn: [EDGES; 2],
+        reversed: [false; 2],
+        zero_after_s: ZERO_AFTER_S,
+        largest_acceleration_rad_s2: LARGEST_RAD_S2,
+        delay_us: 0,
+    };
+    let mut tach = WheelTach::new(wheels, &config).unwrap();
+    let valid: std::vec::Vec<_> = (0..16)
+        .map(|_| {
+            let _ = tach.speed_rad_s();
+            tach.are_valid()
+        })
+        .collect();
+    let both = [true, true];
+    assert_eq!(valid[8], both);
+    assert_eq!(valid[9..12], [[false, true]; 3], "three readings of the first wheel");
+    assert_eq!(valid[12..], [both; 4]);
+}
+
+/// Rate and speeds belong to the instant before the delay of the gyro.
+#[test]
+fn speed_is_that_of_the_instant_before_the_delay() {
+    let slope_rad_s2 = 100.0;
+    for delay_us in [0, 5_000, 13_000] {
+        let config = Config { delay_us, ..config() };
+        let mut tach = WheelTach::new(Board::new(200.0, slope_rad_s2), &config).unwrap();
+        for reading in 0..20 {
+            let Ok([speed]) = tach.speed_rad_s() else { continue };
+            let time_s = tach.timer().time_s - 1e-6 * f64::from(delay_us);
+            let expected = 200.0 + slope_rad_s2 * time_s;
+            assert!((f64::from(speed) - expected).abs() < 0.05, "{speed} in {reading}");
+        }
+    }
 }
 
 /// Levels after each edge of A in forward rotation.
@@ -362,7 +534,7 @@ fn after_the_next(mut filter: EdgeFilter) -> Captured {
 
 #[test]
 fn glitch_leaves_no_trace() {
-    let clean = Captured { edges: 6, last_edge_ticks: 5000, now_ticks: 5100 };
+    let clean = Captured { edges: 6, last_edge_ticks: 5000, now_ticks: 5100, lost: false };
     assert_eq!(after_the_next(turning_filter()), clean);
 
     // A short pulse of A: one edge forward, one back.

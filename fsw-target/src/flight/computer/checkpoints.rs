@@ -25,6 +25,10 @@ const OFF_US: u64 = 60_000_000;
 const MAX_WORDS: u32 = (EstimatorSlot::LARGEST_BYTES / size_of::<u32>() + SMALL_FIELDS) as u32;
 const SMALL_FIELDS: usize = 128;
 
+/// Upper bound of a checkpoint, bytes.
+#[cfg(test)]
+pub const MAX_BYTES: usize = MAX_WORDS as usize * size_of::<u32>();
+
 /// Checkpoints in flash, with their counts.
 pub struct Checkpoints<F> {
     /// The flash before [`restore`](Self::restore).
@@ -77,12 +81,21 @@ impl<F: NorFlash> Checkpoints<F> {
         }
     }
 
-    /// Opens the flash and restores estimator and time from the newest valid checkpoint.
-    pub fn restore(&mut self, estimator: &mut SelectedEstimator, board: &mut impl Housekeeping) {
+    /// Opens the flash and restores estimator and time from the newest valid checkpoint, unless
+    /// `is_skipped`.
+    pub fn restore(
+        &mut self,
+        estimator: &mut SelectedEstimator,
+        board: &mut impl Housekeeping,
+        is_skipped: bool,
+    ) {
         let opened = self.unopened.take().map(Store::open);
         if let Some(Ok(store)) = opened {
             let store = self.store.insert(store);
-            self.found = restore_newest(store, estimator, board);
+            self.found = match is_skipped && store.newest_bytes() > 0 {
+                true => CheckpointState::Skipped,
+                false => restore_newest(store, estimator, board),
+            };
         }
         self.next_us = board.now_us().saturating_add(PERIOD_US);
     }
@@ -161,6 +174,7 @@ fn restore_newest<F: NorFlash>(
     let found = store.load(&mut content);
     let time_us = content.time_us;
     match found {
+        Ok(None) if store.newest_bytes() > 0 => CheckpointState::OtherImage,
         Ok(None) => CheckpointState::None,
         Ok(Some(found)) => {
             board.resume_at(time_us.saturating_add(OFF_US));

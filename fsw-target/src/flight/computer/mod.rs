@@ -25,23 +25,27 @@
 //! frame during the step of an estimator.
 
 mod checkpoints;
+mod counters;
 mod parts;
 #[cfg(test)]
 mod tests;
 
-pub use parts::{Health, Housekeeping, Parts, Reporting, SensorsOf};
+pub use parts::{Health, Housekeeping, Parts, Reporting, Security, SensorsOf};
 
 use checkpoints::Checkpoints;
+use counters::StoredCounters;
 
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::{FlightLoop, Tick};
 use crate::flight::selected::SelectedEstimator;
-use crate::flight::sensors::{DataReady, TorqueCommand};
+use crate::flight::sensors::{DataReady, TorqueCommand, WheelTachometers};
 use crate::flight::sensors::{RateGyro, StartFault};
-use crate::flight::supervisor::{Supervisor, Task};
+use crate::flight::supervisor::{Stage, Supervisor, Task};
 use crate::link::command::{Command, MAX_COMMAND};
 use crate::link::frame::MAX_FRAME;
-use crate::link::telemetry::{EstimateReport, GyroState, StatusReport};
+use crate::link::telemetry::{
+    CheckpointState, EstimateReport, GyroState, LINK_VERSION, Report, StatusReport,
+};
 use crate::link::{Downlink, Uplink};
 use embedded_hal_nb::nb;
 use embedded_hal_nb::serial::Read;
@@ -51,7 +55,7 @@ use fsw_core::{Outcome, Vec3};
 const QUEUE: usize = 768;
 
 /// Received bytes processed per poll: at least one telecommand, and few enough not to delay a sample.
-const BYTES_PER_POLL: usize = 64;
+const BYTES_PER_POLL: usize = 96;
 const _: () = assert!(BYTES_PER_POLL >= MAX_COMMAND);
 
 /// Slices of the estimator's work after each sample.
@@ -66,6 +70,16 @@ pub const SLICES_PER_SAMPLE: u32 = 16;
 /// Time without a reading after which the gyro is started again, and period of further attempts, µs. Time
 /// of flash operations, in which no sample can arrive, is not counted: an erasure takes longer.
 const GYRO_SILENCE_US: u64 = 1_000_000;
+
+/// Duration of a run after which its end is not a short life, µs: one minute. A state that crashes the next
+/// step does so within seconds of the first sample.
+pub const LONG_LIFE_US: u64 = 60_000_000;
+
+/// Short lives in a row after which the checkpoint is not restored.
+const SHORT_LIVES: u32 = 3;
+
+/// Time from the telecommand `reboot` to the reset, µs: its status report leaves the line within 0.1 s.
+const REBOOT_US: u64 = 500_000;
 
 type FlightLoopOf<'a, P> = FlightLoop<
     &'a mut SelectedEstimator,
@@ -86,6 +100,7 @@ pub struct Computer<'a, P: Parts> {
     uplink: Uplink,
     downlink: Downlink<QUEUE>,
     flash: Checkpoints<P::Flash>,
+    counters: StoredCounters<P::CounterFlash>,
     supervisor: Supervisor,
     reporting: Reporting,
     next_report_us: u64,
@@ -97,6 +112,12 @@ pub struct Computer<'a, P: Parts> {
     /// A telecommand awaits its status report.
     status_due: bool,
     torque_n_m: [f32; 3],
+    /// Starts in a row that ended as short lives.
+    short_lives: u32,
+    /// True once this run has lasted [`LONG_LIFE_US`].
+    is_long: bool,
+    /// Time of a requested reset, µs.
+    reboot_us: Option<u64>,
 }
 
 /// State of the gyro after its last start.
@@ -118,6 +139,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         sensors: SensorsOf<P>,
         link: P::Link,
         flash: P::Flash,
+        security: Security<P::CounterFlash>,
         board: P::Board,
         reporting: Reporting,
     ) -> Self {
@@ -126,7 +148,8 @@ impl<'a, P: Parts> Computer<'a, P> {
             board,
             started_us: 0,
             link,
-            uplink: Uplink::new(),
+            counters: StoredCounters::unopened(security.flash, security.master.is_some()),
+            uplink: Uplink::new(security.master),
             downlink: Downlink::new(),
             flash: Checkpoints::unopened(flash),
             supervisor: Supervisor::new(),
@@ -137,30 +160,80 @@ impl<'a, P: Parts> Computer<'a, P> {
             last_executed: None,
             status_due: false,
             torque_n_m: [0.0; 3],
+            short_lives: 0,
+            is_long: false,
+            reboot_us: None,
         }
     }
 
-    /// Restores the newest valid checkpoint and starts the gyro. Call it once, before the first
-    /// [`poll`](Self::poll).
+    /// Restores the newest valid checkpoint and the counters of telecommands, and starts the gyro. Call it
+    /// once, before the first [`poll`](Self::poll).
     ///
     /// On-board time continues after that of the checkpoint, so that time stamps stay in order. The time
     /// without power is unknown: the estimator sees a gap.
+    ///
+    /// After [`SHORT_LIVES`] short lives in a row the checkpoint is not restored: it may be their cause.
+    ///
+    /// Each stage feeds the watchdog: an erasure (2 s) with the reading of the flash and the start of the gyro
+    /// could exceed its period.
     pub fn start(&mut self) {
-        self.flash.restore(self.flight.estimator_mut(), &mut self.board);
+        self.short_lives = self.board.health().last_run.short_lives;
+        let is_skipped = self.short_lives >= SHORT_LIVES;
+        self.flash.restore(self.flight.estimator_mut(), &mut self.board, is_skipped);
         self.started_us = self.board.now_us();
         self.next_report_us = self.started_us;
+        self.complete(Stage::Restored);
+        self.uplink.restore(self.counters.restore());
+        self.complete(Stage::CountersRead);
         self.flash.erase_ahead();
+        self.complete(Stage::CheckpointErased);
+        self.counters.erase_ahead();
+        self.complete(Stage::CountersErased);
         self.start_gyro();
+        self.complete(Stage::GyroStarted);
+    }
+
+    /// Feeds the watchdog after a stage of the start.
+    fn complete(&mut self, stage: Stage) {
+        if let Some(permit) = self.supervisor.stage_permit(stage) {
+            self.board.feed(permit);
+        }
     }
 
     /// One round: telecommands, one sample, checkpoint, telemetry.
     pub fn poll(&mut self) {
         self.take_commands();
-        self.take_sample();
+        // Work and report are the deepest paths, and not below the locals of the sample.
+        let sampled = self.take_sample();
+        if sampled != Sampled::Nothing {
+            self.flight.estimator_mut().work(SLICES_PER_SAMPLE);
+        }
+        if sampled == Sampled::Stepped && self.reporting == Reporting::EachSample {
+            self.report_estimate();
+        }
         self.maintain_checkpoint();
         self.send_reports();
+        self.keep_lives();
         if let Some(permit) = self.supervisor.permit() {
             self.board.feed(permit);
+        }
+    }
+
+    /// Ends a row of short lives once this run is long, and executes a requested reset.
+    fn keep_lives(&mut self) {
+        let now_us = self.board.now_us();
+        if self.reboot_us.is_some_and(|reboot_us| now_us >= reboot_us) {
+            self.reboot_us = None;
+            self.board.reboot();
+        }
+        if !self.is_long && now_us.saturating_sub(self.started_us) >= LONG_LIFE_US {
+            self.is_long = true;
+            self.short_lives = 0;
+            self.board.note_long_life();
+            if self.flash.found == CheckpointState::Skipped {
+                // The skipped checkpoint was the cause: a newer one replaces it.
+                self.flash.save_soon(now_us);
+            }
         }
     }
 
@@ -174,6 +247,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.downlink.waiting()
     }
 
+    #[inline(never)] // its stack is free again in the reports, the deepest path
     fn take_commands(&mut self) {
         for _ in 0..BYTES_PER_POLL {
             match self.link.read() {
@@ -193,12 +267,34 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.supervisor.report(Task::Commanding);
     }
 
-    /// Executes a telecommand; false if it is rejected.
+    /// Executes a telecommand; false if it is rejected. Its counter is stored first: after a reset during the
+    /// execution it is not accepted again.
     #[inline(never)]
     fn execute(&mut self, command: Command) -> bool {
+        let is_permitted = match command {
+            Command::ChangeKey { slot } => self.uplink.change_key(slot),
+            Command::TagTelemetry(on) => self.uplink.tag_telemetry(on),
+            _ => true,
+        };
+        self.counters.save(self.uplink.ledger());
+        if !is_permitted {
+            return false;
+        }
+        self.gyro.silent_since_us = self.board.now_us(); // a write may erase
         let estimator = self.flight.estimator_mut();
         let executed = match command {
-            Command::Ping | Command::StartSequence => Ok(()),
+            Command::Ping
+            | Command::StartSequence
+            | Command::ChangeKey { .. }
+            | Command::TagTelemetry(_) => Ok(()),
+            Command::AssumeWheelSpeed { wheel, speed_rad_s } => {
+                let wheel = usize::from(wheel).wrapping_sub(1);
+                return self.flight.sensors_mut().wheels.assume(wheel, speed_rad_s);
+            }
+            Command::Reboot => {
+                self.reboot_us = Some(self.board.now_us().saturating_add(REBOOT_US));
+                Ok(())
+            }
             Command::Reset => estimator.reset(),
             Command::SetPrior(prior) => estimator.set_prior(prior),
             Command::OpenWindow => estimator.open_window(),
@@ -225,25 +321,26 @@ impl<'a, P: Parts> Computer<'a, P> {
         executed.is_ok()
     }
 
-    fn take_sample(&mut self) {
+    #[inline(never)] // as `take_commands`
+    fn take_sample(&mut self) -> Sampled {
         let tick = self.flight.tick();
         if !matches!(tick, Tick::Idle | Tick::GyroFailed(_)) {
             self.gyro.silent_since_us = self.board.now_us();
         }
-        if !matches!(tick, Tick::Idle) {
-            self.flight.estimator_mut().work(SLICES_PER_SAMPLE);
-        }
-        if let Tick::Stepped { time_us, outcome } = tick {
-            self.last_step = Some((time_us, outcome));
-            if self.reporting == Reporting::EachSample {
-                self.report_estimate();
+        let sampled = match tick {
+            Tick::Idle => Sampled::Nothing,
+            Tick::Stepped { time_us, outcome } => {
+                self.last_step = Some((time_us, outcome));
+                Sampled::Stepped
             }
-        }
+            _ => Sampled::Skipped,
+        };
         let silence_us = self.board.now_us().saturating_sub(self.gyro.silent_since_us);
         if silence_us > GYRO_SILENCE_US {
             self.start_gyro();
         }
         self.supervisor.report(Task::Sampling);
+        sampled
     }
 
     /// Starts the gyro and runs its self-test. A gyro that fails the test is reported and still used: wrong
@@ -266,10 +363,21 @@ impl<'a, P: Parts> Computer<'a, P> {
     fn maintain_checkpoint(&mut self) {
         if self.last_step.is_some() && self.flash.is_due(self.board.now_us()) {
             self.save_checkpoint();
-        } else if self.flash.may_need_erasure() && self.flight.estimator().is_at_rest() {
-            self.flash.erase_ahead();
-            self.gyro.silent_since_us = self.board.now_us();
+        } else if self.flight.estimator().is_at_rest() {
+            self.erase_ahead();
         }
+    }
+
+    /// Erases space for the next checkpoint, or for the next counters: one of both, each stops the core.
+    fn erase_ahead(&mut self) {
+        if self.flash.may_need_erasure() {
+            self.flash.erase_ahead();
+        } else if self.counters.may_need_erasure() {
+            self.counters.erase_ahead();
+        } else {
+            return;
+        }
+        self.gyro.silent_since_us = self.board.now_us();
     }
 
     #[inline(never)]
@@ -295,6 +403,13 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.supervisor.report(Task::Reporting);
     }
 
+    /// Queues a report, tagged if a telecommand has asked for it.
+    #[inline(never)]
+    fn send<R: Report>(&mut self, report: &R) {
+        let key = self.uplink.telemetry_key();
+        self.downlink.send(self.board.now_us(), report, key.as_ref());
+    }
+
     #[inline(never)]
     fn report_estimate(&mut self) {
         let (sample_time_us, outcome) = match self.last_step {
@@ -304,7 +419,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         let estimator = self.flight.estimator();
         let id = estimator.selected();
         let report = EstimateReport::of(id, &**estimator, sample_time_us, outcome);
-        self.downlink.send(self.board.now_us(), &report);
+        self.send(&report);
     }
 
     #[inline(never)]
@@ -317,7 +432,9 @@ impl<'a, P: Parts> Computer<'a, P> {
         let overruns = self.flight.sensors().data_ready.overruns();
         let accepted = self.uplink.last_accepted();
         let uptime_us = now_us.saturating_sub(self.started_us);
+        let slots = self.uplink.ledger().slots();
         let report = StatusReport {
+            link_version: LINK_VERSION,
             uptime_s: seconds(uptime_us),
             reset_cause: health.reset_cause,
             failures: health.last_run.failures,
@@ -326,12 +443,18 @@ impl<'a, P: Parts> Computer<'a, P> {
             last_failure_from: failure.map_or(0, |failure| failure.from),
             clock: health.clock,
             watchdog: health.watchdog,
+            brown_out: health.brown_out,
+            option_bytes_as_set: health.option_bytes_as_set,
+            supply_low: health.supply_low,
+            configuration_intact: self.flight.estimator().is_intact(),
+            short_lives: u8::try_from(self.short_lives).unwrap_or(u8::MAX),
             stack_high_water_bytes: health.stack_high_water_bytes,
             gyro: self.gyro.state,
             gyro_identity: self.gyro.identity,
             gyro_self_tests_failed: self.gyro.self_tests_failed,
             gyro_failures: counters.gyro_failed,
             wheel_failures: counters.wheels_failed,
+            wheel_valid: self.flight.sensors().wheels.are_valid(),
             data_ready_overruns: overruns.saturating_add(counters.overtaken),
             outcomes: counters.outcomes,
             uplink: self.uplink.counters(),
@@ -340,6 +463,10 @@ impl<'a, P: Parts> Computer<'a, P> {
             last_command: accepted.map(|accepted| accepted.function),
             last_sequence_count: accepted.map_or(0, |accepted| accepted.sequence_count.value()),
             last_command_done: self.last_executed,
+            authentication: self.counters.state,
+            key_counters: slots.map(|slot| slot.counter),
+            key_generations: slots.map(|slot| slot.generation),
+            telemetry_slot: self.uplink.ledger().telemetry_slot(),
             telemetry_period_ms: match self.reporting {
                 Reporting::Every(ms) => ms,
                 Reporting::EachSample => 0,
@@ -349,7 +476,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             checkpoints_saved: self.flash.saved,
             checkpoints_failed: self.flash.failed,
         };
-        self.downlink.send(now_us, &report);
+        self.send(&report);
     }
 
     /// Sends the next part of a requested checkpoint, if the transmit queue has space for it and a report.
@@ -359,9 +486,20 @@ impl<'a, P: Parts> Computer<'a, P> {
             return;
         }
         if let Some(part) = self.flash.next_part() {
-            self.downlink.send(self.board.now_us(), &part);
+            self.send(&part);
         }
     }
+}
+
+/// Result of one look for a sample.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sampled {
+    /// No sample was pending.
+    Nothing,
+    /// A sample did not reach the estimator.
+    Skipped,
+    /// The estimator was stepped.
+    Stepped,
 }
 
 /// Whole seconds of a time in µs. Saturates.

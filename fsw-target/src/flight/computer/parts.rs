@@ -5,7 +5,8 @@ use crate::flight::flight_loop::Sensors;
 use crate::flight::sensors::{DataReady, TorqueCommand, WheelTachometers};
 use crate::flight::sensors::{RateGyro, StartFault};
 use crate::flight::supervisor::FeedPermit;
-use crate::link::telemetry::{ClockSource, ResetCause};
+use crate::link::authentication::Key;
+use crate::link::telemetry::{BrownOutLevel, ClockSource, ResetCause};
 use crate::runtime::failure::LastRun;
 use embedded_hal::delay::DelayNs;
 use embedded_hal_nb::serial::{Read, Write};
@@ -28,6 +29,8 @@ pub trait Parts {
     type Link: Read<u8> + Write<u8>;
     /// Flash of the checkpoints, in two equal halves.
     type Flash: NorFlash;
+    /// Flash of the telecommand counters, in two equal halves.
+    type CounterFlash: NorFlash;
     /// Clock, watchdog and health of the board.
     type Board: Housekeeping;
 }
@@ -52,6 +55,21 @@ pub trait Housekeeping {
 
     /// Health of the board.
     fn health(&mut self) -> Health;
+
+    /// Records that this run has lasted [`LONG_LIFE_US`](super::LONG_LIFE_US): it ends a row of short lives.
+    fn note_long_life(&mut self) {}
+
+    /// Resets the computer. Returns where there is nothing to reset.
+    fn reboot(&mut self) {}
+}
+
+/// Flash and key of the authentication of telecommands.
+#[derive(Debug)]
+pub struct Security<F> {
+    /// Flash of the counters.
+    pub flash: F,
+    /// Master key; `None`: telecommands are accepted without a tag.
+    pub master: Option<Key>,
 }
 
 /// Health of a board.
@@ -65,6 +83,12 @@ pub struct Health {
     pub clock: ClockSource,
     /// True if the watchdog is running.
     pub watchdog: bool,
+    /// Brown-out level in the option bytes.
+    pub brown_out: BrownOutLevel,
+    /// True if the option bytes are those of a flight board.
+    pub option_bytes_as_set: bool,
+    /// True if the supply is below the limit of flash operations.
+    pub supply_low: bool,
     /// High-water mark of the stack, bytes; 0 if not measured.
     pub stack_high_water_bytes: u32,
     /// Bytes lost by the port of the link.

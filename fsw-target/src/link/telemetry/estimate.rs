@@ -39,7 +39,7 @@ record! {
         rate_rad_s: [f32; 3], "rad/s";
         /// RMS of measured minus predicted rate over the samples used, all axes.
         residual_rms_rad_s: f32, "rad/s";
-        /// Normalised innovation squared of the last predicted sample, summed over the axes; mean 3.
+        /// Normalised innovation squared of the last predicted sample, summed over the axes; mean 3. Absent if it is not finite.
         nis: Option<f32>, "–";
         /// Constant disturbance torque, body axes; absent if not estimated.
         disturbance_torque_n_m: Option<[f32; 3]>, "N m";
@@ -94,7 +94,10 @@ impl EstimateReport {
             sigma_kg_m2: estimate.sigma_kg_m2(),
             rate_rad_s: estimator.rate_rad_s().into(),
             residual_rms_rad_s: estimate.residual_rms_rad_s,
-            nis: estimator.innovation().map(|innovation| innovation.nis()),
+            nis: estimator
+                .innovation()
+                .map(|innovation| innovation.nis())
+                .filter(|nis| nis.is_finite()),
             disturbance_torque_n_m: estimate.disturbance_torque_n_m.map(Into::into),
             gyro_bias_rad_s: estimate.gyro_bias_rad_s.map(Into::into),
             sigma_systematic_kg_m2: has_errors.then(|| estimate.sigma_systematic_kg_m2()),

@@ -1,9 +1,10 @@
 //! Test reports.
 
 use super::{
-    CheckpointState, ClockSource, EstimateReport, GyroState, HardwareError, ResetCause,
-    StatusReport,
+    BrownOutLevel, CheckpointState, ClockSource, EstimateReport, GyroState, HardwareError,
+    LINK_VERSION, ResetCause, StatusReport,
 };
+use crate::link::authentication::Authentication;
 use crate::link::command::Function;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{Coded, Reader, Wire};
@@ -44,6 +45,7 @@ pub fn estimate() -> EstimateReport {
 pub fn status() -> StatusReport {
     let outcomes = OutcomeCounts { accepted: 6001, spike: 2, ..OutcomeCounts::default() };
     StatusReport {
+        link_version: LINK_VERSION,
         uptime_s: 600,
         reset_cause: ResetCause::Watchdog,
         failures: 10,
@@ -52,12 +54,18 @@ pub fn status() -> StatusReport {
         last_failure_from: 0x0800_1234,
         clock: ClockSource::Crystal,
         watchdog: true,
+        brown_out: BrownOutLevel::Level3,
+        option_bytes_as_set: true,
+        supply_low: false,
+        configuration_intact: true,
+        short_lives: 1,
         stack_high_water_bytes: 2100,
         gyro: GyroState::Ready,
         gyro_identity: Some(0x0f),
         gyro_self_tests_failed: 11,
         gyro_failures: 1,
         wheel_failures: 2,
+        wheel_valid: [true, false, true, true],
         data_ready_overruns: 3,
         outcomes,
         uplink: UplinkCounters { accepted: 4, replayed: 5, ..UplinkCounters::NONE },
@@ -66,6 +74,10 @@ pub fn status() -> StatusReport {
         last_command: Some(Function::SetTorque),
         last_sequence_count: 16_383,
         last_command_done: Some(true),
+        authentication: Authentication::Required,
+        key_counters: [12, 345, 0],
+        key_generations: [0, 11, 0],
+        telemetry_slot: Some(1),
         telemetry_period_ms: 1000,
         torque_n_m: [1e-3, -2e-3, 5e-4],
         checkpoint: CheckpointState::RestoredOlder,
@@ -126,14 +138,19 @@ pub fn any_estimate() -> impl Strategy<Value = EstimateReport> {
 
 /// Any report, with finite numbers.
 pub fn any_status() -> impl Strategy<Value = StatusReport> {
-    let words = (any_of(), any_of(), any_of(), any_of());
+    let words = (any_of(), any_of(), any_of(), any_of(), any_of(), any_of());
     let events = (proptest::option::of(any_of()), proptest::option::of(any_of()));
     let optional = (any::<Option<u8>>(), any::<Option<bool>>(), any::<bool>(), any::<u16>());
+    let keys = (any::<[[u32; 3]; 2]>(), any::<Option<u8>>(), any::<[u8; 2]>(), any::<[bool; 7]>());
     let torque = proptest::array::uniform3(-100.0_f32..100.0);
-    (words, events, optional, torque, any::<[u32; 14]>(), any::<[[u8; 4]; 25]>()).prop_map(
-        |(words, events, optional, torque_n_m, n, counters)| {
-            let mut reader = Reader::new(counters.as_flattened());
+    // Outcomes and uplink counters.
+    let counters = proptest::collection::vec(any::<u8>(), 4 * (14 + 11));
+    (words, events, optional, keys, torque, any::<[u32; 14]>(), counters).prop_map(
+        |(words, events, optional, keys, torque_n_m, n, counters)| {
+            let mut reader = Reader::new(&counters);
+            let (slots, telemetry_slot, [link_version, short_lives], flags) = keys;
             StatusReport {
+                link_version,
                 uptime_s: n[0],
                 reset_cause: words.0,
                 failures: n[10],
@@ -142,12 +159,18 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
                 last_failure_from: n[12],
                 clock: words.1,
                 watchdog: optional.2,
+                brown_out: words.4,
+                option_bytes_as_set: flags[4],
+                supply_low: flags[5],
+                configuration_intact: flags[6],
+                short_lives,
                 stack_high_water_bytes: n[1],
                 gyro: words.2,
                 gyro_identity: optional.0,
                 gyro_self_tests_failed: n[13],
                 gyro_failures: n[2],
                 wheel_failures: n[3],
+                wheel_valid: [flags[0], flags[1], flags[2], flags[3]],
                 data_ready_overruns: n[4],
                 outcomes: Wire::take(&mut reader).unwrap(),
                 uplink: Wire::take(&mut reader).unwrap(),
@@ -156,6 +179,10 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
                 last_command: events.1,
                 last_sequence_count: optional.3,
                 last_command_done: optional.1,
+                authentication: words.5,
+                key_counters: slots[0],
+                key_generations: slots[1],
+                telemetry_slot,
                 telemetry_period_ms: n[7],
                 torque_n_m,
                 checkpoint: words.3,

@@ -30,10 +30,13 @@ mod status;
 
 pub use checkpoint::{CheckpointPart, PART_BYTES};
 pub use estimate::{EstimateReport, HardwareError};
-pub use status::{CheckpointState, ClockSource, GyroState, ResetCause, StatusReport};
+pub use status::{
+    BrownOutLevel, CheckpointState, ClockSource, GyroState, LINK_VERSION, ResetCause, StatusReport,
+};
 
+use super::authentication::{Key, TAG_BYTES};
 use super::frame::MAX_PACKET;
-use super::packet::{self, Apid, Header, Packet, PacketError, PacketType, SequenceCount};
+use super::packet::{self, Apid, Header, Packet, PacketError, Secondary, SequenceCount};
 use super::wire::{About, Unreadable, Visitor, Wire, Writer};
 use core::fmt;
 
@@ -49,11 +52,17 @@ pub trait Report: Sized {
     /// See [`Unreadable`].
     fn decode(data: &[u8]) -> Result<Self, Unreadable>;
 
-    /// Packet made at `time_us`. Always `Some`: every report is shorter than a packet.
-    fn packet(&self, time_us: u64, sequence_count: SequenceCount) -> Option<Packet> {
-        let (packet_type, apid) = (PacketType::Tm, Self::APID);
-        let header = Header { packet_type, apid, sequence_count, time_us: Some(time_us) };
-        Packet::new(&header, |out| self.put(out))
+    /// Packet made at `time_us`, with a tag if `key` is a slot with its key. Always `Some`: every report
+    /// is shorter than a packet.
+    fn packet(
+        &self,
+        time_us: u64,
+        sequence_count: SequenceCount,
+        key: Option<&(u8, Key)>,
+    ) -> Option<Packet> {
+        let secondary = Secondary::Telemetry { time_us, slot: key.map(|(slot, _)| *slot) };
+        let header = Header { apid: Self::APID, sequence_count, secondary };
+        Packet::new(&header, key.map(|(_, key)| key), &|out| self.put(out))
     }
 }
 
@@ -76,6 +85,9 @@ pub struct Received {
     pub time_us: u64,
     /// Sequence count of its APID, modulo 2¹⁴, packets dropped by the flight computer included.
     pub sequence_count: SequenceCount,
+    /// Key slot of its tag; `None` for a packet without a tag. Verified by a
+    /// [`Receiver`](super::Receiver) with a key only.
+    pub slot: Option<u8>,
     /// Content.
     pub telemetry: Telemetry,
 }
@@ -125,15 +137,16 @@ impl From<PacketError> for TelemetryError {
 }
 
 impl Telemetry {
-    /// Telemetry from a whole packet.
+    /// Telemetry from a whole packet. A tag is not verified: [`packet::Parsed::is_authentic`].
     ///
     /// # Errors
     /// See [`TelemetryError`].
     pub fn decode(packet: &[u8]) -> Result<Received, TelemetryError> {
-        let (header, data) = packet::parse(packet)?;
-        let command = header.packet_type == PacketType::Tc;
+        let parsed = packet::parse(packet)?;
+        let (header, data) = (parsed.header, parsed.data);
+        let command = !matches!(header.secondary, Secondary::Telemetry { .. });
         let unknown = TelemetryError::UnknownKind { command, apid: header.apid.value() };
-        let (Some(time_us), false) = (header.time_us, command) else { return Err(unknown) };
+        let Secondary::Telemetry { time_us, slot } = header.secondary else { return Err(unknown) };
         let (kind, telemetry) = match header.apid {
             packet::ESTIMATE => ("estimate", EstimateReport::decode(data).map(Self::Estimate)),
             packet::STATUS => ("status", StatusReport::decode(data).map(Self::Status)),
@@ -143,7 +156,7 @@ impl Telemetry {
             _ => return Err(unknown),
         };
         let telemetry = telemetry.map_err(|why| TelemetryError::Unreadable { kind, why })?;
-        Ok(Received { time_us, sequence_count: header.sequence_count, telemetry })
+        Ok(Received { time_us, sequence_count: header.sequence_count, slot, telemetry })
     }
 
     /// Kind of the packet, one word.
@@ -172,8 +185,8 @@ impl Telemetry {
     }
 }
 
-// Header, time and checksum of a packet.
-const AROUND: usize = 6 + 8 + 2;
+// Header, time, key slot, tag and checksum of a packet.
+const AROUND: usize = 6 + 8 + 1 + TAG_BYTES + 2;
 const _: () = assert!(AROUND + <EstimateReport as Wire>::BYTES <= MAX_PACKET);
 const _: () = assert!(AROUND + <StatusReport as Wire>::BYTES <= MAX_PACKET);
 const _: () = assert!(AROUND + 4 + PART_BYTES <= MAX_PACKET);
@@ -183,21 +196,20 @@ mod tests {
     extern crate std;
     use super::fixtures::{any_estimate, any_status, estimate, status};
     use super::*;
-    use crate::link::wire::Writer;
     use proptest::prelude::*;
     use std::vec::Vec;
 
     const COUNT: SequenceCount = SequenceCount::new(77);
 
     fn bytes(report: &impl Report) -> Vec<u8> {
-        report.packet(123_456_789, COUNT).unwrap().bytes().to_vec()
+        report.packet(123_456_789, COUNT, None).unwrap().bytes().to_vec()
     }
 
     /// Packet of this APID and user data with a valid checksum.
     fn sealed(apid: Apid, data: &[u8]) -> Vec<u8> {
-        let (packet_type, time_us) = (PacketType::Tm, Some(0));
-        let header = Header { packet_type, apid, sequence_count: COUNT, time_us };
-        Packet::new(&header, |out: &mut Writer<'_>| out.put(data)).unwrap().bytes().to_vec()
+        let secondary = Secondary::Telemetry { time_us: 0, slot: None };
+        let header = Header { apid, sequence_count: COUNT, secondary };
+        Packet::new(&header, None, &|out| out.put(data)).unwrap().bytes().to_vec()
     }
 
     #[test]
@@ -208,14 +220,15 @@ mod tests {
             (bytes(&status()), Telemetry::Status(status())),
             (bytes(&part), Telemetry::Checkpoint(part)),
         ] {
-            let received = Received { time_us: 123_456_789, sequence_count: COUNT, telemetry };
+            let received =
+                Received { time_us: 123_456_789, sequence_count: COUNT, slot: None, telemetry };
             assert_eq!(Telemetry::decode(&packet), Ok(received));
         }
     }
 
     #[test]
     fn invalid_report_is_named() {
-        let estimate = &bytes(&estimate())[14..];
+        let estimate = &bytes(&estimate())[15..];
         let data = &estimate[..estimate.len() - 2];
         let kind = "estimate";
         assert_eq!(

@@ -1,5 +1,7 @@
 //! Status report: health of the flight computer and effect of telecommands.
 
+use crate::flight::craft::WHEELS;
+use crate::link::authentication::{Authentication, SLOTS};
 use crate::link::command::Function;
 use crate::link::packet::STATUS;
 use crate::link::uplink::UplinkCounters;
@@ -7,9 +9,17 @@ use crate::link::wire::{codes, record};
 use crate::runtime::failure::Kind as FailureKind;
 use fsw_core::outcome::OutcomeCounts;
 
+/// Version of the link: changes with the layout of any packet.
+///
+/// 2: tags of telecommands and telemetry; key slot in the secondary header of telemetry; health of supply,
+/// option bytes and single wheels.
+pub const LINK_VERSION: u8 = 2;
+
 record! {
     /// Health of the flight computer and effect of telecommands.
     struct StatusReport {
+        /// Version of this link.
+        link_version: u8, "–";
         /// Time since the last start of the computer.
         uptime_s: u32, "s";
         /// Cause of the last start.
@@ -26,6 +36,16 @@ record! {
         clock: ClockSource, "–";
         /// True if the watchdog runs.
         watchdog: bool, "–";
+        /// Brown-out level in the option bytes of the chip.
+        brown_out: BrownOutLevel, "–";
+        /// True if the option bytes are those of a flight board.
+        option_bytes_as_set: bool, "–";
+        /// True if the supply is below the limit of flash operations, which are refused.
+        supply_low: bool, "–";
+        /// True if craft and prior in memory are as they were set; after a flipped bit no estimator starts until a reboot.
+        configuration_intact: bool, "–";
+        /// Starts in a row that a failure or the watchdog ended within a minute.
+        short_lives: u8, "–";
         /// Largest stack depth since the last start.
         stack_high_water_bytes: u32, "byte";
         /// Result of the gyro's last start.
@@ -36,8 +56,10 @@ record! {
         gyro_self_tests_failed: u32, "–";
         /// Samples skipped after a failed reading of the gyro.
         gyro_failures: u32, "–";
-        /// Samples skipped after a failed reading of a wheel tachometer.
+        /// Samples in which a fitted wheel had no valid speed.
         wheel_failures: u32, "–";
+        /// True for each wheel with a valid speed at the last sample, or not fitted.
+        wheel_valid: [bool; WHEELS], "–";
         /// Samples lost because the flight loop was late.
         data_ready_overruns: u32, "–";
         /// Samples stepped, by outcome.
@@ -54,6 +76,14 @@ record! {
         last_sequence_count: u16, "–";
         /// True if the last accepted telecommand was executed; absent before the first.
         last_command_done: Option<bool>, "–";
+        /// Authentication of telecommands.
+        authentication: Authentication, "–";
+        /// Counter of the last accepted telecommand of each key slot.
+        key_counters: [u32; SLOTS], "–";
+        /// Generation of the key of each slot: counter of the slot-0 telecommand that changed it; 0 for the first key.
+        key_generations: [u32; SLOTS], "–";
+        /// Key slot of the tag of telemetry; absent for telemetry without a tag.
+        telemetry_slot: Option<u8>, "–";
         /// Time between two reports of a kind; 0: an estimate after each sample, a status after each telecommand.
         telemetry_period_ms: u32, "ms";
         /// Last commanded external torque, body axes.
@@ -119,6 +149,22 @@ pub enum ResetCause {
     LowPower,
 }
 
+/// Supply voltage below which the chip is held in reset, as its option bytes state it (DS8626, brown-out
+/// reset levels).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BrownOutLevel {
+    /// Option bytes not readable, or no such chip.
+    Unknown,
+    /// Off, as delivered: reset below 1.8 V only.
+    Off,
+    /// Level 1, 2.1 to 2.4 V.
+    Level1,
+    /// Level 2, 2.4 to 2.7 V.
+    Level2,
+    /// Level 3, 2.7 to 3.0 V. Required in flight.
+    Level3,
+}
+
 /// Source of the computer's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockSource {
@@ -161,6 +207,11 @@ pub enum CheckpointState {
     Unusable,
     /// Flash not readable.
     Failed,
+    /// The newest checkpoint is of an image of other precision or size. The estimators started without an
+    /// estimate.
+    OtherImage,
+    /// Not restored after short lives in a row: the checkpoint may be their cause.
+    Skipped,
 }
 
 codes! { ResetCause {
@@ -178,6 +229,7 @@ codes! { FailureKind {
     2 "hard_fault" => HardFault;
     3 "stack_overflow" => StackOverflow;
     4 "unserved_interrupt" => UnservedInterrupt;
+    5 "watchdog" => Watchdog;
 } }
 
 codes! { ClockSource {
@@ -201,4 +253,14 @@ codes! { CheckpointState {
     2 "restored_older" => RestoredOlder;
     3 "unusable" => Unusable;
     4 "failed" => Failed;
+    5 "other_image" => OtherImage;
+    6 "skipped" => Skipped;
+} }
+
+codes! { BrownOutLevel {
+    0 "unknown" => Unknown;
+    1 "off" => Off;
+    2 "level_1" => Level1;
+    3 "level_2" => Level2;
+    4 "level_3" => Level3;
 } }

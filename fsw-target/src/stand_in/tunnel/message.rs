@@ -45,8 +45,12 @@ pub const NO: u8 = 0xFF;
 /// gyro has six.
 pub const MAX_TRANSFER: usize = 64;
 
-/// Size of the flash, bytes: two halves, each for a checkpoint of the largest estimator.
-pub const FLASH_BYTES: u32 = 128 * 1024;
+/// Size of the flash of checkpoints, bytes: two halves, each for a checkpoint of the largest estimator.
+pub const CHECKPOINT_BYTES: u32 = 128 * 1024;
+/// Size of the flash of telecommand counters, after that of checkpoints, bytes: two halves of a page.
+pub const COUNTER_BYTES: u32 = 2 * PAGE_BYTES;
+/// Size of the whole flash, bytes.
+pub const FLASH_BYTES: u32 = CHECKPOINT_BYTES + COUNTER_BYTES;
 /// Size of a page, the unit of an erasure, bytes.
 pub const PAGE_BYTES: u32 = 4 * 1024;
 
@@ -156,6 +160,7 @@ mod tests {
             edges,
             last_edge_ticks: 0xDEAD_BEEF,
             now_ticks: 12,
+            lost: false,
         });
         let sent = packet(&Message::new(CAPTURES, |out| Captures::new(&captured).put(out)));
         let (kind, mut fields) = Message::open(&sent).unwrap();

@@ -2,20 +2,20 @@
 
 use super::line::{Port, Tunnel, TunnelError};
 use super::message::{
-    CAPTURES, Captures, FLASH_BYTES, FLASH_ERASE, FLASH_READ, FLASH_WRITE, MAX_TRANSFER,
-    PAGE_BYTES, TRANSFER, WAIT,
+    CAPTURES, CHECKPOINT_BYTES, COUNTER_BYTES, Captures, FLASH_ERASE, FLASH_READ, FLASH_WRITE,
+    MAX_TRANSFER, PAGE_BYTES, TRANSFER, WAIT,
 };
 use super::setup::{Setup, Unfit};
 use crate::drivers::gyro::bmi088::Bmi088;
 use crate::drivers::gyro::bus::Spi;
 use crate::drivers::wheel_tach::{CaptureTimer, Captured, WheelTach};
-use crate::flight::computer::{Computer, Health, Housekeeping, Parts, Reporting};
+use crate::flight::computer::{Computer, Health, Housekeeping, Parts, Reporting, Security};
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::Sensors;
 use crate::flight::selected::SelectedEstimator;
 use crate::flight::sensors::{DataReady, TorqueCommand};
 use crate::flight::supervisor::FeedPermit;
-use crate::link::telemetry::{ClockSource, ResetCause};
+use crate::link::telemetry::{BrownOutLevel, ClockSource, ResetCause};
 use crate::link::wire::{Unreadable, Wire, Writer};
 use crate::runtime::failure::LastRun;
 use core::marker::PhantomData;
@@ -30,9 +30,12 @@ pub const HEALTH: Health = Health {
     reset_cause: ResetCause::Unknown,
     clock: ClockSource::Internal,
     watchdog: false,
+    brown_out: BrownOutLevel::Unknown,
+    option_bytes_as_set: false,
+    supply_low: false,
     stack_high_water_bytes: 0,
     serial_errors: 0,
-    last_run: LastRun { failure: None, failures: 0 },
+    last_run: LastRun { failure: None, failures: 0, short_lives: 0 },
 };
 
 /// Parts of a flight computer with a tunnel on port `P` and the link `L`.
@@ -50,6 +53,7 @@ where
     type Torque = Samples<'a, P>;
     type Link = L;
     type Flash = Flash<'a, P>;
+    type CounterFlash = Flash<'a, P>;
     type Board = NoBoard<'a, P>;
 }
 
@@ -79,7 +83,11 @@ where
         torque: Samples { tunnel },
     };
     let board = NoBoard { clock: Bus { tunnel }, stack_high_water_bytes };
-    Ok(Computer::new(estimator, sensors, link, Flash { tunnel }, board, Reporting::EachSample))
+    let flash = Flash { tunnel, start: 0, bytes: CHECKPOINT_BYTES };
+    let counters = Flash { tunnel, start: CHECKPOINT_BYTES, bytes: COUNTER_BYTES };
+    let security = Security { flash: counters, master: setup.master_key() };
+    let reporting = Reporting::EachSample;
+    Ok(Computer::new(estimator, sensors, link, flash, security, board, reporting))
 }
 
 /// Time stamps and external torque of the samples.
@@ -189,10 +197,14 @@ impl<P: Port> CaptureTimer<WHEELS> for Timer<'_, P> {
     }
 }
 
-/// Flash.
+/// A region of the flash.
 #[derive(Debug)]
 pub struct Flash<'a, P> {
     tunnel: &'a Tunnel<P>,
+    /// Offset of the region in the simulator's flash.
+    start: u32,
+    /// Size of the region.
+    bytes: u32,
 }
 
 impl<P> ErrorType for Flash<'_, P> {
@@ -203,7 +215,7 @@ impl<P: Port> ReadNorFlash for Flash<'_, P> {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), TunnelError> {
-        let mut offset = offset;
+        let mut offset = self.start.saturating_add(offset);
         for part in bytes.chunks_mut(MAX_TRANSFER) {
             let length = part.len() as u8;
             let fields = |fields: &mut Writer<'_>| {
@@ -217,7 +229,7 @@ impl<P: Port> ReadNorFlash for Flash<'_, P> {
     }
 
     fn capacity(&self) -> usize {
-        FLASH_BYTES as usize
+        self.bytes as usize
     }
 }
 
@@ -226,11 +238,12 @@ impl<P: Port> NorFlash for Flash<'_, P> {
     const ERASE_SIZE: usize = PAGE_BYTES as usize;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), TunnelError> {
-        self.tunnel.request(FLASH_ERASE, |fields| [from, to].put(fields), |reply| reply.end())
+        let pages = [from, to].map(|offset| self.start.saturating_add(offset));
+        self.tunnel.request(FLASH_ERASE, |fields| pages.put(fields), |reply| reply.end())
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), TunnelError> {
-        let mut offset = offset;
+        let mut offset = self.start.saturating_add(offset);
         for part in bytes.chunks(MAX_TRANSFER) {
             let fields = |fields: &mut Writer<'_>| {
                 offset.put(fields);

@@ -4,6 +4,7 @@ use crate::drivers::gyro::bmi088::{Range, Settings};
 use crate::drivers::wheel_tach::{self, CaptureTimer, WheelTach};
 use crate::flight::craft::{Craft, WHEELS};
 use crate::flight::selected::SelectedEstimator;
+use crate::link::authentication::{KEY_BYTES, Key};
 use crate::link::wire::record;
 use fsw_core::hardware::Hardware;
 use fsw_core::{ConfigError, Mat, Prior};
@@ -31,6 +32,8 @@ record! {
         zero_after_s: f32, "s";
         /// Rate of the wheel timer.
         ticks_per_s: u32, "1/s";
+        /// Master key of telecommands; absent for telecommands without a tag.
+        master_key: Option<[u8; KEY_BYTES]>, "–";
     }
 }
 
@@ -132,8 +135,16 @@ impl Setup {
             edges_per_turn: self.edges_per_turn,
             reversed: [false; WHEELS],
             zero_after_s: self.zero_after_s,
+            // The wheels of a scenario have no largest acceleration.
+            largest_acceleration_rad_s2: f32::INFINITY,
+            delay_us: Settings::default().delay_us,
         };
         WheelTach::new(timer, &config).map_err(Unfit::Tachometers)
+    }
+
+    /// Master key of telecommands.
+    pub fn master_key(&self) -> Option<Key> {
+        self.master_key.map(Key::new)
     }
 
     /// True if the spacecraft has a wheel.

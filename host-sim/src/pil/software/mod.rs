@@ -10,19 +10,19 @@ use std::rc::Rc;
 use fsw_target::drivers::gyro::bmi088::Bmi088;
 use fsw_target::drivers::gyro::bus::Spi;
 use fsw_target::drivers::wheel_tach::WheelTach;
-use fsw_target::flight::computer::{Computer, Parts, Reporting};
+use fsw_target::flight::computer::{Computer, Parts, Reporting, Security};
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::flight::flight_loop::Sensors;
 use fsw_target::flight::selected::SelectedEstimator;
 use fsw_target::link::Receiver;
 use fsw_target::link::telemetry::Received;
-use fsw_target::stand_in::tunnel::Setup;
 use fsw_target::stand_in::tunnel::setup::Unfit;
+use fsw_target::stand_in::tunnel::{CHECKPOINT_BYTES, COUNTER_BYTES, Setup};
 
 use super::hardware::Hardware;
 use crate::sensor::bmi088::Wire;
 pub use ports::Readings;
-use ports::{Logged, Ports};
+use ports::{Flash, Logged, Ports};
 
 /// A flight computer on the host.
 pub struct Software<'o, 'a> {
@@ -50,9 +50,14 @@ impl<'o, 'a> Software<'o, 'a> {
             wheels: Logged { part: wheels, ports: ports.clone() },
             torque: ports.clone(),
         };
-        let (link, flash, board) = (ports.clone(), ports.clone(), ports.clone());
+        let (link, board) = (ports.clone(), ports.clone());
+        let flash = Flash { ports: ports.clone(), start: 0, bytes: CHECKPOINT_BYTES };
+        let counters =
+            Flash { ports: ports.clone(), start: CHECKPOINT_BYTES, bytes: COUNTER_BYTES };
+        let security = Security { flash: counters, master: setup.master_key() };
         let reporting = Reporting::EachSample;
-        let mut computer = Computer::new(estimator, sensors, link, flash, board, reporting);
+        let mut computer =
+            Computer::new(estimator, sensors, link, flash, security, board, reporting);
         computer.start();
         Ok(Self { computer, ports, receiver: Receiver::default() })
     }
@@ -105,6 +110,7 @@ impl<'a> Parts for HostParts<'a> {
     type Wheels = Logged<'a, WheelTach<Ports<'a>, WHEELS>>;
     type Torque = Ports<'a>;
     type Link = Ports<'a>;
-    type Flash = Ports<'a>;
+    type Flash = Flash<'a>;
+    type CounterFlash = Flash<'a>;
     type Board = Ports<'a>;
 }

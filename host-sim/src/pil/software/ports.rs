@@ -18,13 +18,13 @@ use fsw_target::flight::supervisor::FeedPermit;
 use fsw_target::stand_in::tunnel::parts::HEALTH;
 
 use crate::pil::flash::{FlashModel, OutOfBounds};
-use crate::pil::hardware::Hardware;
+use crate::pil::hardware::{Hardware, START_US};
 use crate::sensor::bmi088::Wire;
 
 /// Readings of the last sample, in the units of the estimator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Readings {
-    /// Time stamp, µs.
+    /// Time of the sample since the start of the scenario, µs.
     pub time_us: u64,
     /// Body rate, rad/s.
     pub rate_rad_s: Vec3<f32>,
@@ -81,9 +81,9 @@ impl DataReady for Ports<'_> {
         }
         let announced = self.shared.hardware.borrow_mut().announce()?;
         let torque_n_m = Vec3::from(announced.torque_n_m);
-        let time_us = announced.time_us;
+        let time_us = announced.time_us - START_US;
         self.shared.readings.set(Readings { time_us, torque_n_m, ..Readings::default() });
-        Some(time_us)
+        Some(announced.time_us)
     }
 
     /// No time passes while a sample is handled.
@@ -141,32 +141,41 @@ impl serial::Write for Ports<'_> {
     }
 }
 
-impl ErrorType for Ports<'_> {
+/// A region of the flash.
+pub(super) struct Flash<'a> {
+    pub ports: Ports<'a>,
+    /// Offset of the region, bytes.
+    pub start: u32,
+    /// Size of the region, bytes.
+    pub bytes: u32,
+}
+
+impl ErrorType for Flash<'_> {
     type Error = OutOfBounds;
 }
 
-impl ReadNorFlash for Ports<'_> {
+impl ReadNorFlash for Flash<'_> {
     const READ_SIZE: usize = FlashModel::READ_SIZE;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), OutOfBounds> {
-        self.flash().read(offset, bytes)
+        self.ports.flash().read(self.start + offset, bytes)
     }
 
     fn capacity(&self) -> usize {
-        self.flash().capacity()
+        self.bytes as usize
     }
 }
 
-impl NorFlash for Ports<'_> {
+impl NorFlash for Flash<'_> {
     const WRITE_SIZE: usize = FlashModel::WRITE_SIZE;
     const ERASE_SIZE: usize = FlashModel::ERASE_SIZE;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), OutOfBounds> {
-        self.flash().erase(from, to)
+        self.ports.flash().erase(self.start + from, self.start + to)
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), OutOfBounds> {
-        self.flash().write(offset, bytes)
+        self.ports.flash().write(self.start + offset, bytes)
     }
 }
 
@@ -206,6 +215,10 @@ impl<P: Gyro> Gyro for Logged<'_, P> {
         readings.set(Readings { rate_rad_s, ..readings.get() });
         Ok(rate_rad_s)
     }
+
+    fn delay_us(&self) -> u32 {
+        self.part.delay_us()
+    }
 }
 
 impl<P: RateGyro<StartError: Into<StartFault>>> RateGyro for Logged<'_, P> {
@@ -238,5 +251,13 @@ impl<P: WheelTachometers<WHEELS>> WheelTachometers<WHEELS> for Logged<'_, P> {
         let readings = &self.ports.shared.readings;
         readings.set(Readings { wheel_speed_rad_s, ..readings.get() });
         Ok(wheel_speed_rad_s)
+    }
+
+    fn are_valid(&self) -> [bool; WHEELS] {
+        self.part.are_valid()
+    }
+
+    fn assume(&mut self, wheel: usize, speed_rad_s: Option<f32>) -> bool {
+        self.part.assume(wheel, speed_rad_s)
     }
 }

@@ -48,6 +48,8 @@ pub struct Differs {
 pub enum ReadError<E> {
     /// Bus error.
     Bus(E),
+    /// All bits of all axes are set: an undriven bus.
+    NoAnswer,
     /// Range or bandwidth differ from the settings: the chip has been reset, or was never
     /// configured. Every reading fails until [`RateGyro::restart`](crate::drivers::gyro::RateGyro::restart).
     SettingsLost(Differs),

@@ -75,6 +75,30 @@ pub enum Bandwidth {
     Odr100Filter32 = 7,
 }
 
+impl Bandwidth {
+    /// Bandwidth of the low-pass filter, Hz.
+    pub const fn filter_hz(self) -> u32 {
+        match self {
+            Self::Odr2000Filter532 => 532,
+            Self::Odr2000Filter230 => 230,
+            Self::Odr1000Filter116 => 116,
+            Self::Odr400Filter47 => 47,
+            Self::Odr200Filter23 => 23,
+            Self::Odr100Filter12 => 12,
+            Self::Odr200Filter64 => 64,
+            Self::Odr100Filter32 => 32,
+        }
+    }
+
+    /// Delay of the filter at low frequency, µs: `1/(2π f)`, that of a first-order low-pass filter of the
+    /// bandwidth `f`. 5 ms at 32 Hz, 13 ms at 12 Hz. The data sheet gives the bandwidth and no delay: a
+    /// filter of higher order has more, and a measured value replaces this one in [`Settings::delay_us`].
+    pub const fn delay_us(self) -> u32 {
+        // 10⁶/(2π) = 159,155.
+        159_155 / self.filter_hz()
+    }
+}
+
 /// Interrupt pin for a new sample: push-pull, active high.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
@@ -116,6 +140,8 @@ pub struct Settings {
     pub data_ready: DataReadyPin,
     /// Rotation from sensor axes to body axes. Default identity.
     pub body_from_sensor: Mat<f32, 3, 3>,
+    /// Delay of a reading, µs. Default that of the filter, [`Bandwidth::delay_us`].
+    pub delay_us: u32,
 }
 
 impl Default for Settings {
@@ -125,6 +151,7 @@ impl Default for Settings {
             bandwidth: Bandwidth::Odr100Filter32,
             data_ready: DataReadyPin::Int3,
             body_from_sensor: Mat::<f32, 3, 3>::identity(),
+            delay_us: Bandwidth::Odr100Filter32.delay_us(),
         }
     }
 }

@@ -300,3 +300,23 @@ fn bus_error_on_i2c_passes_through() {
     assert_eq!(started.err(), Some(StartError::Bus(error)));
     mock.done();
 }
+
+#[test]
+fn undriven_bus_is_no_rate() {
+    let (mut gyro, mut mock) = gyro(&read(0x02, &[0xFF; 6]));
+    assert_eq!(gyro.rate_rad_s(), Err(ReadError::NoAnswer));
+    mock.done();
+    let rate = rate_of([-1, -1, 0], Settings::default());
+    assert!(rate.x == rate.y && rate.x < 0.0 && rate.z == 0.0, "one count is a rate");
+}
+
+#[test]
+fn delay_is_that_of_the_filter_unless_it_was_measured() {
+    let delay_us = |bandwidth: Bandwidth| bandwidth.delay_us();
+    assert_eq!(delay_us(Bandwidth::Odr100Filter32), 4_973);
+    assert_eq!(delay_us(Bandwidth::Odr100Filter12), 13_262);
+    let settings = Settings { delay_us: 6_200, ..Settings::default() };
+    let mut mock = SpiMock::new(&[]);
+    assert_eq!(Bmi088::new(Spi::new(mock.clone()), settings).delay_us(), 6_200);
+    mock.done();
+}

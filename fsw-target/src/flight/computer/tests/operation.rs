@@ -1,351 +1,17 @@
-//! The flight computer on simulated parts, commanded by a simulated ground station.
+//! Sensors, telecommands, checkpoints and telemetry of the flight computer.
 
 extern crate std;
-use super::*;
+use super::super::checkpoints::MAX_BYTES;
+use super::super::*;
+use super::world::*;
 use crate::flight::selected::EstimatorId;
-use crate::flight::supervisor::FeedPermit;
-use crate::link::Receiver;
 use crate::link::frame::Frame;
 use crate::link::packet::SequenceCount;
-use crate::link::telemetry::{CheckpointState, ClockSource, Received, ResetCause, Telemetry};
-use crate::runtime::failure::LastRun;
+use crate::link::telemetry::{CheckpointState, Telemetry};
 use crate::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS};
-use crate::stand_in::recording::{Recording, Row};
-use core::cell::{Cell, RefCell};
-use core::convert::Infallible;
-use embedded_hal::delay::DelayNs;
-use embedded_hal_nb::serial::{ErrorType, Write};
-use embedded_storage::nor_flash::{
-    ErrorType as FlashErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
-use fsw_core::Prior;
 use fsw_core::{Estimator, Status, Vec3};
-use std::boxed::Box;
-use std::collections::VecDeque;
-use std::rc::Rc;
 use std::vec;
 use std::vec::Vec;
-
-/// State that the test shares with the parts of the computer: link, gyro, time, flash.
-#[derive(Default)]
-struct World {
-    to_computer: RefCell<VecDeque<u8>>,
-    from_computer: RefCell<VecDeque<u8>>,
-    gyro_is_absent: Cell<bool>,
-    gyro_starts: Cell<u32>,
-    gyro_is_set_up: Cell<bool>,
-    gyro_fails_its_test: Cell<bool>,
-    /// A sample of the self-test is pending.
-    test_sample_pending: Cell<bool>,
-    wheels_fail: Cell<bool>,
-    now_us: Cell<u64>,
-    feeds: Cell<u32>,
-    flash: RefCell<Vec<u8>>,
-    erasures: Cell<u32>,
-    /// Duration of an erasure, µs.
-    erasure_us: Cell<u64>,
-}
-
-/// A part of the computer: a handle to the shared state.
-#[derive(Clone)]
-struct Part(Rc<World>);
-
-/// Gyro of the recording, which can be absent.
-struct RecordedGyro(&'static Recording<'static, WHEELS>, Part);
-
-/// Time stamps of the recording and of self-test samples.
-struct RecordedDataReady(&'static Recording<'static, WHEELS>, Part);
-
-/// Wheels of the recording, which can fail.
-struct RecordedWheels(&'static Recording<'static, WHEELS>, Part);
-
-struct TestParts;
-
-impl Parts for TestParts {
-    type DataReady = RecordedDataReady;
-    type Gyro = RecordedGyro;
-    type Wheels = RecordedWheels;
-    type Torque = &'static Recording<'static, WHEELS>;
-    type Link = Part;
-    type Flash = Part;
-    type Board = Part;
-}
-
-impl crate::flight::sensors::Gyro for RecordedGyro {
-    type Error = ();
-
-    fn rate_rad_s(&mut self) -> Result<Vec3<f32>, ()> {
-        if !self.1.0.gyro_is_set_up.get() {
-            return Err(());
-        }
-        self.0.rate_rad_s().map_err(|_| ())
-    }
-}
-
-impl DataReady for RecordedDataReady {
-    fn take_us(&mut self) -> Option<u64> {
-        assert!(!self.1.0.test_sample_pending.get(), "a self-test sample is stepped");
-        self.0.take_us()
-    }
-
-    fn has_newer(&mut self) -> bool {
-        self.0.has_newer()
-    }
-
-    fn discard(&mut self) {
-        self.1.0.test_sample_pending.set(false);
-    }
-
-    fn overruns(&self) -> u32 {
-        self.0.overruns()
-    }
-}
-
-impl crate::flight::sensors::WheelTachometers<WHEELS> for RecordedWheels {
-    type Error = ();
-
-    fn speed_rad_s(&mut self) -> Result<[f32; WHEELS], ()> {
-        if self.1.0.wheels_fail.get() {
-            return Err(());
-        }
-        self.0.speed_rad_s().map_err(|_| ())
-    }
-}
-
-impl RateGyro for RecordedGyro {
-    const IDENTITY: u8 = 0x42;
-    type StartError = StartFault;
-    type SelfTestError = ();
-
-    fn restart(&mut self, _: &mut impl DelayNs) -> Result<(), StartFault> {
-        let world = &self.1.0;
-        world.gyro_starts.set(world.gyro_starts.get() + 1);
-        world.gyro_is_set_up.set(!world.gyro_is_absent.get());
-        match world.gyro_is_absent.get() {
-            true => Err(StartFault::WrongIdentity { found: 0xff }),
-            false => Ok(()),
-        }
-    }
-
-    fn self_test(&mut self, _: &mut impl DelayNs) -> Result<(), ()> {
-        self.1.0.test_sample_pending.set(true);
-        if self.1.0.gyro_fails_its_test.get() { Err(()) } else { Ok(()) }
-    }
-
-    fn range_rad_s(&self) -> f32 {
-        1.0
-    }
-
-    fn quantum_rad_s(&self) -> f32 {
-        1e-5
-    }
-}
-
-impl ErrorType for Part {
-    type Error = Infallible;
-}
-
-impl Read for Part {
-    fn read(&mut self) -> nb::Result<u8, Infallible> {
-        self.0.to_computer.borrow_mut().pop_front().ok_or(nb::Error::WouldBlock)
-    }
-}
-
-impl Write for Part {
-    fn write(&mut self, byte: u8) -> nb::Result<(), Infallible> {
-        self.0.from_computer.borrow_mut().push_back(byte);
-        Ok(())
-    }
-
-    fn flush(&mut self) -> nb::Result<(), Infallible> {
-        Ok(())
-    }
-}
-
-#[derive(Debug)]
-struct Beyond;
-
-impl NorFlashError for Beyond {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::OutOfBounds
-    }
-}
-
-impl FlashErrorType for Part {
-    type Error = Beyond;
-}
-
-impl ReadNorFlash for Part {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Beyond> {
-        let flash = self.0.flash.borrow();
-        let from = flash.get(offset as usize..offset as usize + bytes.len()).ok_or(Beyond)?;
-        bytes.copy_from_slice(from);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.flash.borrow().len()
-    }
-}
-
-impl NorFlash for Part {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = 1024;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Beyond> {
-        let mut flash = self.0.flash.borrow_mut();
-        flash.get_mut(from as usize..to as usize).ok_or(Beyond)?.fill(0xff);
-        self.0.erasures.set(self.0.erasures.get() + 1);
-        self.0.now_us.set(self.0.now_us.get() + self.0.erasure_us.get());
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Beyond> {
-        let mut flash = self.0.flash.borrow_mut();
-        let to = flash.get_mut(offset as usize..offset as usize + bytes.len()).ok_or(Beyond)?;
-        to.iter_mut().zip(bytes).for_each(|(to, byte)| *to &= byte);
-        Ok(())
-    }
-}
-
-impl DelayNs for Part {
-    fn delay_ns(&mut self, _: u32) {}
-}
-
-impl Housekeeping for Part {
-    type Delay = Self;
-
-    fn now_us(&mut self) -> u64 {
-        self.0.now_us.get()
-    }
-
-    fn resume_at(&mut self, time_us: u64) {
-        self.0.now_us.set(self.0.now_us.get().max(time_us));
-    }
-
-    fn delay(&mut self) -> &mut Self {
-        self
-    }
-
-    fn feed(&mut self, _: FeedPermit) {
-        self.0.feeds.set(self.0.feeds.get() + 1);
-    }
-
-    fn health(&mut self) -> Health {
-        Health {
-            reset_cause: ResetCause::PowerOn,
-            last_run: LastRun::default(),
-            clock: ClockSource::Crystal,
-            watchdog: true,
-            stack_high_water_bytes: 0,
-            serial_errors: 0,
-        }
-    }
-}
-
-/// A computer and its ground station.
-struct Ground {
-    world: Part,
-    computer: Computer<'static, TestParts>,
-    receiver: Receiver,
-    sequence_count: SequenceCount,
-}
-
-impl Ground {
-    /// A started computer with these samples and this content of the flash.
-    fn new(rows: &'static [Row<WHEELS>], flash: Vec<u8>, reporting: Reporting) -> Self {
-        Self::with_gyro(rows, flash, reporting, true)
-    }
-
-    fn with_gyro(
-        rows: &'static [Row<WHEELS>],
-        flash: Vec<u8>,
-        reporting: Reporting,
-        is_present: bool,
-    ) -> Self {
-        let world = Part(Rc::new(World { flash: RefCell::new(flash), ..World::default() }));
-        world.0.gyro_is_absent.set(!is_present);
-        let recording: &'static _ = Box::leak(Box::new(Recording::new(rows)));
-        let sensors = crate::flight::flight_loop::Sensors {
-            data_ready: RecordedDataReady(recording, world.clone()),
-            gyro: RecordedGyro(recording, world.clone()),
-            wheels: RecordedWheels(recording, world.clone()),
-            torque: recording,
-        };
-        let estimator = Box::leak(Box::new(SelectedEstimator::new(CRAFT).unwrap()));
-        let mut computer = Computer::new(
-            estimator,
-            sensors,
-            world.clone(),
-            world.clone(),
-            world.clone(),
-            reporting,
-        );
-        computer.start();
-        Self {
-            world,
-            computer,
-            receiver: Receiver::default(),
-            sequence_count: SequenceCount::new(0),
-        }
-    }
-
-    /// Polls the computer every 0.1 s and returns its telemetry.
-    fn poll(&mut self, times: u32) -> Vec<Telemetry> {
-        for _ in 0..times {
-            self.world.0.now_us.set(self.world.0.now_us.get() + 100_000);
-            self.computer.poll();
-        }
-        let bytes: Vec<u8> = self.world.0.from_computer.borrow_mut().drain(..).collect();
-        let received = bytes.into_iter().filter_map(|byte| self.receiver.push(byte));
-        received.map(|received| -> Received { received.unwrap() }).map(|r| r.telemetry).collect()
-    }
-
-    /// Sends a telecommand and returns its status report.
-    fn command(&mut self, command: Command) -> StatusReport {
-        self.sequence_count = crate::link::packet::next(self.sequence_count);
-        let packet = command.packet(self.sequence_count).unwrap();
-        let frame = Frame::of(packet.bytes()).unwrap();
-        self.world.0.to_computer.borrow_mut().extend(frame.bytes());
-        let sent = self.poll(1);
-        let status = statuses(&sent).last().copied().expect("a status report");
-        assert_eq!(status.last_command, Some(command.function()));
-        assert_eq!(status.last_sequence_count, self.sequence_count.value());
-        status
-    }
-}
-
-fn statuses(sent: &[Telemetry]) -> Vec<StatusReport> {
-    sent.iter()
-        .filter_map(|telemetry| match telemetry {
-            Telemetry::Status(status) => Some(*status),
-            _ => None,
-        })
-        .collect()
-}
-
-fn estimates(sent: &[Telemetry]) -> Vec<EstimateReport> {
-    sent.iter()
-        .filter_map(|telemetry| match telemetry {
-            Telemetry::Estimate(estimate) => Some(*estimate),
-            _ => None,
-        })
-        .collect()
-}
-
-const PRIOR: Prior<f32> = Prior {
-    inertia_kg_m2: [0.06, 0.1, 0.12, 0.0, 0.0, 0.0],
-    sigma_kg_m2: [0.02, 0.02, 0.02, 0.005, 0.005, 0.005],
-};
-
-/// Flash size, bytes: each half holds a checkpoint of `window`.
-const FLASH: usize = 96 * 1024;
-
-fn erased() -> Vec<u8> {
-    vec![0xff; FLASH]
-}
 
 #[test]
 fn telemetry_equals_the_estimator_bit_for_bit() {
@@ -452,7 +118,11 @@ fn an_absent_gyro_is_reported_and_started_once_it_answers() {
     assert_eq!((status.gyro, status.gyro_identity), (GyroState::WrongIdentity, Some(0xff)));
     assert!(status.gyro_failures > 30 && status.outcomes.accepted == 0);
     assert_eq!(ground.world.0.gyro_starts.get(), 5, "at the start, then once a second");
-    assert_eq!(ground.world.0.feeds.get(), 45, "every round completes");
+    assert_eq!(
+        ground.world.0.feeds.get(),
+        5 + 45,
+        "every stage of the start and every round completes"
+    );
 
     ground.world.0.gyro_is_absent.set(false);
     let sent = ground.poll(30);
@@ -539,9 +209,10 @@ fn a_window_closed_by_telecommand_is_completed_with_the_samples_that_follow() {
     assert_eq!(complete.estimate().status, Status::Converged);
 }
 
-/// Flash whose halves hold one checkpoint of `window`.
+/// Flash whose halves hold one checkpoint of the largest estimator.
 fn small_flash() -> Vec<u8> {
-    vec![0xff; 112 * 1024]
+    let checkpoint = MAX_BYTES.next_multiple_of(1024);
+    vec![0xff; 2 * (checkpoint + 1024)]
 }
 
 /// Longest erasure of a sector of an STM32F405, µs: twice `GYRO_SILENCE_US`.

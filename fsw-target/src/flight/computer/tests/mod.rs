@@ -1,0 +1,6 @@
+//! The flight computer on simulated parts, commanded by a simulated ground station.
+
+mod operation;
+mod security;
+mod start;
+mod world;
