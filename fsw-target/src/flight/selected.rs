@@ -353,7 +353,7 @@ mod tests {
             of([0.5, 0.500_01, 1.0, -0.5, 0.0, 0.0]), // principal moment 5e-6 between x and y
         ] {
             assert_eq!(estimator.set_prior(small), Err(Refused::BelowWheels), "{small:?}");
-            assert_eq!((estimator.prior(), estimator.estimate()), (None, before.clone()));
+            assert_eq!((estimator.prior(), estimator.estimate()), (None, before));
         }
         assert_eq!(estimator.set_prior(of([3e-5, 3e-5, 3e-5, 0.0, 0.0, 0.0])), Ok(()));
     }

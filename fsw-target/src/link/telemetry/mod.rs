@@ -196,7 +196,6 @@ mod tests {
     extern crate std;
     use super::fixtures::{any_estimate, any_status, estimate, status};
     use super::*;
-    use crate::link::wire::Writer;
     use proptest::prelude::*;
     use std::vec::Vec;
 
