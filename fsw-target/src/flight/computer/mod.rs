@@ -172,7 +172,7 @@ impl<'a, P: Parts> Computer<'a, P> {
     /// On-board time continues after that of the checkpoint, so that time stamps stay in order. The time
     /// without power is unknown: the estimator sees a gap.
     ///
-    /// After [`SHORT_LIVES`] short lives in a row the checkpoint is not restored: it may be their cause.
+    /// After three short lives in a row the checkpoint is not restored: it may be their cause.
     ///
     /// Each stage feeds the watchdog: an erasure (2 s) with the reading of the flash and the start of the gyro
     /// could exceed its period.
