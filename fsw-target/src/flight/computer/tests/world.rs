@@ -439,7 +439,7 @@ pub const PRIOR: Prior<f32> = Prior {
 };
 
 /// Flash size, bytes: each half holds a checkpoint of `window`.
-pub const FLASH: usize = 96 * 1024;
+pub const FLASH: usize = 128 * 1024;
 
 pub fn erased() -> Vec<u8> {
     vec![0xff; FLASH]
