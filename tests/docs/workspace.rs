@@ -88,7 +88,14 @@ impl Workspace {
                     let is_known = self.profiles.contains(profile);
                     is_known.then_some(()).ok_or(format!("no profile `{profile}`"))?;
                 }
-                "--release" | "--no-default-features" | "--workspace" | "--no-deps" | "--open" => {}
+                "--release"
+                | "--no-default-features"
+                | "--workspace"
+                | "--no-deps"
+                | "--open"
+                | "--lib" => {}
+                // Part of the names of tests.
+                filter if verb == "test" && !filter.starts_with('-') => {}
                 other => return Err(format!("an unknown flag `{other}`")),
             }
         }
