@@ -9,7 +9,8 @@ use tests::program::{cargo, repository};
 use super::command::host_sim_arguments;
 
 /// Programs from outside the workspace that pages may name.
-const EXTERNAL: [&str; 4] = ["qemu-system-arm", "rustup", "stty", "apt-get"];
+const EXTERNAL: [&str; 6] =
+    ["qemu-system-arm", "rustup", "stty", "apt-get", "openssl", "STM32_Programmer_CLI"];
 
 /// Cargo's own verbs that pages use.
 const CARGO_VERBS: [&str; 5] = ["build", "run", "test", "doc", "clippy"];
@@ -43,12 +44,14 @@ impl Workspace {
         }
     }
 
-    /// Checks one program with its arguments.
+    /// Checks one program with its arguments. Variables of its environment before it are not checked.
     pub fn check(&self, words: &[String]) -> Result<(), String> {
+        let variables = words.iter().take_while(|word| is_variable(word)).count();
+        let words = &words[variables..];
         if let Some(arguments) = host_sim_arguments(words) {
             return check_host_sim(arguments);
         }
-        match words[0].as_str() {
+        match words.first().ok_or("variables without a program")?.as_str() {
             "cargo" => self.check_cargo(&words[1..]),
             program if EXTERNAL.contains(&program) => Ok(()),
             script if repository().join(script).exists() => Ok(()),
@@ -85,7 +88,14 @@ impl Workspace {
                     let is_known = self.profiles.contains(profile);
                     is_known.then_some(()).ok_or(format!("no profile `{profile}`"))?;
                 }
-                "--release" | "--no-default-features" | "--workspace" | "--no-deps" | "--open" => {}
+                "--release"
+                | "--no-default-features"
+                | "--workspace"
+                | "--no-deps"
+                | "--open"
+                | "--lib" => {}
+                // Part of the names of tests.
+                filter if verb == "test" && !filter.starts_with('-') => {}
                 other => return Err(format!("an unknown flag `{other}`")),
             }
         }
@@ -122,4 +132,10 @@ fn check_host_sim(arguments: &[String]) -> Result<(), String> {
     let flags = arguments.iter().filter(|word| word.starts_with("--") && *word != "--help");
     let mut unknown = flags.filter(|flag| !help.contains(flag.as_str()));
     unknown.next().map_or(Ok(()), |flag| Err(format!("{verbs:?} has no flag `{flag}`")))
+}
+
+/// True for `NAME=value`.
+fn is_variable(word: &str) -> bool {
+    let name = word.split_once('=').map_or("", |(name, _)| name);
+    !name.is_empty() && name.chars().all(|c| c.is_ascii_uppercase() || c == '_')
 }
