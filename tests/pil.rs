@@ -143,7 +143,8 @@ fn time_offset_is_found_by_the_firmware() -> Result<()> {
     let Some((value_s, sigma_s)) = found else { bail!("no time offset among the unknowns") };
     println!("time offset {value_s} s, sigma {sigma_s} s, true {expected_s} s");
     assert!((value_s - expected_s).abs() < 4.0 * sigma_s, "{value_s} +- {sigma_s}: {expected_s}");
-    assert!(sigma_s < 1e-3, "the motion shows the offset: {sigma_s}");
+    // Stated: 5 ms. Scale, axes and wheels limit the offset, not noise.
+    assert!(sigma_s < 4e-3, "the motion shows the offset: {sigma_s}");
     Ok(())
 }
 

@@ -225,7 +225,8 @@ fn with_a_key_only_packets_with_its_tag_are_printed() {
 fn damaged_packets_are_noted_and_the_others_printed() {
     let mut damaged = line();
     damaged[41] ^= 1; // first byte of jxx
-    let output = telemetry(&damaged[..damaged.len() - 22], &[]);
+    // Within the disturbance torque: at the zeros behind it every byte ends a group.
+    let output = telemetry(&damaged[..damaged.len() - 60], &[]);
     assert!(output.status.success());
     assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 2);
     let notes = String::from_utf8_lossy(&output.stderr);

@@ -509,9 +509,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         let Work::Descent(Descent { pass, from, end, .. }) = &mut self.work else { return };
         pass.torque_per_rad = torque_per_rad;
         pass.drift = Drift::new(walked, noise, stretch.duration_s, rest_s);
-        pass.scale_rad_s = typical.max(noise);
-        let expected = pass.scale_rad_s.max(reference);
-        pass.watch_rad_s = (expected * expected + pass.explained * T::lit(EXPLAINED_SQUARE)).sqrt();
+        let (scale, explained) = (typical.max(noise), pass.explained * T::lit(EXPLAINED_SQUARE));
+        let watch = scale.max(reference);
+        pass.scale_rad_s = (scale * scale + explained).sqrt();
+        pass.watch_rad_s = (watch * watch + explained).sqrt();
         pass.unit_rad_s = noise;
         pass.unit_per_kg_m2 = unit;
         let wheels = stretch.wheels_n_m_s * unit;
