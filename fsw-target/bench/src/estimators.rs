@@ -12,8 +12,7 @@ use fsw_core::{Coasting, Prior};
 use fsw_core::{ConfigError, Outcome, Sample, Status, WheelArray};
 use fsw_roster::Work;
 use fsw_steps::{
-    BLOCKS, EkfSgfRls, JointEkf, JointEkfOfHardware, Step, Window9, Window12, Window15, Window18,
-    WindowOfHardware,
+    BLOCKS, EkfSgfRls, JointEkf, JointEkfOfHardware, Step, Window9, Window18, WindowOfHardware,
 };
 use fsw_target::flight::computer::SLICES_PER_SAMPLE;
 use fsw_target::flight::craft::WHEELS;
@@ -95,13 +94,11 @@ pub fn fly_all(counter: &mut Counter, places: &mut Places) -> Result<(), ConfigE
     // As in the flight image: the slices are the caller's.
     let config = window::Config { slices_per_step: 0, ..window::Config::new(noise) };
     bench.fly("window-9", place, |place| begin(place.nine(wheels), config))?;
-    bench.fly("window-12", place, |place| begin(place.twelve(wheels), config))?;
     let config = window::Config {
         disturbance_torque_n_m: Some(DISTURBANCE_TORQUE_N_M),
         gyro_bias_rad_s: Some(GYRO_BIAS_RAD_S),
         ..config
     };
-    bench.fly("window-15", place, |place| begin(place.fifteen(wheels), config))?;
     bench.fly("window-18", place, |place| begin(place.eighteen(wheels), config))?;
     let config =
         window::Config { slices_per_step: 0, hardware: HARDWARE, ..window::Config::new(noise) };
@@ -128,8 +125,6 @@ enum AnyEstimator {
     OfHardware(JointEkfOfHardware),
     Regression(EkfSgfRls),
     Nine(Window9),
-    Twelve(Window12),
-    Fifteen(Window15),
     Eighteen(Window18),
     OfStated(WindowOfHardware),
 }
@@ -155,8 +150,7 @@ macro_rules! in_place {
 }
 
 in_place! {
-    nine: Nine(Window9), twelve: Twelve(Window12), fifteen: Fifteen(Window15),
-    eighteen: Eighteen(Window18), of_stated: OfStated(WindowOfHardware)
+    nine: Nine(Window9), eighteen: Eighteen(Window18), of_stated: OfStated(WindowOfHardware)
 }
 
 impl AnyEstimator {

@@ -1,10 +1,7 @@
 //! Work of an estimator beside its steps, in slices.
 
 use fsw_core::estimator::window::Remaining;
-use fsw_steps::{
-    EkfSgfRls, JointEkf, JointEkfOfHardware, Window9, Window12, Window15, Window18,
-    WindowOfHardware,
-};
+use fsw_steps::{EkfSgfRls, JointEkf, JointEkfOfHardware, Window9, Window18, WindowOfHardware};
 
 /// Work beside the steps.
 pub trait Work {
@@ -30,4 +27,4 @@ macro_rules! work_of_windows {
     };
 }
 
-work_of_windows!(Window9, Window12, Window15, Window18, WindowOfHardware);
+work_of_windows!(Window9, Window18, WindowOfHardware);

@@ -12,5 +12,5 @@ mod step;
 
 pub use step::{
     BLOCKS, CONSIDERED, EkfSgfRls, Fast, JointEkf, JointEkfOfHardware, Step, WHEELS, Window9,
-    Window12, Window15, Window18, WindowOfHardware, step_covariance,
+    Window18, WindowOfHardware, step_covariance,
 };

@@ -14,10 +14,6 @@ pub const BLOCKS: usize = 512;
 
 /// `window` with nine unknowns: angular momentum and inertia.
 pub type Window9 = Window<f32, WHEELS, BLOCKS, 9>;
-/// `window` with twelve unknowns: torque as well, tested and constrained to zero.
-pub type Window12 = Window<f32, WHEELS, BLOCKS, 12>;
-/// `window` with 15 unknowns: torque and gyro bias as well.
-pub type Window15 = Window<f32, WHEELS, BLOCKS, 15>;
 /// `window` with 18 unknowns: torque, gyro bias and drag as well.
 pub type Window18 = Window<f32, WHEELS, BLOCKS, 18>;
 /// `window` for stated hardware, 15 unknowns: momentum and inertia, and time offset, torque scale and common spin inertia.
@@ -75,7 +71,7 @@ macro_rules! step_fast {
     };
 }
 
-step_fast!(Window::step_alone: Window9, Window12, Window15, Window18, WindowOfHardware);
+step_fast!(Window::step_alone: Window9, Window18, WindowOfHardware);
 step_fast!(Estimator::step: JointEkf, JointEkfOfHardware, EkfSgfRls);
 
 /// Prediction and update of the covariance of `joint-ekf` alone, for the bench.
