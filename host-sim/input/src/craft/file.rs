@@ -196,7 +196,7 @@ struct CraftFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::craft::Mode;
+    use crate::craft::{Mode, WheelLimits};
     use crate::error::Problem;
 
     fn message(text: &str) -> String {
@@ -237,6 +237,7 @@ mod tests {
                 name: Some("+x \"fast\"".to_owned()),
                 axis: Vector3::new(1.0, 1.0, 1.0).normalize(),
                 spin_inertia_kg_m2: 2.1e-5,
+                limits: WheelLimits { max_torque_n_m: Some(1e-3), max_speed_rad_s: Some(680.0) },
             }],
             gyro: GyroData {
                 noise_rad_s: Some(1e-4),
