@@ -82,9 +82,7 @@ pub(super) struct Spline {
     /// Torque at the steps and momentum at the half steps, by variable.
     torque: DMatrix<f64>,
     momentum: DMatrix<f64>,
-    /// Knots in the manoeuvre, and B-spline coefficients by variable.
-    pub knots: usize,
-    pub steps_per_knot: usize,
+    /// B-spline coefficients by variable.
     coefficients: DMatrix<f64>,
 }
 
@@ -128,8 +126,6 @@ impl Spline {
             steps,
             torque: torque * &coefficients,
             momentum: momentum * &coefficients,
-            knots: intervals,
-            steps_per_knot: STEPS_PER_KNOT,
             coefficients,
         }
     }

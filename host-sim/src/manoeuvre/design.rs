@@ -87,18 +87,25 @@ pub struct Design {
     pub knot_s: f64,
     /// Number of times that the pattern is flown.
     pub repeats: usize,
-    /// Decrease of sigma, per cent, for a limit wider by one per cent; by kind, largest first.
-    pub elasticities: Vec<(Kind, f64)>,
-    /// Fixed manoeuvres, best first. Those that observe nothing are last.
+    /// Share of each kind of limit in what limits the design, largest first: its multipliers over those of all.
+    pub limiting: Vec<(Kind, f64)>,
+    /// Standard manoeuvres, best first. Those that observe nothing are last.
     pub fixed: Vec<Manoeuvre>,
+    /// Cosines of the best frequency.
+    pub tuned: Option<Manoeuvre>,
     /// Starts that were completed, of those asked for.
     pub starts: [usize; 2],
 }
 
 impl Design {
-    /// Size of sigma of the best fixed manoeuvre over that of the design.
+    /// Size of sigma of the best standard manoeuvre over that of the design.
     pub fn gain(&self) -> f64 {
-        self.fixed.first().map_or(f64::INFINITY, |fixed| (fixed.log_size - self.best.log_size).exp())
+        self.fixed.first().map_or(f64::INFINITY, |fixed| self.gain_over(fixed))
+    }
+
+    /// Size of sigma of a manoeuvre over that of the design.
+    pub fn gain_over(&self, other: &Manoeuvre) -> f64 {
+        (other.log_size - self.best.log_size).exp()
     }
 }
 
@@ -109,7 +116,7 @@ pub struct Progress {
     pub done: usize,
     /// Rounds of all starts.
     pub of: usize,
-    /// Gain over the best fixed manoeuvre so far.
+    /// Gain over the best standard manoeuvre so far.
     pub gain: f64,
 }
 
@@ -118,7 +125,7 @@ struct Found {
     variables: Vec<f64>,
     factor: f64,
     manoeuvre: Manoeuvre,
-    elasticities: Vec<(Kind, f64)>,
+    limiting: Vec<(Kind, f64)>,
 }
 
 /// Parts that all starts share.
@@ -146,11 +153,11 @@ pub fn design(
     let problem = Problem::new(scenario, request)?;
     let extremes = problem.extremes(request.seed)?;
     let samples = problem.samples(request.effort.samples, request.seed)?;
-    let fixed = fixed_manoeuvres(&problem, &samples, &extremes);
+    let candidates = fixed_manoeuvres(&problem, &samples, &extremes);
     let grid = Grid::new(&problem);
     let knot_s = grid.samples_per_knot as f64 / problem.rate_hz;
     let spline = Spline::new(grid.knots, knot_s, problem.is_without_momentum());
-    let first = fixed.first().ok_or(DesignError::Nothing)?;
+    let first = candidates.first().ok_or(DesignError::Nothing)?;
     let usages = usage_of_all(&problem, &first.table, &extremes).ok_or(DesignError::Nothing)?;
     let search = Search {
         objective: Objective {
@@ -166,8 +173,13 @@ pub fn design(
         extremes,
         stop,
     };
-    let starts = search.starts(&fixed, request);
-    let (found, completed) = search.run(&starts, request, first.log_size, progress);
+    let starts = search.starts(&candidates, request);
+    let is_tuned = |manoeuvre: &Manoeuvre| manoeuvre.name.starts_with(fixed::COSINES);
+    let (tuned, fixed): (Vec<Manoeuvre>, Vec<Manoeuvre>) =
+        candidates.into_iter().partition(is_tuned);
+    let (tuned, reference) = (tuned.into_iter().next(), fixed.first());
+    let reference = reference.map_or(f64::INFINITY, |fixed| fixed.log_size);
+    let (found, completed) = search.run(&starts, request, reference, progress);
     let found = found.ok_or(if stop.load(Ordering::Relaxed) {
         DesignError::Stopped
     } else {
@@ -181,8 +193,9 @@ pub fn design(
         best: found.manoeuvre,
         knot_s,
         repeats: grid.repeats,
-        elasticities: found.elasticities,
+        limiting: found.limiting,
         fixed,
+        tuned,
         starts: [completed, starts.len()],
     })
 }
@@ -355,7 +368,7 @@ impl Search<'_> {
                         variables: minimisation.variables.clone(),
                         factor,
                         manoeuvre,
-                        elasticities: elasticities(&minimisation.multipliers),
+                        limiting: limiting(&minimisation.multipliers),
                     });
                 }
             }
@@ -373,13 +386,15 @@ impl Search<'_> {
     }
 }
 
-/// Decrease of the logarithm of sigma by that of each limit, `2 Σ λ`: the limit enters as `(x/x_max)² − 1`.
-fn elasticities(multipliers: &[(Kind, f64)]) -> Vec<(Kind, f64)> {
-    let sum = |wanted: Kind| {
-        let own = multipliers.iter().filter(|(kind, _)| *kind == wanted);
-        (wanted, 2.0 * own.map(|(_, multiplier)| multiplier).sum::<f64>())
+/// Multipliers of each kind over their sum. A multiplier is the change of the objective by its limit.
+fn limiting(multipliers: &[(Kind, f64)]) -> Vec<(Kind, f64)> {
+    let of = |wanted: Option<Kind>| -> f64 {
+        let own = multipliers.iter().filter(|(kind, _)| wanted.is_none_or(|wanted| *kind == wanted));
+        own.map(|(_, multiplier)| multiplier).sum()
     };
-    let mut all: Vec<(Kind, f64)> = Kind::ALL.into_iter().map(sum).collect();
-    all.sort_by(|a, b| b.1.total_cmp(&a.1));
-    all
+    let all = of(None).max(f64::MIN_POSITIVE);
+    let mut shares: Vec<(Kind, f64)> =
+        Kind::ALL.into_iter().map(|kind| (kind, of(Some(kind)) / all)).collect();
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    shares
 }

@@ -5,7 +5,10 @@
 //! | fourteen profiles | those of \[ElHariry2026\]: constant, sines, multisine, chirp, two-level, random |
 //! | sequential slews | about x, then y, then z: accelerate, brake and return, the torque ±1 |
 //! | single axis | the slew about one axis, for the whole duration |
-//! | cosines | about each axis a cosine of another whole number of cycles, in proportion to the moments |
+//! | tuned cosines | about each axis a cosine of another whole number of cycles, in proportion to the moments |
+//!
+//! The first three are the standard manoeuvres. The frequency of the cosines is the best of a sweep for the very
+//! limits, a one-parameter design of its own, and is compared apart.
 //!
 //! The profiles of the paper last 60 s; in a longer manoeuvre they repeat, in a shorter one they are cut.
 //! Each is tapered over 2 s at both ends and made drift-free: terms `w` and `w (t − T/2)` of the taper `w` are

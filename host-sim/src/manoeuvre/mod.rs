@@ -23,6 +23,11 @@ mod optimise;
 mod problem;
 pub mod samples;
 mod scale;
+mod series;
+mod subject;
+#[cfg(test)]
+mod tests;
+mod trade;
 
 pub use columns::Treatment;
 pub use command::Table;
@@ -31,3 +36,7 @@ pub use information::Criterion;
 pub use limits::{KeepOut, Kind as LimitKind, Limits};
 pub use problem::{DesignError, Effort, Request};
 pub use scale::MARGIN;
+pub use series::{Accuracy, SeriesRow, accuracy, series};
+pub use subject::{SubjectError, flown, subject};
+pub(crate) use subject::stamp_s;
+pub use trade::{Trade, TradeRow, trade};

@@ -149,6 +149,13 @@ pub enum DesignError {
     Nothing,
 }
 
+impl DesignError {
+    /// True if another input would be accepted; false if the computation had no result.
+    pub fn is_of_input(&self) -> bool {
+        !matches!(self, Self::Stopped | Self::Nothing)
+    }
+}
+
 /// The problem.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {

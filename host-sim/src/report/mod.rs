@@ -7,6 +7,7 @@
 //!                   all of these ──► out_dir: report.md, result.json, history.csv, log.csv, *.svg
 //! campaign ───┬─► json::McReport ──► --json, table
 //!             └─► runs::RunRow, one per run ──► CSV file
+//! manoeuvre ──► json::DesignReport ──► --json, table, design: folder
 //! fault ──────► json::FaultsReport ──► --json, table
 //! papers ─────┬─► published::TablesReport ──► --json, published::text, published::folder
 //!             └─► published::PaperFigure ──► published::folder
@@ -19,6 +20,7 @@
 mod assemble;
 mod campaign;
 mod columns;
+mod design;
 mod faults;
 mod files;
 pub mod history;
@@ -33,11 +35,12 @@ pub mod published;
 pub mod runs;
 pub mod table;
 
+pub use design::{DesignFolder, write_trade};
 pub use files::OutputError;
 pub use history::{AccelerationRow, HistoryRow};
 pub use json::{
-    CrlbReport, DiagnosisReport, ExplanationReport, FaultsReport, LogReport, McReport,
-    ReplayReport, RunReport, Status,
+    CrlbReport, DesignReport, DiagnosisReport, ExplanationReport, FaultsReport, LogReport, McReport,
+    ReplayReport, RunReport, Status, TradeReport,
 };
 pub use out_dir::{ReportFolder, Simulated};
 pub use published::TablesReport;
