@@ -4,6 +4,7 @@
 //! [diagnose]: self::diagnose
 //! [keys]: crate::input::keys
 //! [campaigns]: self::campaigns
+//! [manoeuvres]: self::manoeuvres
 //! [faults]: self::faults
 //! [papers]: self::papers
 //! [pil]: self::pil
@@ -37,6 +38,11 @@ pub mod diagnose {}
 ///
 #[doc = include_str!("../docs/campaigns.md")]
 pub mod campaigns {}
+
+/// [keys]: crate::input::keys
+///
+#[doc = include_str!("../docs/manoeuvres.md")]
+pub mod manoeuvres {}
 
 /// [scenarios]: crate::docs::scenarios
 ///

@@ -1,67 +1,130 @@
-//! Benchmark of designed manoeuvres.
+//! Benchmark of designed manoeuvres. Commands:
+//!
+//! ```sh
+//! cargo run --release -p tests --bin manoeuvre                    the table of host-sim/docs/manoeuvres.md
+//! cargo run --release -p tests --bin manoeuvre -- --all           every combination, with and without a cone
+//! cargo run --release -p tests --bin manoeuvre -- --random 1000   random designs flown by the truth
+//! ```
+//!
+//! A row has the bound of the inertia after the design, √tr C / ‖j‖, that of the best standard manoeuvre over it,
+//! and that of cosines of the best frequency over it. A limit exceeded by a random design is printed as MISSED,
+//! and the exit status is then 1.
 
-use std::time::Instant;
+use std::io::{Write, stdout};
+use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Parser;
 use host_sim::manoeuvre::Effort;
-use tests::manoeuvre::{Case, SATELLITES};
+use tests::manoeuvre::random::{self, Worst};
+use tests::manoeuvre::{Case, SATELLITES, Satellite};
 
-/// Score of designed manoeuvres: sigma of the best fixed manoeuvre over that of the design.
+/// Score designed manoeuvres against the best standard ones.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// Excursions, deg.
+    /// Largest excursions, deg.
     #[arg(long, value_delimiter = ',', default_value = "0.05,0.5,2,5,20")]
     excursion: Vec<f64>,
-    /// Shares of the largest momentum.
+    /// Shares of the wheels' momentum.
     #[arg(long, value_delimiter = ',', default_value = "1")]
     momentum: Vec<f64>,
     /// Durations, s.
     #[arg(long, value_delimiter = ',', default_value = "60")]
     duration: Vec<f64>,
-    /// Errors of the prior, share.
+    /// Errors of the prior, shares.
     #[arg(long, value_delimiter = ',', default_value = "0")]
     prior: Vec<f64>,
-    /// Satellites, 0 to 2.
-    #[arg(long, value_delimiter = ',', default_value = "0,1,2")]
-    satellite: Vec<usize>,
+    /// With a keep-out cone one degree from the boresight.
     #[arg(long)]
     cone: bool,
-    #[arg(long, default_value_t = 4)]
-    starts: usize,
-    #[arg(long, default_value_t = 8)]
-    rounds: usize,
-    #[arg(long, default_value_t = 40)]
-    iterations: u64,
-    #[arg(long, default_value_t = 5)]
-    samples: usize,
+    /// Every combination: momentum 20, 50, 100 %, 15, 60, 600 s, prior 0, 20, 50 %, with and without the cone.
+    #[arg(long)]
+    all: bool,
+    /// Satellites, 1 to 3.
+    #[arg(long, value_delimiter = ',', default_value = "1,2,3")]
+    satellite: Vec<usize>,
+    /// Seed.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Number of random designs, in place of the table.
+    #[arg(long)]
+    random: Option<u64>,
 }
 
-fn main() -> Result<()> {
-    let a = Arguments::parse();
-    let effort =
-        Effort { starts: a.starts, rounds: a.rounds, iterations: a.iterations, samples: a.samples };
-    for &satellite in &a.satellite {
-        for &duration_s in &a.duration {
-            for &excursion_deg in &a.excursion {
-                for &momentum_share in &a.momentum {
-                    for &prior_error in &a.prior {
-                        let case = Case { excursion_deg, momentum_share, duration_s, prior_error, has_cone: a.cone };
-                        let begun = Instant::now();
-                        let score = case.score(&SATELLITES[satellite], effort, 0)?;
-                        println!(
-                            "{satellite} T {duration_s} exc {excursion_deg} h {momentum_share} prior {prior_error}: design {:.4} % fixed {:.4} % {} gain {:.2}  knots {:.2} s x{}  {:?} {:?} {:.1} s",
-                            100.0 * score.sigma, 100.0 * score.fixed_sigma, score.fixed, score.gain(),
-                            score.design.knot_s, score.design.repeats,
-                            score.design.best.usage.iter().filter_map(|(k, u)| Some((k.name(), (u.as_ref()? * 1000.0).round() / 1000.0))).collect::<Vec<_>>(),
-                            score.design.elasticities.iter().map(|(k, e)| (k.name(), (e * 100.0).round() / 100.0)).filter(|x| x.1 != 0.0).collect::<Vec<_>>(),
-                            begun.elapsed().as_secs_f64()
-                        );
-                        println!("   {:?}", score.design.fixed.iter().take(6).map(|f| format!("{} {:.2}", f.name, (f.log_size - score.design.best.log_size).exp())).collect::<Vec<_>>());
-                    }
+fn main() -> Result<ExitCode> {
+    let arguments = Arguments::parse();
+    if let Some(count) = arguments.random {
+        return random_designs(arguments.seed, count);
+    }
+    writeln!(
+        stdout(),
+        "| satellite | duration, s | excursion, deg | momentum, % | prior, % | cone | sigma, % | best standard | gain | \
+         over tuned cosines |\n|---|---|---|---|---|---|---|---|---|---|"
+    )?;
+    for case in cases(&arguments) {
+        for number in &arguments.satellite {
+            if let Some(satellite) = number.checked_sub(1).and_then(|i| SATELLITES.get(i)) {
+                row(satellite, &case, arguments.seed)?;
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn cases(arguments: &Arguments) -> Vec<Case> {
+    let all = |list: &[f64], every: &[f64]| if arguments.all { every } else { list }.to_vec();
+    let cones = if arguments.all { vec![false, true] } else { vec![arguments.cone] };
+    let mut cases = Vec::new();
+    for duration_s in all(&arguments.duration, &[15.0, 60.0, 600.0]) {
+        for &excursion_deg in &arguments.excursion {
+            for momentum_share in all(&arguments.momentum, &[0.2, 0.5, 1.0]) {
+                for prior_error in all(&arguments.prior, &[0.0, 0.2, 0.5]) {
+                    cases.extend(cones.iter().map(|&has_cone| Case {
+                        excursion_deg,
+                        momentum_share,
+                        duration_s,
+                        prior_error,
+                        has_cone,
+                    }));
                 }
             }
         }
     }
+    cases
+}
+
+fn row(satellite: &Satellite, case: &Case, seed: u64) -> Result<()> {
+    let head = format!(
+        "| {} | {} | {} | {:.0} | {:.0} | {} |",
+        satellite.name,
+        case.duration_s,
+        case.excursion_deg,
+        100.0 * case.momentum_share,
+        100.0 * case.prior_error,
+        if case.has_cone { "yes" } else { "–" },
+    );
+    match case.score(satellite, Effort::default(), seed) {
+        Ok(score) => {
+            let tuned = score.design.tuned.as_ref();
+            let tuned =
+                tuned.map_or("–".to_owned(), |t| format!("{:.2}", score.design.gain_over(t)));
+            let (percent, gain) = (100.0 * score.sigma, score.gain());
+            writeln!(stdout(), "{head} {percent:.4} | {} | {gain:.2} | {tuned} |", score.fixed)?;
+        }
+        Err(error) => writeln!(stdout(), "{head} {error} |||")?,
+    }
     Ok(())
+}
+
+fn random_designs(seed: u64, count: u64) -> Result<ExitCode> {
+    let mut worst = Worst::default();
+    for seed in seed..seed + count {
+        let flown = random::fly(seed)?;
+        if let Some(missed) = flown.missed() {
+            writeln!(stdout(), "seed {seed}: MISSED {missed}")?;
+        }
+        worst.add(&flown);
+    }
+    writeln!(stdout(), "{worst}")?;
+    Ok(if worst.missed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

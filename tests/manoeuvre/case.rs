@@ -5,9 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result};
 use host_sim::input::Scenario;
-use host_sim::manoeuvre::{
-    Criterion, Design, Effort, KeepOut, Limits, Request, Treatment, design,
-};
+use host_sim::manoeuvre::{Criterion, Design, Effort, KeepOut, Limits, Request, Treatment, design};
 use nalgebra::Vector3;
 
 /// A satellite of \[ElHariry2025\].
@@ -167,7 +165,8 @@ impl Case {
     /// No manoeuvre within the limits.
     pub fn score(&self, satellite: &Satellite, effort: Effort, seed: u64) -> Result<Score> {
         let scenario = satellite.scenario(self.prior_error)?;
-        let design = design(&scenario, &self.request(effort, seed), &AtomicBool::new(false), &|_| ())?;
+        let design =
+            design(&scenario, &self.request(effort, seed), &AtomicBool::new(false), &|_| ())?;
         let inertia = satellite.inertia_kg_m2();
         let size = inertia.iter().map(|j| j * j).sum::<f64>().sqrt();
         let mean = satellite.moments_kg_m2.iter().sum::<f64>() / 3.0;

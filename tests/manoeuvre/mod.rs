@@ -6,5 +6,6 @@
 //! ```
 
 pub mod case;
+pub mod random;
 
 pub use case::{Case, SATELLITES, Satellite, Score};

@@ -51,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
     rate_hz: f64,
     /// Manoeuvres from which the search starts
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = count)]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = count)]
     starts: usize,
     /// Seed of starts and of samples of the prior
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -74,12 +74,16 @@ pub struct Arguments {
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    let number: f64 = text.trim_end_matches("deg").parse().map_err(|_| "not a number".to_owned())?;
+    let number: f64 =
+        text.trim_end_matches("deg").parse().map_err(|_| "not a number".to_owned())?;
     (number.is_finite() && number > 0.0).then_some(number).ok_or("it must be positive".to_owned())
 }
 
 fn count(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|count| *count > 0).ok_or("it must be a whole number above 0".to_owned())
+    text.parse()
+        .ok()
+        .filter(|count| *count > 0)
+        .ok_or("it must be a whole number above 0".to_owned())
 }
 
 fn range(text: &str) -> Result<[f64; 2], String> {
@@ -128,8 +132,7 @@ impl Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = subject(&arguments.subject, arguments.rate_hz)?;
-    let failed =
-        |error: DesignError| Failure::Design { scenario: scenario.name.clone(), error };
+    let failed = |error: DesignError| Failure::Design { scenario: scenario.name.clone(), error };
     let mut notes = Notes::default();
     if scenario.prior.is_none() {
         notes.add("no [prior]: the design is for the inertia of the scenario, as if it were known");
@@ -153,7 +156,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let found = found.map_err(failed)?;
     let [completed, starts] = found.starts;
     if completed < starts {
-        notes.add(format!("stopped with {completed} of {starts} starts complete; the result is the best so far"));
+        notes.add(format!(
+            "stopped with {completed} of {starts} starts complete; the result is the best so far"
+        ));
     }
     let accuracy = accuracy(&scenario, &request, &found.best).map_err(failed)?;
     let report = DesignReport::new(&scenario, &request, &found, &accuracy);
@@ -185,8 +190,7 @@ fn run_trade(
     let bar = progress_bar(arguments.points as u64, "designs");
     let rows = trade(scenario, request, (quantity, range, arguments.points), &stop, &|| bar.inc(1));
     bar.finish_and_clear();
-    let rows =
-        rows.map_err(|error| Failure::Design { scenario: scenario.name.clone(), error })?;
+    let rows = rows.map_err(|error| Failure::Design { scenario: scenario.name.clone(), error })?;
     if rows.is_empty() {
         return Err(Failure::Interrupted);
     }

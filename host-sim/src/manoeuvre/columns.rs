@@ -64,13 +64,17 @@ impl Columns {
         let stated = &scenario.hardware;
         let mut all: Vec<Column> = (0..3).map(|axis| free(Kind::Rate(axis))).collect();
         all.extend((0..6).map(|element| Column {
-            prior_sigma: prior_sigma_kg_m2
-                .map_or(NO_PRIOR_SIGMA, |sigma| (sigma[element] / unit_kg_m2).min(NO_PRIOR_SIGMA)),
+            prior_sigma:
+                prior_sigma_kg_m2.map_or(NO_PRIOR_SIGMA, |sigma| {
+                    (sigma[element] / unit_kg_m2).min(NO_PRIOR_SIGMA)
+                }),
             ..free(Kind::Inertia(element))
         }));
         if scenario.solve_for.torque {
             let sigma = stated.torque_sigma_n_m.map_or(NO_PRIOR_SIGMA, |sigma| sigma / unit_kg_m2);
-            all.extend((0..3).map(|axis| Column { prior_sigma: sigma, ..free(Kind::Torque(axis)) }));
+            all.extend(
+                (0..3).map(|axis| Column { prior_sigma: sigma, ..free(Kind::Torque(axis)) }),
+            );
         }
         let is_considered = treatment == Treatment::Considered;
         let hardware = errors(scenario).into_iter().map(|(error, prior_sigma)| Column {

@@ -202,7 +202,8 @@ fn null_space(splines: usize, is_mirrored: bool) -> DMatrix<f64> {
             row
         }));
     }
-    let normal = rows.iter().fold(DMatrix::zeros(splines, splines), |sum, row| sum + row * row.transpose());
+    let normal =
+        rows.iter().fold(DMatrix::zeros(splines, splines), |sum, row| sum + row * row.transpose());
     let limit = NULL_SHARE * normal.trace();
     let eigen = normal.symmetric_eigen();
     let free: Vec<usize> = (0..splines).filter(|i| eigen.eigenvalues[*i].abs() < limit).collect();

@@ -153,20 +153,24 @@ pub fn design(
     let problem = Problem::new(scenario, request)?;
     let extremes = problem.extremes(request.seed)?;
     let samples = problem.samples(request.effort.samples, request.seed)?;
-    let candidates = fixed_manoeuvres(&problem, &samples, &extremes);
+    let bounding = bounding(&problem, &extremes).ok_or(DesignError::Nothing)?;
+    let candidates = fixed_manoeuvres(&problem, &samples, &bounding);
+    let first = candidates.first().ok_or(DesignError::Nothing)?;
+    // Variables of the size one: a small excursion takes a small share of the torque.
+    let torque_share =
+        first.usage.iter().find_map(|(kind, used)| used.filter(|_| *kind == Kind::Torque));
+    let unit = torque_share.filter(|share| *share > 0.0).unwrap_or(1.0);
     let grid = Grid::new(&problem);
     let knot_s = grid.samples_per_knot as f64 / problem.rate_hz;
     let spline = Spline::new(grid.knots, knot_s, problem.is_without_momentum());
-    let first = candidates.first().ok_or(DesignError::Nothing)?;
-    let usages = usage_of_all(&problem, &first.table, &extremes).ok_or(DesignError::Nothing)?;
     let search = Search {
         objective: Objective {
             problem: &problem,
             spline: &spline,
-            scale: problem.wheels.iter().map(|wheel| wheel.max_torque_n_m).collect(),
+            scale: problem.wheels.iter().map(|wheel| unit * wheel.max_torque_n_m).collect(),
             repeats: grid.repeats as f64,
             samples,
-            bounding: worst(&usages, &extremes),
+            bounding,
         },
         problem: &problem,
         grid,
@@ -200,14 +204,25 @@ pub fn design(
     })
 }
 
-/// Fixed manoeuvres within the limits, best first.
+/// Inertias of largest motion: those of a rotation about each axis in turn.
+fn bounding(problem: &Problem, extremes: &[[f64; 6]]) -> Option<Vec<[f64; 6]>> {
+    let all = fixed::all(problem);
+    let slews = all.iter().find(|fixed| fixed.name == fixed::SEQUENTIAL_SLEWS)?;
+    let mean = &problem.prior.inertia_kg_m2;
+    // The slews are scaled at the mean: the order of the inertias does not depend on the size of the motion.
+    let factor = largest_factor(problem, &slews.table, &[*mean], false)?.factor;
+    let usages = usage_of_all(problem, &slews.table.scaled(factor), extremes)?;
+    Some(worst(&usages, extremes))
+}
+
+/// Fixed manoeuvres within the limits at these inertias, best first.
 fn fixed_manoeuvres(
     problem: &Problem,
     samples: &[[f64; 6]],
-    extremes: &[[f64; 6]],
+    bounding: &[[f64; 6]],
 ) -> Vec<Manoeuvre> {
     let of = |fixed: &fixed::Fixed| {
-        let scaled = largest_factor(problem, &fixed.table, extremes, false)?;
+        let scaled = largest_factor(problem, &fixed.table, bounding, false)?;
         let table = fixed.table.scaled(scaled.factor);
         Some(manoeuvre(problem, fixed.name.clone(), table, samples, &scaled))
     };
@@ -247,15 +262,18 @@ impl Search<'_> {
     /// scaled to the limits; best first.
     fn starts(&self, fixed: &[Manoeuvre], request: &Request) -> Vec<Vec<f64>> {
         let spline = self.objective.spline;
-        let mut candidates: Vec<Vec<f64>> =
-            fixed.iter().take(2 * request.effort.starts).map(|fixed| self.fit(&fixed.table)).collect();
+        let mut candidates: Vec<Vec<f64>> = fixed
+            .iter()
+            .take(2 * request.effort.starts)
+            .map(|fixed| self.fit(&fixed.table))
+            .collect();
         let mut random = Pcg64::seed_from_u64(request.seed);
         let count = spline.variables() * self.problem.wheels.len();
         for _ in 0..2 * request.effort.starts {
             candidates.push((0..count).map(|_| random.random::<f64>() - 0.5).collect());
         }
         let of = |variables: &Vec<f64>| {
-            let (factor, found) = self.scaled(variables)?;
+            let (factor, found) = self.scaled(variables, &self.objective.bounding)?;
             let scaled = variables.iter().map(|x| x * factor).collect();
             Some((found.log_size, scaled))
         };
@@ -277,19 +295,15 @@ impl Search<'_> {
         (0..self.problem.wheels.len()).flat_map(|wheel| spline.fit(&torque(wheel))).collect()
     }
 
-    /// Largest factor of these variables within the limits, and the manoeuvre.
-    fn scaled(&self, variables: &[f64]) -> Option<(f64, Manoeuvre)> {
-        // The pattern alone is searched; the whole manoeuvre is proven.
-        let pattern = self.table(variables, 1);
-        let mut factor = largest_factor(self.problem, &pattern, &self.extremes, true)?.factor;
+    /// Largest factor of these variables within the limits at these inertias, and the manoeuvre.
+    fn scaled(&self, variables: &[f64], inertias: &[[f64; 6]]) -> Option<(f64, Manoeuvre)> {
         let whole = self.table(variables, self.grid.repeats);
-        if self.grid.repeats > 1 && !self.problem.is_without_momentum() {
-            factor = largest_factor(self.problem, &whole, &self.extremes, true)?.factor;
-        }
+        // A pattern that returns exactly repeats the same motion.
+        let is_same = self.problem.is_without_momentum();
+        let flown = if is_same { &self.table(variables, 1) } else { &whole };
+        let scaled = largest_factor(self.problem, flown, inertias, true)?;
+        let factor = scaled.factor;
         let table = whole.scaled(factor);
-        let usage = usage_of_all(self.problem, &table, &self.objective.bounding)?;
-        let usage = usage.into_iter().reduce(|sum, usage| sum.and(&usage))?;
-        let scaled = Scaled { factor, usage };
         let name = "design".to_owned();
         let found = manoeuvre(self.problem, name, table, &self.objective.samples, &scaled);
         found.log_size.is_finite().then_some((factor, found))
@@ -362,7 +376,8 @@ impl Search<'_> {
         let mut minimisation = Minimisation::new(&self.objective, self.stop, start);
         let mut best: Option<Found> = None;
         for round in 0..=request.effort.rounds {
-            if let Some((factor, manoeuvre)) = self.scaled(&minimisation.variables) {
+            let inertias = &self.objective.bounding;
+            if let Some((factor, manoeuvre)) = self.scaled(&minimisation.variables, inertias) {
                 if best.as_ref().is_none_or(|b| manoeuvre.log_size < b.manoeuvre.log_size) {
                     best = Some(Found {
                         variables: minimisation.variables.clone(),
@@ -376,20 +391,28 @@ impl Search<'_> {
                 show(best.as_ref().map_or(f64::INFINITY, |b| b.manoeuvre.log_size));
             }
             if self.stop.load(Ordering::Relaxed) {
-                return (best, false);
+                return (self.proven(best), false);
             }
             if round < request.effort.rounds {
                 minimisation.round(request.effort.iterations);
             }
         }
-        (best, true)
+        (self.proven(best), true)
+    }
+
+    /// The same scaled to the limits at every extreme inertia.
+    fn proven(&self, found: Option<Found>) -> Option<Found> {
+        let found = found?;
+        let (factor, manoeuvre) = self.scaled(&found.variables, &self.extremes)?;
+        Some(Found { factor, manoeuvre, ..found })
     }
 }
 
 /// Multipliers of each kind over their sum. A multiplier is the change of the objective by its limit.
 fn limiting(multipliers: &[(Kind, f64)]) -> Vec<(Kind, f64)> {
     let of = |wanted: Option<Kind>| -> f64 {
-        let own = multipliers.iter().filter(|(kind, _)| wanted.is_none_or(|wanted| *kind == wanted));
+        let own =
+            multipliers.iter().filter(|(kind, _)| wanted.is_none_or(|wanted| *kind == wanted));
         own.map(|(_, multiplier)| multiplier).sum()
     };
     let all = of(None).max(f64::MIN_POSITIVE);

@@ -5,7 +5,7 @@
 //! | fourteen profiles | those of \[ElHariry2026\]: constant, sines, multisine, chirp, two-level, random |
 //! | sequential slews | about x, then y, then z: accelerate, brake and return, the torque ±1 |
 //! | single axis | the slew about one axis, for the whole duration |
-//! | tuned cosines | about each axis a cosine of another whole number of cycles, in proportion to the moments |
+//! | tuned cosines | rotation about each axis as a cosine of another frequency, smooth at both ends |
 //!
 //! The first three are the standard manoeuvres. The frequency of the cosines is the best of a sweep for the very
 //! limits, a one-parameter design of its own, and is compared apart.
@@ -47,6 +47,8 @@ const TAPER_S: f64 = 2.0;
 const MOST_TAPER: f64 = 0.1;
 /// Name of the family of cosines with the best number of cycles.
 pub const COSINES: &str = "cosines";
+/// Name of the slews about the three axes in turn.
+pub(super) const SEQUENTIAL_SLEWS: &str = "sequential-slews";
 
 /// A manoeuvre of a fixed shape.
 pub(super) struct Fixed {
@@ -66,16 +68,18 @@ pub(super) fn all(problem: &Problem) -> Vec<Fixed> {
             add(name.to_owned(), &|t| scenario.torque.at(t % PAPER_S));
         }
     }
-    for (axis, name) in ["single-axis-x", "single-axis-y", "single-axis-z"].into_iter().enumerate() {
+    for (axis, name) in ["single-axis-x", "single-axis-y", "single-axis-z"].into_iter().enumerate()
+    {
         add(name.to_owned(), &|t| Vector3::ith(axis, slew(t / duration_s)));
     }
-    add("sequential-slews".to_owned(), &|t| {
+    add(SEQUENTIAL_SLEWS.to_owned(), &|t| {
         let third = 3.0 * t / duration_s;
         Vector3::ith((third as usize).min(2), slew(third.fract()))
     });
-    for cycles in cycles(problem) {
-        add(format!("{COSINES}-{cycles}"), &|t| cosines(problem, cycles, t / duration_s));
-    }
+    all.extend(cycles(problem).into_iter().map(|cycles| Fixed {
+        name: format!("{COSINES}-{cycles}"),
+        table: cosines(problem, cycles),
+    }));
     all
 }
 
@@ -89,7 +93,7 @@ fn slew(share: f64) -> f64 {
 fn cycles(problem: &Problem) -> Vec<u32> {
     /// Samples per cycle of the fastest cosine.
     const FEWEST_SAMPLES: f64 = 32.0;
-    let most = problem.duration_s * problem.rate_hz / FEWEST_SAMPLES / 2.0;
+    let most = problem.duration_s * problem.rate_hz / FEWEST_SAMPLES / RATIOS[2];
     let mut all = vec![1];
     while let Some(last) = all.last().copied()
         && f64::from(last) * 1.25 < most
@@ -99,15 +103,31 @@ fn cycles(problem: &Problem) -> Vec<u32> {
     all
 }
 
-fn cosines(problem: &Problem, cycles: u32, share: f64) -> Vector3<f64> {
-    // Ratios near 1, 4/3, 5/3 with whole numbers of cycles: the motions about the axes are orthogonal.
-    let next = |ratio: f64| (f64::from(cycles) * ratio).ceil().max(f64::from(cycles) + 3.0 * (ratio - 1.0));
-    let numbers = [f64::from(cycles), next(4.0 / 3.0), next(5.0 / 3.0)];
+/// Frequencies about the three axes over that of the slowest: the motions are nearly orthogonal.
+const RATIOS: [f64; 3] = [1.0, 4.0 / 3.0, 5.0 / 3.0];
+
+/// Table of rotations `θ(t) = w(t) cos(2π f (t − T/2))` of equal amplitude, `w` a sine squared over one cycle of the
+/// slowest at both ends. The torque is `J θ̈` by second differences, whose sums `Σ u` and `Σ t u` are zero.
+fn cosines(problem: &Problem, cycles: u32) -> Table {
+    let step_s = 1.0 / problem.rate_hz;
+    let last = (problem.duration_s * problem.rate_hz).round() as i64;
+    let ramp = (last as f64 / f64::from(cycles)).min(last as f64 / 2.0);
     let moments = problem.prior.inertia_kg_m2;
-    Vector3::from_fn(|axis, _| moments[axis] * (TAU * numbers[axis] * share).cos())
+    let angle = |row: i64| -> Vector3<f64> {
+        let end = row.min(last - row).max(0) as f64;
+        let window = (TAU / 4.0 * (end / ramp).min(1.0)).sin().powi(2);
+        let middle = row as f64 / last as f64 - 0.5;
+        Vector3::from_fn(|axis, _| {
+            let turns = f64::from(cycles) * RATIOS[axis] * middle;
+            moments[axis] * window * (TAU * turns).cos()
+        })
+    };
+    let body: Vec<Vector3<f64>> =
+        (0..=last).map(|row| angle(row - 1) - angle(row) * 2.0 + angle(row + 1)).collect();
+    of_wheels(problem, &body, step_s)
 }
 
-/// The drift-free table of a torque on the body, its largest torque that of a wheel's limit.
+/// The drift-free table of a torque on the body.
 fn table(problem: &Problem, torque: &dyn Fn(f64) -> Vector3<f64>) -> Table {
     let step_s = 1.0 / problem.rate_hz;
     let rows = (problem.duration_s * problem.rate_hz).round() as usize + 1;
@@ -116,8 +136,7 @@ fn table(problem: &Problem, torque: &dyn Fn(f64) -> Vector3<f64>) -> Table {
     let time = |row: usize| row as f64 * step_s;
     let taper = |row: usize| (time(row).min(end_s - time(row)) / taper_s).clamp(0.0, 1.0);
     let lever = |row: usize| time(row) / end_s - 0.5;
-    let mut body: Vec<Vector3<f64>> =
-        (0..rows).map(|row| torque(time(row)) * taper(row)).collect();
+    let mut body: Vec<Vector3<f64>> = (0..rows).map(|row| torque(time(row)) * taper(row)).collect();
     let sums = (0..rows).fold([0.0; 3], |[a, b, c], row| {
         let (w, x) = (taper(row), lever(row));
         [a + w, b + w * x, c + w * x * x]
@@ -134,6 +153,11 @@ fn table(problem: &Problem, torque: &dyn Fn(f64) -> Vector3<f64>) -> Table {
             }
         }
     }
+    of_wheels(problem, &body, step_s)
+}
+
+/// Table of the wheels for a torque on the body, its largest torque that of a wheel's limit.
+fn of_wheels(problem: &Problem, body: &[Vector3<f64>], step_s: f64) -> Table {
     let distribution = problem.distribution();
     let wheels = |v: &Vector3<f64>| distribution.iter().map(|row| row.dot(v)).collect();
     let table = Table { step_s, torque_n_m: body.iter().map(wheels).collect() };

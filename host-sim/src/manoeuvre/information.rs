@@ -52,7 +52,8 @@ impl Criterion {
                 let largest = power.eigenvalues.max();
                 let shares = power.eigenvalues.map(|value| value / largest);
                 let sum: f64 = shares.iter().map(|share| share.powi(LARGEST_POWER)).sum();
-                let weights = shares.map(|share| share.powi(LARGEST_POWER - 1) / (2.0 * sum * largest));
+                let weights =
+                    shares.map(|share| share.powi(LARGEST_POWER - 1) / (2.0 * sum * largest));
                 let v = &power.eigenvectors;
                 let size = 0.5 * (largest.ln() + sum.ln() / f64::from(LARGEST_POWER));
                 (size, v * Matrix6::from_diagonal(&weights) * v.transpose())
@@ -106,7 +107,11 @@ impl<'a> Information<'a> {
     }
 
     /// Size of the covariance, and its derivative by the information added; none if it is not a number.
-    pub(super) fn size(&self, noise_rad_s: f64, criterion: Criterion) -> Option<(f64, DMatrix<f64>)> {
+    pub(super) fn size(
+        &self,
+        noise_rad_s: f64,
+        criterion: Criterion,
+    ) -> Option<(f64, DMatrix<f64>)> {
         let parts = self.parts(noise_rad_s)?;
         let spread = &parts.k * parts.k.transpose();
         let (size, w6) = criterion.size(&parts.of_inertia(&(&parts.c + &spread)));
@@ -187,7 +192,10 @@ mod tests {
             let count = columns.all.len();
             let mut information = Information::new(&columns);
             for k in 0..40 {
-                let entry = |i, j| ((k * 7 + 3 * i + j * j) as f64).sin() * 1e-3;
+                // Rows without a pattern, so that the information has full rank.
+                let entry = |i, j| {
+                    ((k * 97 + 31 * i + 7 * j * j + j) as f64 * 12.9898).sin() * 43.758 % 1e-3
+                };
                 information.add(&DMatrix::from_fn(3, count, entry), 1.0);
             }
             for criterion in [Criterion::A, Criterion::D, Criterion::E] {

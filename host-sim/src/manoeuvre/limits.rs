@@ -73,14 +73,8 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 6] = [
-        Self::Torque,
-        Self::Momentum,
-        Self::Excursion,
-        Self::Rate,
-        Self::Cone,
-        Self::Return,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Torque, Self::Momentum, Self::Excursion, Self::Rate, Self::Cone, Self::Return];
 
     /// Name in tables.
     pub fn name(self) -> &'static str {
@@ -140,7 +134,8 @@ pub(super) fn values(
 ) -> Vec<Value> {
     let limits = &problem.limits;
     let mut all = Vec::with_capacity(2 * problem.wheels.len() + 3 + limits.keep_out.len());
-    let square = |kind, x: f64, limit: f64| (kind, (x / limit).powi(2) - 1.0, 2.0 * x / (limit * limit));
+    let square =
+        |kind, x: f64, limit: f64| (kind, (x / limit).powi(2) - 1.0, 2.0 * x / (limit * limit));
     for (i, wheel) in problem.wheels.iter().enumerate() {
         let (kind, c, by) = square(Kind::Torque, command.torque(step)[i], wheel.max_torque_n_m);
         all.push(Value { kind, c, derivative: Derivative::Torque { wheel: i, by } });

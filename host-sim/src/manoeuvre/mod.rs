@@ -37,6 +37,6 @@ pub use limits::{KeepOut, Kind as LimitKind, Limits};
 pub use problem::{DesignError, Effort, Request};
 pub use scale::MARGIN;
 pub use series::{Accuracy, SeriesRow, accuracy, series};
-pub use subject::{SubjectError, flown, subject};
 pub(crate) use subject::stamp_s;
+pub use subject::{SubjectError, flown, subject};
 pub use trade::{Trade, TradeRow, trade};

@@ -344,7 +344,8 @@ impl<'a> Model<'a> {
         for instant in (0..=command.steps).rev() {
             if instant < command.steps {
                 stages.run(self, command, instant, &states[instant]);
-                adjoint = stages.pull(self, command, instant, &states[instant], adjoint, by_momentum);
+                adjoint =
+                    stages.pull(self, command, instant, &states[instant], adjoint, by_momentum);
             }
             self.pull_output(
                 &states[instant],

@@ -119,8 +119,7 @@ impl Objective<'_> {
         variables: &[f64],
         lagrangian: &Lagrangian,
     ) -> Option<Evaluation> {
-        let command =
-            self.spline.command(variables, &self.scale, &self.problem.start_momentum());
+        let command = self.spline.command(variables, &self.scale, &self.problem.start_momentum());
         let share = 1.0 / self.samples.len() as f64;
         let tasks: Vec<(bool, usize)> = (0..self.samples.len())
             .map(|i| (true, i))
@@ -197,10 +196,8 @@ impl Objective<'_> {
     /// Number of limits of one inertia: those of each instant, and the return.
     fn limits_of_inertia(&self, command: &Command) -> usize {
         let Problem { wheels, limits, .. } = self.problem;
-        let each = 2 * wheels.len()
-            + 1
-            + usize::from(limits.rate_rad_s.is_some())
-            + limits.keep_out.len();
+        let each =
+            2 * wheels.len() + 1 + usize::from(limits.rate_rad_s.is_some()) + limits.keep_out.len();
         each * (command.steps + 1) + 1
     }
 }
@@ -219,14 +216,13 @@ fn pulled(
     Part { value, by_momentum, by_torque, limits }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::input::Scenario;
+    use crate::input::scenario::TorqueProfile;
     use crate::manoeuvre::{Criterion, Effort, KeepOut, Limits, Request, Treatment};
     use crate::truth::Flight;
-    use crate::input::scenario::TorqueProfile;
     use nalgebra::Vector3;
 
     fn request(treatment: Treatment) -> Request {
@@ -315,8 +311,11 @@ mod tests {
             scenario.duration_s = 24.0;
             let spline = Spline::new(10, 2.4, false);
             let y = variables(3 * spline.variables());
-            let start: Vec<f64> =
-                scenario.wheels.iter().map(|w| w.wheel.spin_inertia_kg_m2 * w.speed_rad_s).collect();
+            let start: Vec<f64> = scenario
+                .wheels
+                .iter()
+                .map(|w| w.wheel.spin_inertia_kg_m2 * w.speed_rad_s)
+                .collect();
             let coarse = spline.command(&y, &[0.02; 3], &start);
             let table = crate::manoeuvre::Table {
                 step_s: coarse.step_s / 3.0,

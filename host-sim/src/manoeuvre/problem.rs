@@ -59,7 +59,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { starts: 6, rounds: 12, iterations: 40, samples: 5 }
+        Self { starts: 4, rounds: 6, iterations: 30, samples: 5 }
     }
 }
 
@@ -213,7 +213,12 @@ impl Problem {
         let samples = self.duration_s * self.rate_hz;
         if samples < LEAST_SAMPLES as f64 {
             let Self { duration_s, rate_hz, .. } = *self;
-            return Err(DesignError::TooShort { duration_s, rate_hz, samples, least: LEAST_SAMPLES });
+            return Err(DesignError::TooShort {
+                duration_s,
+                rate_hz,
+                samples,
+                least: LEAST_SAMPLES,
+            });
         }
         for (index, cone) in self.limits.keep_out.iter().enumerate() {
             let angle_rad = cone.angle_rad(&self.attitude);

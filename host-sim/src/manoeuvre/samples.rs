@@ -85,8 +85,7 @@ impl Problem {
         let at = |share: f64| -> [f64; 6] {
             std::array::from_fn(|i| {
                 let sign = if corner >> i & 1 == 0 { -1.0 } else { 1.0 };
-                self.prior.inertia_kg_m2[i]
-                    + sign * share * BOX_SIGMAS * self.prior.sigma_kg_m2[i]
+                self.prior.inertia_kg_m2[i] + sign * share * BOX_SIGMAS * self.prior.sigma_kg_m2[i]
             })
         };
         let (mut inside, mut step) = (0.0, 1.0);

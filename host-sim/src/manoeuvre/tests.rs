@@ -59,7 +59,8 @@ fn satellite(speed_rad_s: f64) -> Scenario {
         )
     };
     let wheels: String = axes.iter().enumerate().map(wheel).collect();
-    Scenario::from_toml("s.toml", &format!("{SATELLITE}{wheels}"), std::path::Path::new("")).unwrap()
+    Scenario::from_toml("s.toml", &format!("{SATELLITE}{wheels}"), std::path::Path::new(""))
+        .unwrap()
 }
 
 fn run(scenario: &Scenario, request: &Request) -> Design {
@@ -174,15 +175,23 @@ fn each_missing_or_contradictory_input_is_named() {
         message(&|scenario, _| scenario.wheels[1].wheel.limits.max_speed_rad_s = None),
         "wheel[2] has no `max_speed_rad_s`",
     );
-    expect(message(&|scenario, _| scenario.wheels[0].speed_rad_s = 301.0), "wheel[1] starts at 301");
-    expect(message(&|scenario, _| scenario.spacecraft.rate_rad_s.x = 0.01), "the body turns at 0.01");
+    expect(
+        message(&|scenario, _| scenario.wheels[0].speed_rad_s = 301.0),
+        "wheel[1] starts at 301",
+    );
+    expect(
+        message(&|scenario, _| scenario.spacecraft.rate_rad_s.x = 0.01),
+        "the body turns at 0.01",
+    );
     expect(message(&|_, request| request.duration_s = 5.0), "50 samples");
     expect(
         message(&|_, request| request.limits.keep_out[0].half_angle_rad = 0.9),
         "keep-out cone 1: the boresight is 45.6 deg",
     );
     expect(
-        message(&|scenario, _| scenario.prior.as_mut().unwrap().inertia_kg_m2 = [1e-5, 1e-5, 1e-5, 0.0, 0.0, 0.0]),
+        message(&|scenario, _| {
+            scenario.prior.as_mut().unwrap().inertia_kg_m2 = [1e-5, 1e-5, 1e-5, 0.0, 0.0, 0.0]
+        }),
         "does not carry the wheels",
     );
 }

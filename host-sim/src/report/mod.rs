@@ -39,8 +39,8 @@ pub use design::{DesignFolder, write_trade};
 pub use files::OutputError;
 pub use history::{AccelerationRow, HistoryRow};
 pub use json::{
-    CrlbReport, DesignReport, DiagnosisReport, ExplanationReport, FaultsReport, LogReport, McReport,
-    ReplayReport, RunReport, Status, TradeReport,
+    CrlbReport, DesignReport, DiagnosisReport, ExplanationReport, FaultsReport, LogReport,
+    McReport, ReplayReport, RunReport, Status, TradeReport,
 };
 pub use out_dir::{ReportFolder, Simulated};
 pub use published::TablesReport;

@@ -54,15 +54,7 @@ pub const MAX_SPEED: Key = Key::required(
 pub const TABLE: Table = Table {
     header: "[[wheel]]",
     about: "A reaction wheel. At most 8, in the order of the log's columns; none is valid.",
-    keys: &[
-        NAME,
-        AXIS,
-        SPIN_INERTIA,
-        MAX_TORQUE,
-        MAX_SPEED,
-        SPIN_INERTIA_SIGMA,
-        AXIS_SIGMA,
-    ],
+    keys: &[NAME, AXIS, SPIN_INERTIA, MAX_TORQUE, MAX_SPEED, SPIN_INERTIA_SIGMA, AXIS_SIGMA],
 };
 
 /// A reaction wheel: balanced, symmetric about its axis.

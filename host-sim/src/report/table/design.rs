@@ -63,9 +63,7 @@ fn elements(report: &DesignReport) -> String {
     ]);
     for (i, name) in ELEMENT_NAMES.iter().enumerate() {
         let expected = report.inertia_kg_m2[i];
-        let percent = |sigma: f64| {
-            (expected != 0.0).then(|| 100.0 * sigma / expected.abs())
-        };
+        let percent = |sigma: f64| (expected != 0.0).then(|| 100.0 * sigma / expected.abs());
         let before = report.sigma_before_kg_m2.map(|sigma| sigma[i]);
         let after = report.sigma_kg_m2[i];
         table.row([
@@ -81,20 +79,21 @@ fn elements(report: &DesignReport) -> String {
 }
 
 fn axes(report: &DesignReport) -> String {
-    let mut table =
-        Columns::new(&[("principal axis", ""), ("before", "deg"), ("after", "deg")]);
+    let mut table = Columns::new(&[("principal axis", ""), ("before", "deg"), ("after", "deg")]);
     for (i, name) in ["of the least moment", "of the middle moment", "of the largest moment"]
         .into_iter()
         .enumerate()
     {
-        let [before, after] = [report.axes_before_deg, report.axes_deg].map(|axes| short(axes[i], EMPTY));
+        let [before, after] =
+            [report.axes_before_deg, report.axes_deg].map(|axes| short(axes[i], EMPTY));
         table.row([name.to_owned(), before, after]);
     }
     table.finish()
 }
 
 fn fixed(report: &DesignReport) -> String {
-    let mut table = Columns::new(&[("manoeuvre within the same limits", ""), ("sigma / design", "")]);
+    let mut table =
+        Columns::new(&[("manoeuvre within the same limits", ""), ("sigma / design", "")]);
     let tuned = report.tuned.iter().map(|row| (format!("{} (tuned)", row.name), row));
     let standard = report.fixed.iter().take(SHOWN).map(|row| (row.name.clone(), row));
     for (name, row) in standard.chain(tuned) {
