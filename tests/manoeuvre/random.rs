@@ -177,21 +177,7 @@ fn problem(random: &mut Pcg64, seed: u64) -> Result<(Scenario, Request)> {
          [gyro]\nrate_hz = {RATE_HZ}\nnoise_rad_s = 1e-4\n[disturbance]\ntorque = true\n",
         [0.0; 3].map(|_: f64| 360.0 * random.random::<f64>()),
     );
-    let axes: &[[f64; 3]] = if random.random::<bool>() {
-        &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-    } else {
-        &[[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]
-    };
-    let is_biased = random.random::<f64>() < 0.25;
-    for axis in axes {
-        let speed =
-            if is_biased { 0.3 * SPEED_RAD_S * (random.random::<f64>() - 0.5) } else { 0.0 };
-        text += &format!(
-            "[[wheel]]\naxis = {axis:?}\nspin_inertia_kg_m2 = {:?}\nmax_torque_n_m = {torque_n_m:?}\n\
-             max_speed_rad_s = {SPEED_RAD_S:?}\nspeed_rad_s = {speed:?}\n",
-            momentum / SPEED_RAD_S
-        );
-    }
+    text += &wheels(random, torque_n_m, momentum);
     let scenario = Scenario::from_toml("random", &text, Path::new(""))?;
     let keep_out = if random.random::<bool>() { vec![cone(random, &scenario)] } else { Vec::new() };
     let limits = Limits {
@@ -212,6 +198,26 @@ fn problem(random: &mut Pcg64, seed: u64) -> Result<(Scenario, Request)> {
         effort: EFFORT,
     };
     Ok((scenario, request))
+}
+
+/// Wheel tables: three orthogonal wheels or four of a pyramid; in a quarter of the cases with a momentum bias.
+fn wheels(random: &mut Pcg64, torque_n_m: f64, momentum_n_m_s: f64) -> String {
+    let axes: &[[f64; 3]] = if random.random::<bool>() {
+        &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    } else {
+        &[[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]
+    };
+    let is_biased = random.random::<f64>() < 0.25;
+    let wheel = |axis: &[f64; 3]| {
+        let speed =
+            if is_biased { 0.3 * SPEED_RAD_S * (random.random::<f64>() - 0.5) } else { 0.0 };
+        format!(
+            "[[wheel]]\naxis = {axis:?}\nspin_inertia_kg_m2 = {:?}\nmax_torque_n_m = {torque_n_m:?}\n\
+             max_speed_rad_s = {SPEED_RAD_S:?}\nspeed_rad_s = {speed:?}\n",
+            momentum_n_m_s / SPEED_RAD_S
+        )
+    };
+    axes.iter().map(wheel).collect()
 }
 
 /// A cone of 30 deg whose axis is 35 deg from the boresight at the start.

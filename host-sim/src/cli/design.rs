@@ -134,12 +134,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = subject(&arguments.subject, arguments.rate_hz)?;
     let failed = |error: DesignError| Failure::Design { scenario: scenario.name.clone(), error };
     let mut notes = Notes::default();
-    if scenario.prior.is_none() {
-        notes.add("no [prior]: the design is for the inertia of the scenario, as if it were known");
-    }
-    if !scenario.hardware.modes.is_empty() {
-        notes.add("[[mode]] is left out of the design: a rigid body is assumed");
-    }
+    note_assumptions(&scenario, &mut notes);
     let request = arguments.request();
     if let Some(quantity) = arguments.trade {
         return run_trade(arguments, &scenario, &request, quantity);
@@ -164,18 +159,28 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let report = DesignReport::new(&scenario, &request, &found, &accuracy);
     let text = table::design(&report);
     if let Some(folder) = &arguments.out {
-        let of = |manoeuvre| series(&scenario, &request, manoeuvre).map_err(failed);
+        let of = |manoeuvre| series(&scenario, &request, manoeuvre);
+        let standard = found.fixed.first().map(of).transpose().map_err(failed)?;
         DesignFolder {
             command: &command_line(),
             table: &text,
             result: &report,
             scenario: &flown(&scenario, &found.best.table),
-            series: &of(&found.best)?,
-            standard: &found.fixed.first().map(of).transpose()?.unwrap_or_default(),
+            series: &of(&found.best).map_err(failed)?,
+            standard: &standard.unwrap_or_default(),
         }
         .write(folder)?;
     }
     print(arguments.json, &report, &text)
+}
+
+fn note_assumptions(scenario: &Scenario, notes: &mut Notes) {
+    if scenario.prior.is_none() {
+        notes.add("no [prior]: the design is for the inertia of the scenario, as if it were known");
+    }
+    if !scenario.hardware.modes.is_empty() {
+        notes.add("[[mode]] is left out of the design: a rigid body is assumed");
+    }
 }
 
 fn run_trade(

@@ -60,6 +60,15 @@ impl Grid {
         let repeats = knots.div_ceil(MOST_KNOTS);
         Self { knots: knots / repeats, samples_per_knot, repeats }
     }
+
+    fn knot_s(&self, problem: &Problem) -> f64 {
+        self.samples_per_knot as f64 / problem.rate_hz
+    }
+
+    /// The spline, mirrored if the motion then returns for every inertia.
+    fn spline(&self, problem: &Problem) -> Spline {
+        Spline::new(self.knots, self.knot_s(problem), problem.is_without_momentum())
+    }
 }
 
 /// A manoeuvre with its accuracy.
@@ -155,53 +164,47 @@ pub fn design(
     let samples = problem.samples(request.effort.samples, request.seed)?;
     let bounding = bounding(&problem, &extremes).ok_or(DesignError::Nothing)?;
     let candidates = fixed_manoeuvres(&problem, &samples, &bounding);
-    let first = candidates.first().ok_or(DesignError::Nothing)?;
-    // Variables of the size one: a small excursion takes a small share of the torque.
-    let torque_share =
-        first.usage.iter().find_map(|(kind, used)| used.filter(|_| *kind == Kind::Torque));
-    let unit = torque_share.filter(|share| *share > 0.0).unwrap_or(1.0);
+    let unit = unit(candidates.first().ok_or(DesignError::Nothing)?);
     let grid = Grid::new(&problem);
-    let knot_s = grid.samples_per_knot as f64 / problem.rate_hz;
-    let spline = Spline::new(grid.knots, knot_s, problem.is_without_momentum());
-    let search = Search {
-        objective: Objective {
-            problem: &problem,
-            spline: &spline,
-            scale: problem.wheels.iter().map(|wheel| unit * wheel.max_torque_n_m).collect(),
-            repeats: grid.repeats as f64,
-            samples,
-            bounding,
-        },
+    let spline = grid.spline(&problem);
+    let objective = Objective {
         problem: &problem,
-        grid,
-        extremes,
-        stop,
+        spline: &spline,
+        scale: problem.wheels.iter().map(|wheel| unit * wheel.max_torque_n_m).collect(),
+        repeats: grid.repeats as f64,
+        samples,
+        bounding,
     };
+    let search = Search { problem: &problem, objective, grid, extremes, stop };
     let starts = search.starts(&candidates, request);
-    let is_tuned = |manoeuvre: &Manoeuvre| manoeuvre.name.starts_with(fixed::COSINES);
     let (tuned, fixed): (Vec<Manoeuvre>, Vec<Manoeuvre>) =
-        candidates.into_iter().partition(is_tuned);
+        candidates.into_iter().partition(|of| of.name.starts_with(fixed::COSINES));
     let (tuned, reference) = (tuned.into_iter().next(), fixed.first());
     let reference = reference.map_or(f64::INFINITY, |fixed| fixed.log_size);
     let (found, completed) = search.run(&starts, request, reference, progress);
-    let found = found.ok_or(if stop.load(Ordering::Relaxed) {
-        DesignError::Stopped
-    } else {
-        DesignError::Nothing
-    })?;
+    let is_stopped = stop.load(Ordering::Relaxed);
+    let none = if is_stopped { DesignError::Stopped } else { DesignError::Nothing };
+    let found = found.ok_or(none)?;
     let coefficients_n_m = (0..problem.wheels.len())
         .map(|wheel| search.coefficients(&found.variables, wheel, found.factor))
         .collect();
     Ok(Design {
         coefficients_n_m,
         best: found.manoeuvre,
-        knot_s,
+        knot_s: grid.knot_s(&problem),
         repeats: grid.repeats,
         limiting: found.limiting,
         fixed,
         tuned,
         starts: [completed, starts.len()],
     })
+}
+
+/// Unit of the torque over a wheel's limit, for variables of the size one: the share that the best fixed manoeuvre
+/// uses. A small excursion takes a small share.
+fn unit(best_fixed: &Manoeuvre) -> f64 {
+    let torque = best_fixed.usage.iter().find(|(kind, _)| *kind == Kind::Torque);
+    torque.and_then(|(_, used)| *used).filter(|used| *used > 0.0).unwrap_or(1.0)
 }
 
 /// Inertias of largest motion: those of a rotation about each axis in turn.

@@ -221,7 +221,7 @@ mod tests {
     use super::*;
     use crate::input::Scenario;
     use crate::input::scenario::TorqueProfile;
-    use crate::manoeuvre::{Criterion, Effort, KeepOut, Limits, Request, Treatment};
+    use crate::manoeuvre::{Criterion, Effort, KeepOut, Limits, Request, Table, Treatment};
     use crate::truth::Flight;
     use nalgebra::Vector3;
 
@@ -302,6 +302,18 @@ mod tests {
         }
     }
 
+    /// A command as a table of three rows a step.
+    fn three_rows_a_step(command: &Command) -> Table {
+        let row = |k: usize| -> Vec<f64> {
+            let (from, part) = (k / 3, (k % 3) as f64 / 3.0);
+            let to = (from + 1).min(command.steps);
+            let (from, to) = (command.torque(from), command.torque(to));
+            from.iter().zip(to).map(|(a, b)| a + part * (b - a)).collect()
+        };
+        let torque_n_m = (0..=3 * command.steps).map(row).collect();
+        Table { step_s: command.step_s / 3.0, torque_n_m }
+    }
+
     /// The information of the design is that of the truth: bound of noise, of solved and of considered
     /// errors.
     #[test]
@@ -317,21 +329,7 @@ mod tests {
                 .map(|w| w.wheel.spin_inertia_kg_m2 * w.speed_rad_s)
                 .collect();
             let coarse = spline.command(&y, &[0.02; 3], &start);
-            let table = crate::manoeuvre::Table {
-                step_s: coarse.step_s / 3.0,
-                torque_n_m: (0..=3 * coarse.steps)
-                    .map(|k| {
-                        let (from, part) = (k / 3, (k % 3) as f64 / 3.0);
-                        let to = (from + 1).min(coarse.steps);
-                        (0..3)
-                            .map(|i| {
-                                let (a, b) = (coarse.torque(from)[i], coarse.torque(to)[i]);
-                                a + part * (b - a)
-                            })
-                            .collect()
-                    })
-                    .collect(),
-            };
+            let table = three_rows_a_step(&coarse);
             assert!((table.step_s * scenario.gyro.rate_hz - 1.0).abs() < 1e-9);
             for (i, wheel) in scenario.wheels.iter_mut().enumerate() {
                 wheel.torque = TorqueProfile::Table {
