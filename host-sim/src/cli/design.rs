@@ -51,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
     rate_hz: f64,
     /// Manoeuvres from which the search starts
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = count)]
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = count)]
     starts: usize,
     /// Seed of starts and of samples of the prior
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -179,8 +179,7 @@ pub fn design(
     let starts = search.starts(&candidates, request);
     let (tuned, fixed): (Vec<Manoeuvre>, Vec<Manoeuvre>) =
         candidates.into_iter().partition(|of| of.name.starts_with(fixed::COSINES));
-    let (tuned, reference) = (tuned.into_iter().next(), fixed.first());
-    let reference = reference.map_or(f64::INFINITY, |fixed| fixed.log_size);
+    let reference = fixed.first().map_or(f64::INFINITY, |fixed| fixed.log_size);
     let (found, completed) = search.run(&starts, request, reference, progress);
     let is_stopped = stop.load(Ordering::Relaxed);
     let none = if is_stopped { DesignError::Stopped } else { DesignError::Nothing };
@@ -195,7 +194,7 @@ pub fn design(
         repeats: grid.repeats,
         limiting: found.limiting,
         fixed,
-        tuned,
+        tuned: tuned.into_iter().next(),
         starts: [completed, starts.len()],
     })
 }

@@ -5,7 +5,7 @@
 //! | fourteen profiles | those of \[ElHariry2026\]: constant, sines, multisine, chirp, two-level, random |
 //! | sequential slews | about x, then y, then z: accelerate, brake and return, the torque ±1 |
 //! | single axis | the slew about one axis, for the whole duration |
-//! | tuned cosines | rotation about each axis as a cosine of another frequency, smooth at both ends |
+//! | tuned cosines | about each axis a cosine of another frequency: of the torque, or of the rotation with smooth ends |
 //!
 //! The first three are the standard manoeuvres. The frequency of the cosines is the best of a sweep for the very
 //! limits, a one-parameter design of its own, and is compared apart.
@@ -76,6 +76,13 @@ pub(super) fn all(problem: &Problem) -> Vec<Fixed> {
         let third = 3.0 * t / duration_s;
         Vector3::ith((third as usize).min(2), slew(third.fract()))
     });
+    for cycles in cycles(problem) {
+        let turns = |axis: usize, t: f64| f64::from(cycles) * RATIOS[axis] * t / duration_s;
+        let moments = problem.prior.inertia_kg_m2;
+        add(format!("{COSINES}-of-torque-{cycles}"), &|t| {
+            Vector3::from_fn(|axis, _| moments[axis] * (TAU * turns(axis, t)).cos())
+        });
+    }
     all.extend(cycles(problem).into_iter().map(|cycles| Fixed {
         name: format!("{COSINES}-{cycles}"),
         table: cosines(problem, cycles),
