@@ -51,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_name = "HZ", default_value_t = 10.0, value_parser = positive)]
     rate_hz: f64,
     /// Manoeuvres from which the search starts
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = count)]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = count)]
     starts: usize,
     /// Seed of starts and of samples of the prior
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -200,7 +200,7 @@ fn run_trade(
         return Err(Failure::Interrupted);
     }
     if let Some(folder) = &arguments.out {
-        write_trade(&folder.join("trade.csv"), quantity, &rows)?;
+        write_trade(folder, quantity, &rows)?;
     }
     let text = table::trade(quantity, &rows);
     let report = TradeReport { scenario: scenario.name.clone(), quantity: quantity.name(), rows };

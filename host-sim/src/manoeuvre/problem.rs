@@ -59,7 +59,7 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { starts: 6, rounds: 6, iterations: 30, samples: 5 }
+        Self { starts: 4, rounds: 6, iterations: 30, samples: 5 }
     }
 }
 

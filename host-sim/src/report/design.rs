@@ -109,18 +109,19 @@ fn series(mut out: impl Write, rows: &[SeriesRow]) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a trade as CSV.
+/// Writes a trade as `trade.csv` into a folder, which is created if it does not exist.
 ///
 /// # Errors
 /// A path that cannot be written.
-pub fn write_trade(path: &Path, quantity: Trade, rows: &[TradeRow]) -> Result<(), OutputError> {
+pub fn write_trade(folder: &Path, quantity: Trade, rows: &[TradeRow]) -> Result<(), OutputError> {
     let unit = match quantity {
         Trade::Excursion => "excursion_deg",
         Trade::Duration => "duration_s",
         Trade::Noise => "noise_rad_s",
     };
     let sigma: String = ELEMENT_NAMES.iter().map(|name| format!(",sigma_{name}_kg_m2")).collect();
-    stream(path, |mut out| {
+    create_folder(folder)?;
+    stream(&folder.join("trade.csv"), |mut out| {
         writeln!(out, "{unit},sigma_percent,gain,best_standard,limited_by{sigma}")?;
         for row in rows {
             let fixed = row.best_fixed.as_deref().unwrap_or_default();

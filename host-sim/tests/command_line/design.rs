@@ -86,7 +86,7 @@ fn unsuitable_input_is_rejected() {
         &design(&file, &["--keep-out", "0,0,1:0,0,1:20"]),
         &["keep-out cone 1", "another attitude"],
     );
-    rejected(&design(&file, &["--excursion", "-1"]), &["--excursion"]);
+    rejected(&design(&file, &["--excursion", "0"]), &["--excursion"]);
     rejected(&design(&file, &["--duration", "2"]), &["20 samples", "--duration"]);
     rejected(&design(&file, &["--trade", "noise", "--range", "1"]), &["FROM..TO"]);
 }
