@@ -379,15 +379,12 @@ impl Search<'_> {
         let mut best: Option<Found> = None;
         for round in 0..=request.effort.rounds {
             let inertias = &self.objective.bounding;
-            if let Some((factor, manoeuvre)) = self.scaled(&minimisation.variables, inertias) {
-                if best.as_ref().is_none_or(|b| manoeuvre.log_size < b.manoeuvre.log_size) {
-                    best = Some(Found {
-                        variables: minimisation.variables.clone(),
-                        factor,
-                        manoeuvre,
-                        limiting: limiting(&minimisation.multipliers),
-                    });
-                }
+            if let Some((factor, manoeuvre)) = self.scaled(&minimisation.variables, inertias)
+                && best.as_ref().is_none_or(|b| manoeuvre.log_size < b.manoeuvre.log_size)
+            {
+                let variables = minimisation.variables.clone();
+                let limiting = limiting(&minimisation.multipliers);
+                best = Some(Found { variables, factor, manoeuvre, limiting });
             }
             if round > 0 {
                 show(best.as_ref().map_or(f64::INFINITY, |b| b.manoeuvre.log_size));

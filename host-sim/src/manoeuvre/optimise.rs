@@ -8,6 +8,7 @@ use argmin::core::{CostFunction, Error, Executor, Gradient};
 use argmin::solver::linesearch::MoreThuenteLineSearch;
 use argmin::solver::quasinewton::LBFGS;
 
+use super::limits::Kind;
 use super::objective::{Evaluation, Lagrangian, Objective};
 
 /// Vectors of the L-BFGS method.
@@ -28,7 +29,7 @@ pub(super) struct Minimisation<'a> {
     /// Variables at the end of the last round.
     pub variables: Vec<f64>,
     /// Kind of each limit with its multiplier, at the end of the last round.
-    pub multipliers: Vec<(super::limits::Kind, f64)>,
+    pub multipliers: Vec<(Kind, f64)>,
 }
 
 impl<'a> Minimisation<'a> {
@@ -78,13 +79,15 @@ impl<'a> Minimisation<'a> {
 }
 
 type Point = (Vec<f64>, Evaluation);
+/// Variables, value and gradient of the last evaluation.
+type Last = (Vec<f64>, f64, Vec<f64>);
 
 /// The augmented Lagrangian as `argmin` asks for it: value and gradient one after the other, at the same point.
 struct Function<'a> {
     objective: &'a Objective<'a>,
     lagrangian: &'a Lagrangian,
     stop: &'a AtomicBool,
-    last: RefCell<Option<(Vec<f64>, f64, Vec<f64>)>>,
+    last: RefCell<Option<Last>>,
     /// Point of the lowest value.
     best: &'a RefCell<Option<Point>>,
 }
