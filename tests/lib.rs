@@ -5,4 +5,5 @@ pub mod accuracy;
 pub mod diagnose;
 pub mod field;
 pub mod hardware;
+pub mod manoeuvre;
 pub mod program;

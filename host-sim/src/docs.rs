@@ -5,6 +5,7 @@
 //! [diagnose]: self::diagnose
 //! [keys]: crate::input::keys
 //! [campaigns]: self::campaigns
+//! [manoeuvres]: self::manoeuvres
 //! [faults]: self::faults
 //! [papers]: self::papers
 //! [pil]: self::pil
@@ -50,6 +51,11 @@ pub mod diagnose {}
 ///
 #[doc = include_str!("../docs/campaigns.md")]
 pub mod campaigns {}
+
+/// [keys]: crate::input::keys
+///
+#[doc = include_str!("../docs/manoeuvres.md")]
+pub mod manoeuvres {}
 
 /// [scenarios]: crate::docs::scenarios
 /// [report]: crate::docs::report

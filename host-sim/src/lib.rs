@@ -17,6 +17,7 @@
 //! | [`campaign`] | Monte Carlo: simulation and estimation repeated, statistics of the errors |
 //! | [`fault`] | faults between sensors and estimator, and their matrix |
 //! | [`diagnosis`] | single causes that explain residuals, ranked |
+//! | [`manoeuvre`] | design of a manoeuvre within limits |
 //! | [`papers`] | published results reproduced |
 //! | [`pil`] | processor in the loop: the firmware in QEMU with the models of `sensor` |
 //! | [`ground`] | telemetry packets from the bytes of a serial line |
@@ -34,6 +35,7 @@ pub mod estimation;
 pub mod fault;
 pub mod ground;
 pub mod input;
+pub mod manoeuvre;
 pub mod papers;
 #[cfg(unix)]
 pub mod pil;

@@ -9,6 +9,7 @@ use crate::campaign::RunFailed;
 use crate::estimation::SetUpError;
 use crate::input::InputError;
 use crate::input::guess::NothingFound;
+use crate::manoeuvre::{DesignError, SubjectError};
 use crate::papers::PapersFailed;
 use crate::report::OutputError;
 use crate::truth::IntegrationFailed;
@@ -52,6 +53,10 @@ pub(super) enum Failure {
     NoKey { file: String },
     #[error("--fault: no fault has \"{wanted}\" in its name; the faults are: {names}")]
     NoFault { wanted: String, names: String },
+    #[error("{scenario}: {error}")]
+    Design { scenario: String, error: DesignError },
+    #[error(transparent)]
+    Subject(#[from] SubjectError),
     #[error(transparent)]
     Integration(#[from] IntegrationFailed),
     #[error("{scenario}: {error}")]
@@ -85,7 +90,9 @@ impl Failure {
             | Self::UnreadableKey { .. }
             | Self::NoKey { .. }
             | Self::NoDraft { .. }
+            | Self::Subject(_)
             | Self::Exists { .. } => BAD_INPUT,
+            Self::Design { error, .. } if error.is_of_input() => BAD_INPUT,
             Self::OfKind { .. } => OF_KIND,
             Self::SomeLogs { exit_code, .. } => *exit_code,
             #[cfg(unix)]
@@ -95,6 +102,7 @@ impl Failure {
             Self::Integration(_)
             | Self::Campaign { error: RunFailed::Integration(_), .. }
             | Self::Interrupted
+            | Self::Design { .. }
             | Self::Papers(_)
             | Self::Output(_)
             | Self::Print(_)

@@ -6,6 +6,7 @@
 
 mod command;
 mod crlb;
+mod design;
 mod diagnose;
 mod estimate;
 mod failure;
@@ -131,6 +132,19 @@ enum Verb {
     /// Cramér-Rao bound of a scenario: the smallest sigma of any unbiased estimator
     #[command(after_help = "Example:\n  host-sim crlb microsat-slew")]
     Crlb(crlb::Arguments),
+    /// Manoeuvre for the estimation of the inertia, within limits of wheels and pointing
+    ///
+    /// Minimises the expected sigma of the inertia over the torque of the wheels. Each wheel needs
+    /// max_torque_n_m and max_speed_rad_s. Limits hold for every inertia within two sigma of the [prior]; the
+    /// body starts and ends at rest in the same attitude. The table compares the design with standard
+    /// manoeuvres within the same limits.
+    ///
+    /// Ctrl-C ends the search with the best manoeuvre so far. All cores are used, or the number in the
+    /// environment variable RAYON_NUM_THREADS; the result is the same.
+    #[command(
+        after_help = "Examples:\n  host-sim design craft.toml --rate-hz 50 --excursion 2 --out manoeuvre\n  host-sim design my.toml --excursion 20 --keep-out 0,0,1:1,0,0.2:30\n  host-sim design my.toml --trade excursion --range 0.05..20"
+    )]
+    Design(design::Arguments),
     /// Telemetry packets of a flight computer's serial line, one line each
     ///
     /// Set the port to raw mode first: stty -F /dev/ttyUSB0 115200 raw -echo. Damaged and missing
@@ -204,6 +218,7 @@ pub fn main() -> ExitCode {
         Verb::Man(arguments) => manual::man(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Crlb(arguments) => crlb::run(&arguments),
+        Verb::Design(arguments) => design::run(&arguments),
         Verb::Telemetry(arguments) => telemetry::run(&arguments),
         Verb::Command(arguments) => command::run(&arguments),
         Verb::DeriveKey(arguments) => key::run(&arguments),

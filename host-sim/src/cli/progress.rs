@@ -37,7 +37,7 @@ pub(super) fn progress_bar(count: u64, items: &str) -> ProgressBar {
     if !io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let template = format!("{{wide_bar}} {{pos}} of {{len}} {items}, {{eta}} left");
+    let template = format!("{{wide_bar}} {{pos}} of {{len}} {items}{{msg}}, {{eta}} left");
     let style = ProgressStyle::with_template(&template);
     let bar = ProgressBar::new(count);
     match style {

@@ -31,6 +31,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     note_changes(&scenario, &mut notes);
     plausible::scenario(&scenario).into_iter().for_each(|note| notes.add(note));
     let flight = Flight::simulate(&scenario)?;
+    plausible::flight(&scenario, &flight.instants).into_iter().for_each(|note| notes.add(note));
     let log = log_of(&scenario, &flight, *seed);
     let craft = scenario.craft();
     let estimated = estimate(

@@ -3,12 +3,16 @@
 use std::f64::consts::TAU;
 
 use super::log::LogRow;
+use super::scenario::SimulatedWheel;
 use super::{Craft, Scenario};
+use crate::truth::Instant;
 
 /// Largest speed of an ordinary wheel, rad/s: 10,000 rpm.
 const MAX_WHEEL_RAD_S: f64 = 1_047.2;
 /// Noise of ordinary gyros, one sample, rad/s: 0.02 arcsec/s of a laser gyro to 1 deg/s of a telephone.
 const NOISE_RAD_S: std::ops::RangeInclusive<f64> = 1e-7..=0.0175;
+/// Share above a limit that is rounding of a difference of momenta.
+const LIMIT_ROUNDING: f64 = 1e-6;
 /// Largest full scale of ordinary gyros, rad/s: 4,000 deg/s.
 const MAX_RANGE_RAD_S: f64 = 70.0;
 
@@ -48,6 +52,41 @@ pub fn scenario(scenario: &Scenario) -> Vec<String> {
         wheel_speed(&format!("wheel[{}].speed_rad_s", index + 1), wheel.speed_rad_s.abs())
     });
     craft(&scenario.craft()).into_iter().chain(speeds).collect()
+}
+
+/// Notes on wheels that exceed their `max_torque_n_m` or `max_speed_rad_s` in a flight.
+///
+/// The torque of a motor, controller included, is the change of the axial momentum `Iₛ (Ω + a · ω)` from sample to
+/// sample.
+pub fn flight(scenario: &Scenario, instants: &[Instant]) -> Vec<String> {
+    let wheels = scenario.true_wheels();
+    let note = |(index, wheel): (usize, &SimulatedWheel)| {
+        let wheel = &wheel.wheel;
+        let speed = |instant: &Instant| instant.wheel_speed_rad_s[index];
+        let momentum = |instant: &Instant| {
+            wheel.spin_inertia_kg_m2 * (speed(instant) + wheel.axis.dot(&instant.rate_rad_s))
+        };
+        let torque = |pair: &[Instant]| {
+            let time_s = (pair[1].time_us - pair[0].time_us) as f64 * 1e-6;
+            ((momentum(&pair[1]) - momentum(&pair[0])) / time_s).abs()
+        };
+        let fastest = instants.iter().map(|instant| speed(instant).abs()).fold(0.0, f64::max);
+        let strongest = instants.windows(2).map(torque).fold(0.0, f64::max);
+        let exceeded = [
+            ("max_torque_n_m", strongest, wheel.limits.max_torque_n_m, "N m"),
+            ("max_speed_rad_s", fastest, wheel.limits.max_speed_rad_s, "rad/s"),
+        ];
+        let line = move |(key, found, limit, unit): (&str, f64, Option<f64>, &str)| {
+            let limit = limit.filter(|limit| found > limit * (1.0 + LIMIT_ROUNDING))?;
+            Some(format!(
+                "wheel[{}] reaches {found:.4e} {unit}, beyond its {key} of {limit:e} {unit}: no wheel flies \
+                 this; reduce the torque or the duration",
+                index + 1
+            ))
+        };
+        exceeded.into_iter().filter_map(line)
+    };
+    wheels.iter().enumerate().flat_map(note).collect()
 }
 
 fn noise(noise_rad_s: f64) -> Option<String> {
@@ -90,6 +129,10 @@ fn heavy_wheels(craft: &Craft) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use flight_input::craft::WheelLimits;
+
+    use crate::truth::Flight;
+
     use super::super::scenario::built_in_names;
     use super::*;
 
@@ -128,5 +171,20 @@ mod tests {
               unit = \"rpm\" in [log.wheels]"
             ]
         );
+    }
+
+    #[test]
+    fn flight_beyond_the_limits_of_a_wheel_is_noted() {
+        let mut scenario = Scenario::load("microsat-slew").unwrap();
+        let notes =
+            |scenario: &Scenario| flight(scenario, &Flight::simulate(scenario).unwrap().instants);
+        assert!(notes(&scenario).is_empty());
+        scenario.wheels[0].wheel.limits =
+            WheelLimits { max_torque_n_m: Some(1e-3), max_speed_rad_s: Some(140.0) };
+        scenario.wheels[2].wheel.limits =
+            WheelLimits { max_torque_n_m: Some(0.1), max_speed_rad_s: Some(1000.0) };
+        let found = notes(&scenario);
+        assert!(found.iter().all(|note| note.starts_with("wheel[1] reaches")), "{found:?}");
+        assert_eq!(found.len(), 2, "{found:?}");
     }
 }

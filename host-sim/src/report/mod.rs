@@ -7,6 +7,7 @@
 //!                   all of these ──► out_dir: page, result.json, history.csv, log.csv, data/*.csv
 //! campaign ───┬─► json::McReport ──► --json, table
 //!             └─► runs::RunRow, one per run ──► CSV or Parquet file, or campaign_dir: page and both
+//! manoeuvre ──► json::DesignReport ──► --json, table, design: folder
 //! fault ──────► json::FaultsReport ──► --json, table, campaign_dir
 //! papers ─────┬─► published::TablesReport ──► --json, published::text, published::folder
 //!             └─► published::PaperFigure ──► published::folder
@@ -21,6 +22,7 @@ mod assemble;
 mod campaign;
 pub mod campaign_dir;
 mod columns;
+mod design;
 mod faults;
 mod files;
 mod frame;
@@ -39,11 +41,12 @@ pub mod runs;
 pub mod table;
 mod verdict;
 
+pub use design::{DesignFolder, write_trade};
 pub use files::{Folder, OutputError};
 pub use history::{AccelerationRow, HistoryRow};
 pub use json::{
-    CrlbReport, DiagnosisReport, ExplanationReport, FaultsReport, LogReport, McReport,
-    ReplayReport, RunReport, Status,
+    CrlbReport, DesignReport, DiagnosisReport, ExplanationReport, FaultsReport, LogReport,
+    McReport, ReplayReport, RunReport, Status, TradeReport,
 };
 pub use out_dir::{FlightResult, ReportFolder, Simulated};
 pub use published::TablesReport;

@@ -6,7 +6,7 @@
 //! bad_input  rejected files and arguments                   tables    published tables
 //! logs       logs with faults, other notations and units
 //! faults     matrix of faults and estimators
-//! diagnose   explanations of residuals, systematic errors
+//! diagnose   explanations of residuals, systematic errors         design    designed manoeuvres
 //! command    telecommands       telemetry  packets of the serial line
 //! ```
 
@@ -14,6 +14,7 @@
 
 mod bad_input;
 mod command;
+mod design;
 mod diagnose;
 mod faults;
 mod logs;

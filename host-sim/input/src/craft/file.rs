@@ -196,7 +196,7 @@ struct CraftFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::craft::Mode;
+    use crate::craft::{Mode, WheelLimits};
     use crate::error::Problem;
 
     fn message(text: &str) -> String {
@@ -237,6 +237,7 @@ mod tests {
                 name: Some("+x \"fast\"".to_owned()),
                 axis: Vector3::new(1.0, 1.0, 1.0).normalize(),
                 spin_inertia_kg_m2: 2.1e-5,
+                limits: WheelLimits { max_torque_n_m: Some(1e-3), max_speed_rad_s: Some(680.0) },
             }],
             gyro: GyroData {
                 noise_rad_s: Some(1e-4),
@@ -411,7 +412,8 @@ mod tests {
         assert_eq!(
             message("[[wheel]]\naxs = [1, 0, 0]\nspin_inertia_kg_m2 = 1\n[gyros]\n[gyro]\nnoise = 1\n"),
             "craft.toml:2: unknown key `axs` (did you mean `axis`?); known keys here: name, axis, \
-             spin_inertia_kg_m2, spin_inertia_sigma, axis_sigma_deg\n\
+             spin_inertia_kg_m2, max_torque_n_m, max_speed_rad_s, spin_inertia_sigma, \
+             axis_sigma_deg\n\
              error: craft.toml:4: unknown key `gyros` (did you mean `gyro`?); known keys here: wheel, \
              wheels, gyro, torque, mount, mode, prior, filter, disturbance, log\n\
              error: craft.toml:6: unknown key `noise` (did you mean `noise_rad_s`?); known keys here: "

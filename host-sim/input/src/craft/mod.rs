@@ -5,6 +5,7 @@
 //! name = "x"                          # optional label
 //! axis = [1.0, 0.0, 0.0]              # normalised on load
 //! spin_inertia_kg_m2 = 1.691e-6
+//! max_torque_n_m = 1e-3               # optional, as max_speed_rad_s: limits of a manoeuvre
 //! [gyro]                              # optional, as is each of its keys
 //! noise_rad_s = 1.0e-4                # one sigma, white, per sample
 //! range_rad_s = 4.36                  # full scale
@@ -48,4 +49,4 @@ pub use gyro::GyroData;
 pub use hardware::{Mode, StatedHardware};
 pub use log_format::{LogFormat, SensorFormat, TimeFormat};
 pub use prior::Prior;
-pub use wheel::{MAX_WHEELS, Wheel};
+pub use wheel::{MAX_WHEELS, Wheel, WheelLimits};

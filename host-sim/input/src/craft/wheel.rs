@@ -31,12 +31,30 @@ pub const SPIN_INERTIA: Key = Key::required(
     POSITIVE,
     "Inertia of the rotor about its axis",
 );
+/// Torque limit of the motor.
+pub const MAX_TORQUE: Key = Key::required(
+    "max_torque_n_m",
+    NUMBER,
+    "N m",
+    POSITIVE,
+    "Largest torque of the motor, either sign: a limit of `design`; `run` notes a torque above it",
+)
+.or("unlimited");
+/// Speed limit.
+pub const MAX_SPEED: Key = Key::required(
+    "max_speed_rad_s",
+    NUMBER,
+    "rad/s",
+    POSITIVE,
+    "Largest speed relative to the body, either sign: a limit of `design`; `run` notes a speed above it",
+)
+.or("unlimited");
 
 /// The keys of `[[wheel]]` in a craft file.
 pub const TABLE: Table = Table {
     header: "[[wheel]]",
     about: "A reaction wheel. At most 8, in the order of the log's columns; none is valid.",
-    keys: &[NAME, AXIS, SPIN_INERTIA, SPIN_INERTIA_SIGMA, AXIS_SIGMA],
+    keys: &[NAME, AXIS, SPIN_INERTIA, MAX_TORQUE, MAX_SPEED, SPIN_INERTIA_SIGMA, AXIS_SIGMA],
 };
 
 /// A reaction wheel: balanced, symmetric about its axis.
@@ -48,23 +66,54 @@ pub struct Wheel {
     pub axis: Vector3<f64>,
     /// Inertia about the axis, kg m².
     pub spin_inertia_kg_m2: f64,
+    /// Limits of motor and speed.
+    pub limits: WheelLimits,
+}
+
+/// Limits of a wheel that its data sheet states.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WheelLimits {
+    /// Largest torque of the motor, either sign, N m; none if unlimited.
+    pub max_torque_n_m: Option<f64>,
+    /// Largest speed relative to the body, either sign, rad/s; none if unlimited.
+    pub max_speed_rad_s: Option<f64>,
+}
+
+/// The limits as written.
+#[derive(Clone, Debug, Default)]
+pub struct WheelLimitsFile {
+    /// `max_torque_n_m`.
+    pub max_torque_n_m: Option<Spanned<f64>>,
+    /// `max_speed_rad_s`.
+    pub max_speed_rad_s: Option<Spanned<f64>>,
+}
+
+impl WheelLimitsFile {
+    fn read(&self, section: &Section<'_>) -> Result<WheelLimits, InputError> {
+        Ok(WheelLimits {
+            max_torque_n_m: section.optional_number(&MAX_TORQUE, &self.max_torque_n_m)?,
+            max_speed_rad_s: section.optional_number(&MAX_SPEED, &self.max_speed_rad_s)?,
+        })
+    }
 }
 
 impl Wheel {
     /// A wheel from the values of its table.
     ///
     /// # Errors
-    /// An axis without direction, or a spin inertia of zero or less.
+    /// An axis without direction, or a spin inertia or a limit of zero or less.
     pub fn read(
         section: &Section<'_>,
         name: Option<String>,
         axis: &List,
         spin_inertia: &Spanned<f64>,
+        limits: &WheelLimitsFile,
     ) -> Result<Self, InputError> {
         Ok(Self {
             name,
             axis: section.axis(&AXIS, axis)?,
             spin_inertia_kg_m2: section.number(&SPIN_INERTIA, spin_inertia)?,
+            limits: limits.read(section)?,
         })
     }
 
@@ -75,6 +124,12 @@ impl Wheel {
         }
         *text += &format!("axis = {:?}\n", self.axis.as_slice());
         *text += &format!("spin_inertia_kg_m2 = {:?}\n", self.spin_inertia_kg_m2);
+        let WheelLimits { max_torque_n_m, max_speed_rad_s } = self.limits;
+        for (key, limit) in [(MAX_TORQUE, max_torque_n_m), (MAX_SPEED, max_speed_rad_s)] {
+            if let Some(limit) = limit {
+                *text += &format!("{} = {limit:?}\n", key.name);
+            }
+        }
         hardware.write_wheel(text, index);
     }
 }
@@ -99,6 +154,8 @@ pub(super) struct WheelFile {
     name: Option<String>,
     axis: List,
     spin_inertia_kg_m2: Spanned<f64>,
+    max_torque_n_m: Option<Spanned<f64>>,
+    max_speed_rad_s: Option<Spanned<f64>>,
     spin_inertia_sigma: Option<Spanned<f64>>,
     axis_sigma_deg: Option<Spanned<f64>>,
 }
@@ -113,6 +170,10 @@ impl WheelFile {
     }
 
     pub(super) fn read(&self, section: &Section<'_>) -> Result<Wheel, InputError> {
-        Wheel::read(section, self.name.clone(), &self.axis, &self.spin_inertia_kg_m2)
+        let limits = WheelLimitsFile {
+            max_torque_n_m: self.max_torque_n_m.clone(),
+            max_speed_rad_s: self.max_speed_rad_s.clone(),
+        };
+        Wheel::read(section, self.name.clone(), &self.axis, &self.spin_inertia_kg_m2, &limits)
     }
 }

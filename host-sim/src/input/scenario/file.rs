@@ -461,6 +461,16 @@ noise_rad_s = 1e-4
                 "s.toml:12: `wheel[2].axis` is [0, 0, 0]; it must be finite",
             ),
             ("1e-3", "0", "s.toml:13: `wheel[2].spin_inertia_kg_m2` is 0; it must be positive"),
+            (
+                "1e-3",
+                "1e-3\nmax_torque_n_m = 0",
+                "s.toml:14: `wheel[2].max_torque_n_m` is 0; it must be positive",
+            ),
+            (
+                "1e-3",
+                "1e-3\nmax_speed_rad_s = -1",
+                "s.toml:14: `wheel[2].max_speed_rad_s` is -1; it must be positive",
+            ),
             ("axis", "axes", "s.toml:12: unknown key `axes` (did you mean `axis`?)"),
             (
                 "1e-3",

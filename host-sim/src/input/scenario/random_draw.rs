@@ -8,7 +8,7 @@
 
 use std::f64::consts::TAU;
 
-use flight_input::craft::Wheel;
+use flight_input::craft::{Wheel, WheelLimits};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -124,6 +124,7 @@ impl Scale {
                 name: None,
                 axis: vector(random, 1.0).normalize(),
                 spin_inertia_kg_m2: self.mean_moment_kg_m2 * WHEEL_OVER_BODY,
+                limits: WheelLimits::default(),
             },
             speed_rad_s: self.rate_rad_s
                 * random.random_range(-WHEEL_OVER_BODY_RATE..WHEEL_OVER_BODY_RATE),

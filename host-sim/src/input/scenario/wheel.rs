@@ -3,7 +3,9 @@
 use flight_input::InputError;
 use flight_input::craft::Wheel;
 use flight_input::craft::hardware::{AXIS_SIGMA, SPIN_INERTIA_SIGMA, WheelStatements};
-use flight_input::craft::wheel::{AXIS, NAME, SPIN_INERTIA};
+use flight_input::craft::wheel::{
+    AXIS, MAX_SPEED, MAX_TORQUE, NAME, SPIN_INERTIA, WheelLimitsFile,
+};
 use flight_input::inertia::{principal_moments, tensor};
 use flight_input::key::{ANY, FINITE, Key, NUMBER, TABLE as A_TABLE, Table};
 use flight_input::section::{List, Section};
@@ -28,7 +30,17 @@ const TORQUE: Key = Key::required(
 pub(super) const TABLE: Table = Table {
     header: "[[wheel]]",
     about: "A reaction wheel. At most 8; none is valid.",
-    keys: &[NAME, AXIS, SPIN_INERTIA, SPEED, TORQUE, SPIN_INERTIA_SIGMA, AXIS_SIGMA],
+    keys: &[
+        NAME,
+        AXIS,
+        SPIN_INERTIA,
+        MAX_TORQUE,
+        MAX_SPEED,
+        SPEED,
+        TORQUE,
+        SPIN_INERTIA_SIGMA,
+        AXIS_SIGMA,
+    ],
 };
 
 /// A wheel, its initial speed and its motor.
@@ -49,6 +61,8 @@ pub(super) struct WheelFile {
     name: Option<String>,
     axis: List,
     spin_inertia_kg_m2: Spanned<f64>,
+    max_torque_n_m: Option<Spanned<f64>>,
+    max_speed_rad_s: Option<Spanned<f64>>,
     speed_rad_s: Option<Spanned<f64>>,
     torque: Option<WheelProfileFile>,
     spin_inertia_sigma: Option<Spanned<f64>>,
@@ -69,7 +83,12 @@ impl WheelFile {
         section: &Section<'_>,
         surroundings: Surroundings<'_>,
     ) -> Result<SimulatedWheel, InputError> {
-        let wheel = Wheel::read(section, self.name.clone(), &self.axis, &self.spin_inertia_kg_m2)?;
+        let limits = WheelLimitsFile {
+            max_torque_n_m: self.max_torque_n_m.clone(),
+            max_speed_rad_s: self.max_speed_rad_s.clone(),
+        };
+        let (name, spin_inertia) = (self.name.clone(), &self.spin_inertia_kg_m2);
+        let wheel = Wheel::read(section, name, &self.axis, spin_inertia, &limits)?;
         let speed_rad_s = section.optional_number(&SPEED, &self.speed_rad_s)?.unwrap_or(0.0);
         let torque = match &self.torque {
             Some(profile) => wheel_profile(&section.table(TORQUE.name), profile, surroundings)?,

@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! estimate  replay, run      campaign  mc      bound  crlb      target  pil
-//! faults    faults
+//! faults    faults         design    design
 //! hardware  one parameter of the hardware             tensor    six elements as a matrix
 //! ```
 
 mod bound;
 mod campaign;
+mod design;
 mod estimate;
 #[cfg(test)]
 pub(super) mod examples;
@@ -20,6 +21,7 @@ mod tensor;
 
 pub use bound::{CrlbReport, EffectRow};
 pub use campaign::McReport;
+pub use design::{DesignReport, FixedRow, LimitRow, TradeReport};
 pub use estimate::{ReplayReport, RunReport, Spikes, Status};
 pub use explanation::{DiagnosisReport, ExplanationReport};
 pub use faults::{FaultCell, FaultsReport};

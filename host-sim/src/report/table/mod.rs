@@ -3,7 +3,7 @@
 //! ```text
 //! estimate  replay, run      campaign  mc      bound  crlb      target  pil
 //! logs      replay of several logs
-//! faults    faults
+//! faults    faults         design    design
 //! hardware  errors of gyro, wheels and torque in the tables of estimates
 //! cells     heading lines and the format of a cell
 //! ```
@@ -11,6 +11,7 @@
 mod bound;
 mod campaign;
 mod cells;
+mod design;
 mod estimate;
 mod explanation;
 mod faults;
@@ -21,6 +22,7 @@ mod target;
 pub use bound::crlb;
 pub use campaign::mc;
 pub(super) use cells::{DIGITS, EMPTY, UNOBSERVED, decimals, element, or, short};
+pub use design::{design, trade};
 pub use estimate::{replay, run};
 pub use explanation::diagnosis;
 pub(super) use faults::fault_row;

@@ -47,7 +47,7 @@ const MODAL_SIGMA: f64 = 1.0;
 
 /// An error of the hardware, and its column.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Error {
+pub(crate) enum Error {
     WheelInertia(usize),
     /// Wheel, direction 0 or 1.
     WheelAxis(usize, usize),
@@ -64,7 +64,8 @@ const OFF_DIAGONAL: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Error {
-    fn name(self) -> String {
+    /// Name of the error.
+    pub(crate) fn name(self) -> String {
         match self {
             Self::WheelInertia(wheel) => format!("wheel_{}_spin_inertia", wheel + 1),
             Self::WheelAxis(wheel, direction) => {
@@ -87,13 +88,13 @@ impl Error {
     }
 
     /// The sensitivity follows a differential equation.
-    fn is_dynamic(self) -> bool {
+    pub(crate) fn is_dynamic(self) -> bool {
         !matches!(self, Self::GyroScale(_) | Self::GyroAxes(..) | Self::Delay)
     }
 }
 
 /// Stated errors of a scenario with a sigma above zero: those with a differential equation first.
-fn errors(scenario: &Scenario) -> Vec<(Error, f64)> {
+pub(crate) fn errors(scenario: &Scenario) -> Vec<(Error, f64)> {
     let stated = &scenario.hardware;
     let sigma = |sigmas: &[f64], wheel: usize| sigmas.get(wheel).copied().unwrap_or(0.0);
     let mut all = Vec::new();

@@ -1,0 +1,143 @@
+//! Output folder of a design.
+//!
+//! | file | content |
+//! |---|---|
+//! | `report.md` | table, command line |
+//! | `result.json` | the document of `--json` |
+//! | `torque.csv` | torque of all wheels at the samples of the gyro |
+//! | `spline.csv` | coefficients of the spline |
+//! | `scenario.toml`, `torque-1.csv`, … | a scenario that flies the manoeuvre, for `run` and `mc` |
+//! | `series.csv`, `series-standard.csv` | torque, speed, rate, excursion and sigma over time: design, best standard manoeuvre |
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::files::{Folder, OutputError};
+use super::json::DesignReport;
+use crate::input::ELEMENT_NAMES;
+use crate::manoeuvre::{SeriesRow, Trade, TradeRow, stamp_s};
+
+/// Content of the folder.
+pub struct DesignFolder<'a> {
+    /// Command line that reproduces the design.
+    pub command: &'a str,
+    /// Table, as on the terminal.
+    pub table: &'a str,
+    /// Result.
+    pub result: &'a DesignReport,
+    /// Files of the scenario that flies it: name and text.
+    pub scenario: &'a [(String, String)],
+    /// The design over time.
+    pub series: &'a [SeriesRow],
+    /// The best standard manoeuvre over time.
+    pub standard: &'a [SeriesRow],
+}
+
+impl DesignFolder<'_> {
+    /// Writes all files into `folder`, which is created if it does not exist. Existing files are
+    /// overwritten.
+    ///
+    /// # Errors
+    /// A path that cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), OutputError> {
+        let mut folder = Folder::open(folder, &[])?;
+        folder.json("result.json", self.result)?;
+        for (name, text) in self.scenario {
+            folder.text(name, text)?;
+        }
+        folder.stream("torque.csv", |out| self.torques(out))?;
+        folder.stream("spline.csv", |out| self.spline(out))?;
+        for (name, rows) in [("series.csv", self.series), ("series-standard.csv", self.standard)] {
+            folder.stream(name, |out| series(out, rows))?;
+        }
+        let text = format!(
+            "# Manoeuvre of {}\n\n```text\n{}\n```\n\n\
+             The torques are in [torque.csv](torque.csv); [scenario.toml](scenario.toml) flies them. The \
+             manoeuvre over time is in [series.csv](series.csv), the best standard one in \
+             [series-standard.csv](series-standard.csv).\n\n\
+             Created by host-sim {}:\n\n```sh\n{}\n```\n",
+            self.result.scenario,
+            self.table.trim_end(),
+            env!("CARGO_PKG_VERSION"),
+            self.command,
+        );
+        folder.text("report.md", &text)
+    }
+
+    fn torques(&self, mut out: impl Write) -> io::Result<()> {
+        writeln!(out, "t_s{}", numbered(self.result.coefficients_n_m.len(), "wheel", "_n_m"))?;
+        for (row, torques) in self.result.torque_n_m.iter().enumerate() {
+            writeln!(out, "{}{}", stamp_s(row, self.result.step_s), values(torques))?;
+        }
+        Ok(())
+    }
+
+    fn spline(&self, mut out: impl Write) -> io::Result<()> {
+        let wheels = &self.result.coefficients_n_m;
+        writeln!(out, "from_s{}", numbered(wheels.len(), "wheel", "_n_m"))?;
+        for index in 0..wheels.first().map_or(0, Vec::len) {
+            let row: Vec<f64> = wheels.iter().map(|wheel| wheel[index]).collect();
+            writeln!(out, "{}{}", stamp_s(index, self.result.knot_s), values(&row))?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes a series as CSV.
+fn series(mut out: impl Write, rows: &[SeriesRow]) -> io::Result<()> {
+    let wheels = rows.first().map_or(0, |row| row.torque_n_m.len());
+    let sigma: String = ELEMENT_NAMES.iter().map(|name| format!(",sigma_{name}_kg_m2")).collect();
+    writeln!(
+        out,
+        "t_s{}{},rate_x_rad_s,rate_y_rad_s,rate_z_rad_s,excursion_deg{sigma},observed_directions",
+        numbered(wheels, "torque", "_n_m"),
+        numbered(wheels, "wheel", "_rad_s"),
+    )?;
+    for row in rows {
+        let sigma = row.sigma_kg_m2.map_or_else(|| ",".repeat(6), |sigma| values(&sigma));
+        writeln!(
+            out,
+            "{}{}{}{},{}{sigma},{}",
+            row.time_s,
+            values(&row.torque_n_m),
+            values(&row.wheel_speed_rad_s),
+            values(&row.rate_rad_s),
+            row.excursion_rad.to_degrees(),
+            row.observed_directions,
+        )?;
+    }
+    Ok(())
+}
+
+/// Writes a trade as `trade.csv` into a folder, which is created if it does not exist.
+///
+/// # Errors
+/// A path that cannot be written.
+pub fn write_trade(folder: &Path, quantity: Trade, rows: &[TradeRow]) -> Result<(), OutputError> {
+    let unit = match quantity {
+        Trade::Excursion => "excursion_deg",
+        Trade::Duration => "duration_s",
+        Trade::Noise => "noise_rad_s",
+    };
+    let sigma: String = ELEMENT_NAMES.iter().map(|name| format!(",sigma_{name}_kg_m2")).collect();
+    Folder::open(folder, &[])?.stream("trade.csv", |mut out| {
+        writeln!(out, "{unit},sigma_percent,gain,best_standard,limited_by{sigma}")?;
+        for row in rows {
+            let fixed = row.best_fixed.as_deref().unwrap_or_default();
+            let sigma = values(&row.sigma_kg_m2);
+            let TradeRow { value, sigma_percent, gain, limited_by, .. } = row;
+            writeln!(out, "{value},{sigma_percent},{gain},{fixed},{limited_by}{sigma}")?;
+        }
+        Ok(())
+    })
+}
+
+/// Names of columns, each after a comma: `,wheel_1_n_m,wheel_2_n_m`.
+fn numbered(count: usize, name: &str, unit: &str) -> String {
+    (1..=count).map(|number| format!(",{name}_{number}{unit}")).collect()
+}
+
+/// Numbers, each after a comma.
+fn values(numbers: &[f64]) -> String {
+    numbers.iter().map(|number| format!(",{number:?}")).collect()
+}
