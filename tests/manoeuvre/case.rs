@@ -8,7 +8,7 @@ use host_sim::input::Scenario;
 use host_sim::manoeuvre::{Criterion, Design, Effort, KeepOut, Limits, Request, Treatment, design};
 use nalgebra::Vector3;
 
-/// A satellite of \[ElHariry2025\].
+/// A satellite of El Hariry et al. (2025).
 #[derive(Clone, Copy, Debug)]
 pub struct Satellite {
     /// Name.

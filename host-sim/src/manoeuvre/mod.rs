@@ -9,7 +9,7 @@
 //!
 //! The information of a motion is that of [`bound`](crate::truth::bound). Torque is a cubic spline; gradients
 //! are exact derivatives of the integration by its adjoint. No limit is exceeded for any inertia of the prior
-//! (see [`samples`](samples)).
+//! (see [`samples`]).
 
 mod columns;
 mod command;

@@ -24,7 +24,7 @@ pub(super) struct DesignWheel {
     pub speed_rad_s: f64,
 }
 
-/// What is asked for beside the spacecraft.
+/// Limits, criterion and effort of a design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// Duration, s.
