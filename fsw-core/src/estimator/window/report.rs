@@ -401,7 +401,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
                 visit(Finding {
                     parameter,
                     value: solution.point.value(column),
-                    sigma: (random * random + by_others).sqrt().min(stated[i].max(random)),
+                    sigma: (random * random + by_others).sqrt(),
                     stated: stated[i],
                     effect_kg_m2: (jacobian * of_step).into(),
                 });
