@@ -7,16 +7,17 @@
 //! | | disturbance torque over the trace | `d` | rad/s² |
 //! | | gyro bias | `b` | rad/s |
 //! | | drag, over the trace: torque `−c ω` on each axis | `c` | 1/s |
+//! | | time offset, error of the known torque, common error of the wheels | `δ t s` | s, share |
 //! | | gyro scale factor error, about each axis | `M_xx M_yy M_zz` | share |
 //! | | gyro axes, upper: reading x of a rate about y, x of z, y of z | `M_xy M_xz M_yz` | rad |
 //! | | gyro axes, lower: reading y of a rate about x, z of x, z of y | `M_yx M_zx M_zy` | rad |
 //! | | wheel i: error of its spin inertia, tilts of its axis | `s θ₁ θ₂` | share, rad |
-//! | | time offset, error of the known torque, common error of the wheels | `δ t s` | s, share |
 //! | U − 6 to U − 2 | shape | `q` | – |
 //! | U − 1 | inverse of the trace over its unit, `κ / κᵤ` | `x` | – |
 //!
 //! The groups down to drag belong to one window, the others to the hardware, and last from window to window
-//! like the inertia ([`hardware`](crate::hardware)).
+//! like the inertia ([`hardware`](crate::hardware)). Where U is too small for all of the hardware, the last place before the
+//! shape stays free, for those that are considered (module `considered`).
 //!
 //! Shape and scale come last: the last six rows of a triangular factor are then the information on
 //! the inertia alone, with all other unknowns eliminated.
