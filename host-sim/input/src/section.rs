@@ -29,10 +29,10 @@ pub struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
-    /// Nothing, or the faults of the values read so far in one error: before a computation that needs them all.
+    /// Checks that every value read until now is valid, before a computation that needs all of them.
     ///
     /// # Errors
-    /// Those faults.
+    /// All faults of these values, in one error.
     pub fn checked(&self) -> Result<(), InputError> {
         self.source.checked()
     }

@@ -20,7 +20,7 @@ use crate::text::read_utf8;
 pub struct TomlSource {
     file: String,
     text: String,
-    /// Values outside their ranges that are found so far.
+    /// Errors of values outside their ranges, in the order of reading.
     faults: RefCell<Vec<InputError>>,
 }
 
@@ -134,7 +134,7 @@ impl TomlSource {
         InputError::of_several(self.faults.take()).map_or(result, Err)
     }
 
-    /// Nothing, or the faults of the values read so far in one error: before a computation that needs them all.
+    /// Returns all faults found until now in one error, if there are any.
     pub(crate) fn checked(&self) -> Result<(), InputError> {
         InputError::of_several(self.faults.take()).map_or(Ok(()), Err)
     }

@@ -125,7 +125,7 @@ pub struct Progress {
     pub done: usize,
     /// Rounds of all starts.
     pub of: usize,
-    /// Gain over the best standard manoeuvre so far.
+    /// Gain of the best manoeuvre found over the best standard one.
     pub gain: f64,
 }
 
@@ -148,8 +148,8 @@ struct Search<'a> {
 
 /// Designs a manoeuvre for the spacecraft of a scenario. Its own torques, controller and faults are left out.
 ///
-/// The same request gives the same result on any number of threads. If `stop` is set, the result is the best
-/// so far.
+/// The same request gives the same result on any number of threads. If `stop` is set, the search ends and
+/// returns its best manoeuvre.
 ///
 /// # Errors
 /// See [`DesignError`].

@@ -26,7 +26,7 @@ pub struct SeriesRow {
     pub rate_rad_s: [f64; 3],
     /// Rotation from the attitude at the start, rad.
     pub excursion_rad: f64,
-    /// One sigma of each element by the data so far, kg m²; none before it is finite.
+    /// One sigma of each element from the data up to this time, kg m²; none where it is not finite.
     pub sigma_kg_m2: Option<[f64; 6]>,
     /// Directions with a sigma below a tenth of the mean moment.
     pub observed_directions: usize,

@@ -101,7 +101,7 @@ fn unobserved(report: &ReplayReport, history: &[HistoryRow]) -> String {
     };
     let needs = |i: usize| {
         let axes = AXES[i].iter().copied();
-        // The axis with less motion so far.
+        // Of its axes, the one with less motion.
         let axis = axes.min_by(|a, b| mean_square(*a).total_cmp(&mean_square(*b))).unwrap_or(0);
         format!("{} needs motion about {}", ELEMENT_NAMES[i], AXIS_NAMES[axis])
     };

@@ -367,7 +367,7 @@ fn with_a_key_every_other_telecommand_is_refused_and_counted() {
     assert_eq!(uplink.counters(), UplinkCounters { wrong_tag: 1, ..none });
 }
 
-/// Counters are independent, and a far-ahead one of another slot locks nobody out.
+/// Counters of the slots are independent: a large value in one does not affect the others.
 #[test]
 fn every_slot_has_its_own_counter() {
     let mut uplink = Uplink::new(Some(MASTER));
