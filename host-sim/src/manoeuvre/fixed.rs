@@ -22,24 +22,8 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 use super::command::Table;
 use super::problem::Problem;
 use crate::input::Scenario;
+use crate::papers::elhariry_2026::{FAMILY, PROFILES};
 
-/// Profiles of \[ElHariry2026\], by the end of the name of the built-in scenario.
-pub const EL_HARIRY: [&str; 14] = [
-    "constant",
-    "sine-x",
-    "sine-3axis-same",
-    "sine-iso-0.005",
-    "sine-iso-0.02",
-    "sine-iso-0.08",
-    "sine-iso-0.2",
-    "sine-multifreq",
-    "chirp",
-    "prbs-a",
-    "prbs-b",
-    "random-a",
-    "random-b",
-    "random-c",
-];
 /// Duration of the profiles of the paper, s.
 const PAPER_S: f64 = 60.0;
 /// Duration of the taper, s, and most of it, share of the manoeuvre.
@@ -63,8 +47,8 @@ pub(super) fn all(problem: &Problem) -> Vec<Fixed> {
     let mut add = |name: String, torque: &dyn Fn(f64) -> Vector3<f64>| {
         all.push(Fixed { name, table: table(problem, torque) });
     };
-    for name in EL_HARIRY {
-        if let Ok(scenario) = Scenario::load(&format!("elhariry-2026-{name}")) {
+    for name in PROFILES {
+        if let Ok(scenario) = Scenario::load(&format!("{FAMILY}{name}")) {
             add(name.to_owned(), &|t| scenario.torque.at(t % PAPER_S));
         }
     }

@@ -19,10 +19,10 @@ use crate::simulation::log_of;
 
 const PLACE: &str = "rung 3";
 /// Beginning of the scenario names.
-const FAMILY: &str = "elhariry-2026-";
+pub(crate) const FAMILY: &str = "elhariry-2026-";
 
 /// Profiles, by the end of the scenario name.
-const PROFILES: [&str; 14] = [
+pub(crate) const PROFILES: [&str; 14] = [
     "constant",
     "sine-x",
     "sine-3axis-same",

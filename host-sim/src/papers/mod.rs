@@ -20,7 +20,7 @@
 mod bellar_2019;
 mod case;
 pub mod distribution;
-mod elhariry_2026;
+pub(crate) mod elhariry_2026;
 mod kim_2010;
 mod kim_2013;
 mod kim_2016;
