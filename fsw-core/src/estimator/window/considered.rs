@@ -149,8 +149,8 @@ fn cross_of<T: Real, const U: usize>(factor: &SquareRootInformation<T, U>) -> [O
     result
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
-    Window<T, W, N, U, C>
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
+    Window<T, W, N, U, C, M>
 {
     /// Group that is considered with this index, and the sigma of each of its parameters.
     fn considered_group(&self, index: usize) -> Option<(Group, [T; 3])> {
@@ -384,7 +384,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     }
 
     /// Mean square of a residual that errors of the considered hardware explain, at most, rad²/s².
-    pub(super) fn explained(&self, pass: &Pass<T, W, U>) -> T {
+    pub(super) fn explained(&self, pass: &Pass<T, W, U, M>) -> T {
         pass.explained * T::lit(EXPLAINED_SQUARE)
     }
 }

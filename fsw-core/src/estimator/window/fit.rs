@@ -76,8 +76,8 @@ crate::persist!([] enum Considering { 0 => Not, 1 => Group(index: u8), 2 => Done
 
 /// Descent in progress.
 #[derive(Clone, Copy, Debug)]
-pub struct Descent<T: Real, const W: usize, const U: usize> {
-    pub pass: Pass<T, W, U>,
+pub struct Descent<T: Real, const W: usize, const U: usize, const M: usize> {
+    pub pass: Pass<T, W, U, M>,
     /// Blocks from the first to before the last one.
     pub from: usize,
     pub end: usize,
@@ -105,7 +105,7 @@ pub struct Descent<T: Real, const W: usize, const U: usize> {
     pub fit: Option<Fit>,
 }
 
-crate::persist!([T: Real, const W: usize, const U: usize] Descent<T, W, U> {
+crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Descent<T, W, U, M> {
     pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, has_walk,
     considering, passes, fit
 });
@@ -124,7 +124,7 @@ pub enum Next<T: Real, const U: usize> {
     Failed,
 }
 
-impl<T: Real, const W: usize, const U: usize> Descent<T, W, U> {
+impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M> {
     /// Descent over these blocks, without a first point yet.
     pub fn new(from: usize, end: usize, attempt: Attempt) -> Self {
         Self {
@@ -308,8 +308,8 @@ fn is_usable<T: Real, const U: usize>(point: &Point<T, U>) -> bool {
 /// Step of a pass with all beliefs, damped by a share of each column's norm, and its Newton decrement in
 /// σ².
 #[inline(never)]
-fn solve<T: Real, const W: usize, const U: usize>(
-    pass: &Pass<T, W, U>,
+fn solve<T: Real, const W: usize, const U: usize, const M: usize>(
+    pass: &Pass<T, W, U, M>,
     beliefs: &Beliefs<'_, T, U>,
     damping: T,
 ) -> Option<([T; U], T)> {
@@ -340,7 +340,7 @@ fn damp<T: Real, const U: usize>(factor: &mut SquareRootInformation<T, U>, dampi
     }
 }
 
-impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
+impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
     /// The point after a step.
     ///
     /// The rate at the start, not the momentum, moves linearly: momentum follows from the new tensor and

@@ -31,8 +31,8 @@ impl Fit {
 
 /// Fit that takes in further blocks.
 #[derive(Clone, Copy, Debug)]
-pub struct Front<T: Real, const W: usize, const U: usize> {
-    pub pass: Pass<T, W, U>,
+pub struct Front<T: Real, const W: usize, const U: usize, const M: usize> {
+    pub pass: Pass<T, W, U, M>,
     /// True where the descent ended at a minimum.
     pub is_settled: bool,
     /// True where the data determine the shape: the point is worth starting from again.
@@ -44,16 +44,16 @@ pub struct Front<T: Real, const W: usize, const U: usize> {
     octaves: u32,
 }
 
-crate::persist!([T: Real, const W: usize, const U: usize] Front<T, W, U> { pass, is_settled, is_shape_observed, observed, octaves });
+crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Front<T, W, U, M> { pass, is_settled, is_shape_observed, observed, octaves });
 
 /// Growth of the information on the six unknowns of the inertia, octaves in all, at which an uncertain
 /// estimate is linearised anew: each sigma has shrunk by a quarter or so, one of them by much more.
 const GROWN: u32 = 6;
 
-impl<T: Real, const W: usize, const U: usize> Front<T, W, U> {
+impl<T: Real, const W: usize, const U: usize, const M: usize> Front<T, W, U, M> {
     /// Front at the end of a fit. Inlined, so that it is built in its place and not on the stack.
     #[inline(always)]
-    pub fn new(pass: &Pass<T, W, U>, fit: &Fit) -> Self {
+    pub fn new(pass: &Pass<T, W, U, M>, fit: &Fit) -> Self {
         let Fit { is_settled, is_shape_observed, .. } = *fit;
         let observed = fit.observed.unwrap_or_default();
         let octaves = octaves(pass);
@@ -68,7 +68,7 @@ impl<T: Real, const W: usize, const U: usize> Front<T, W, U> {
 
 /// Binary logarithm of the information on the six unknowns of the inertia, each given the later ones, summed
 /// and truncated.
-fn octaves<T: Real, const W: usize, const U: usize>(pass: &Pass<T, W, U>) -> u32 {
+fn octaves<T: Real, const W: usize, const U: usize, const M: usize>(pass: &Pass<T, W, U, M>) -> u32 {
     let rows = pass.factor.factor.iter().enumerate().skip(shape_of(U));
     let diagonal = rows.filter_map(|(i, row)| row.get(i));
     diagonal.map(|element| (element.to_f32().to_bits() >> 23) & 0xff).sum()

@@ -70,8 +70,8 @@ fn contradiction<T: Real>(residuals: &Residuals<T>, next: usize) -> Option<(usiz
     residuals.is_contradicted.then_some((residuals.rise, residuals.rise))
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
-    Window<T, W, N, U, C>
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
+    Window<T, W, N, U, C, M>
 {
     /// Begins or continues an inquiry after a fit that is settled, but does not explain all blocks: the front.
     #[inline(never)]

@@ -89,7 +89,14 @@ use crate::sample::Sample;
 /// absent one beside it.
 #[derive(Clone, Debug)]
 #[repr(C)]
-pub struct Window<T: Real, const W: usize, const N: usize, const U: usize, const C: usize = 0> {
+pub struct Window<
+    T: Real,
+    const W: usize,
+    const N: usize,
+    const U: usize,
+    const C: usize = 0,
+    const M: usize = 0,
+> {
     config: Config<T, W>,
     wheels: WheelArray<T, W>,
     groups: Groups<T>,
@@ -116,8 +123,8 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize, const
     waiting: Option<Closing<T, W>>,
     /// Unit of the inverse trace, 1/(kg m²).
     unit_per_kg_m2: T,
-    front: Option<Front<T, W, U>>,
-    work: Work<T, W, U>,
+    front: Option<Front<T, W, U, M>>,
+    work: Work<T, W, U, M>,
     schedule: Schedule,
     inquiry: Option<Inquiry>,
     /// Information of earlier windows, and the time since it was current, s.
@@ -136,7 +143,7 @@ pub struct Window<T: Real, const W: usize, const N: usize, const U: usize, const
     rate_rad_s: Vec3<T>,
 }
 
-crate::persist!([T: Real, const W: usize, const N: usize, const U: usize, const C: usize] Window<T, W, N, U, C> {
+crate::persist!([T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize] Window<T, W, N, U, C, M> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, considered, blocks,
     open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, is_doubtful, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
@@ -198,8 +205,8 @@ impl Schedule {
     }
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
-    Window<T, W, N, U, C>
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
+    Window<T, W, N, U, C, M>
 {
     /// U.
     pub const UNKNOWNS: usize = U;
@@ -559,8 +566,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     }
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize> Estimator<T, W>
-    for Window<T, W, N, U, C>
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize> Estimator<T, W>
+    for Window<T, W, N, U, C, M>
 {
     fn step(&mut self, sample: &Sample<T, W>) -> Outcome {
         if let Some(outcome) = self.take_sample(sample) {

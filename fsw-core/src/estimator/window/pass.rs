@@ -224,13 +224,13 @@ impl<T: Real> Residuals<T> {
 
 /// Pass over a stretch of blocks about one point.
 #[derive(Clone, Copy, Debug)]
-pub struct Pass<T: Real, const W: usize, const U: usize> {
+pub struct Pass<T: Real, const W: usize, const U: usize, const M: usize> {
     /// Point of linearisation.
     pub point: Point<T, U>,
     /// Step from the point to the solution as far as it is known, where it is below the rounding of the
     /// point: residuals are judged there.
     pub offset: [T; U],
-    pub trajectory: Trajectory<T, W, U>,
+    pub trajectory: Trajectory<T, W, U, M>,
     /// Information of the blocks on a step from the point.
     pub factor: SquareRootInformation<T, U>,
     pub residuals: Residuals<T>,
@@ -254,12 +254,12 @@ pub struct Pass<T: Real, const W: usize, const U: usize> {
     pub explained: T,
 }
 
-crate::persist!([T: Real, const W: usize, const U: usize] Pass<T, W, U> {
+crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Pass<T, W, U, M> {
     point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
     watch_rad_s, decrement, drift, torque_per_rad, explained
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
-impl<T: Real, const W: usize, const U: usize> Pass<T, W, U> {
+impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
     /// Pass that has not begun.
     pub fn blank() -> Self {
         Self {

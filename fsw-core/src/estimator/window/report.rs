@@ -95,8 +95,8 @@ struct Solution<T: Real, const U: usize> {
     covariance: Mat<T, 6, 6>,
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
-    Window<T, W, N, U, C>
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
+    Window<T, W, N, U, C, M>
 {
     /// The estimate, in its place.
     #[inline(never)]
@@ -114,7 +114,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
 
     /// Estimate of the front; false where it has no finite solution.
     #[inline(never)]
-    fn report_front(&self, front: &Front<T, W, U>, estimate: &mut Estimate<T>) -> bool {
+    fn report_front(&self, front: &Front<T, W, U, M>, estimate: &mut Estimate<T>) -> bool {
         let pass = &front.pass;
         if !self.report_pass(pass, Source::Front, estimate) {
             return false;
@@ -132,7 +132,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
 
     /// Directions that a fit observes, with earlier windows.
     #[inline(never)]
-    pub(super) fn observed_by(&self, pass: &Pass<T, W, U>) -> Observed {
+    pub(super) fn observed_by(&self, pass: &Pass<T, W, U, M>) -> Observed {
         let mut estimate = Estimate::of_nothing();
         self.report_pass(pass, Source::Descent, &mut estimate);
         estimate.observed
@@ -140,7 +140,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
 
     /// Inertia of a pass with earlier windows; false where it has no finite solution.
     #[inline(never)]
-    fn report_pass(&self, pass: &Pass<T, W, U>, of: Source, estimate: &mut Estimate<T>) -> bool {
+    fn report_pass(&self, pass: &Pass<T, W, U, M>, of: Source, estimate: &mut Estimate<T>) -> bool {
         let sigma = self.sigma_of_sample(pass);
         let at = (&pass.point, pass.unit_per_kg_m2);
         self.report_inertia(Some(pass), at, (sigma, of), self.past.as_ref(), estimate)
@@ -190,7 +190,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn report_inertia(
         &self,
-        blocks: Option<&Pass<T, W, U>>,
+        blocks: Option<&Pass<T, W, U, M>>,
         at: (&Point<T, U>, T),
         of: (T, Source),
         past: Option<&Past<T, U>>,
@@ -208,7 +208,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn report_walked(
         &self,
-        blocks: Option<&Pass<T, W, U>>,
+        blocks: Option<&Pass<T, W, U, M>>,
         at: (&Point<T, U>, T),
         of: (T, Source),
         past: &Past<T, U>,
@@ -222,7 +222,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn report_with(
         &self,
-        blocks: Option<&Pass<T, W, U>>,
+        blocks: Option<&Pass<T, W, U, M>>,
         (point, unit_per_kg_m2): (&Point<T, U>, T),
         (sigma, source): (T, Source),
         past: Option<&Past<T, U>>,
@@ -265,7 +265,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn solve(
         &self,
-        blocks: Option<&Pass<T, W, U>>,
+        blocks: Option<&Pass<T, W, U, M>>,
         point: &Point<T, U>,
         beliefs: &Beliefs<'_, T, U>,
         solution: &mut Solution<T, U>,
@@ -289,7 +289,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn write_blocks(
         &self,
-        blocks: Option<&Pass<T, W, U>>,
+        blocks: Option<&Pass<T, W, U, M>>,
         factor: &mut SquareRootInformation<T, U>,
     ) {
         match blocks {
@@ -317,7 +317,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     fn report_random(
         &self,
-        blocks: Option<&Pass<T, W, U>>,
+        blocks: Option<&Pass<T, W, U, M>>,
         point: &Point<T, U>,
         all: &Beliefs<'_, T, U>,
         solution: &mut Solution<T, U>,
@@ -456,7 +456,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
 
     /// Torque and bias where the data determine them.
     #[inline(never)]
-    fn report_groups(&self, pass: &Pass<T, W, U>, estimate: &mut Estimate<T>) {
+    fn report_groups(&self, pass: &Pass<T, W, U, M>, estimate: &mut Estimate<T>) {
         let is_asked_for = |at: &Option<_>| matches!(at, Some((_, Belief::Within(_))));
         if groups_of(U) == 0 || !self.groups.place.iter().any(is_asked_for) {
             return;
@@ -500,7 +500,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     /// block to block, so that fewer of them are independent;
     /// and by the distance to the minimum that rounding leaves.
     #[inline(never)]
-    pub(super) fn sigma_of_sample(&self, pass: &Pass<T, W, U>) -> T {
+    pub(super) fn sigma_of_sample(&self, pass: &Pass<T, W, U, M>) -> T {
         let residuals = &pass.residuals;
         let unsettled = T::one() + pass.decrement / T::count(U as u32);
         let noise = self.noise_rad_s();
@@ -528,7 +528,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     /// Result of the tests for white residuals: of their size against the noise, alone and in groups, of their
     /// correlation, and of a torque that is not among the unknowns.
     #[inline(never)]
-    fn is_white(&self, front: &Front<T, W, U>) -> Option<bool> {
+    fn is_white(&self, front: &Front<T, W, U, M>) -> Option<bool> {
         let residuals = &front.pass.residuals;
         if residuals.rows < ENOUGH_ROWS {
             return None;
@@ -547,7 +547,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     }
 
     /// True where groups of residuals have the size of white noise.
-    fn are_groups_white(&self, pass: &Pass<T, W, U>) -> bool {
+    fn are_groups_white(&self, pass: &Pass<T, W, U, M>) -> bool {
         let share = self.reference_rad_s() / pass.unit_rad_s;
         let explained = self.explained(pass) / (pass.unit_rad_s * pass.unit_rad_s);
         pass.residuals.whiteness.is_white_beside(share * share, explained) != Some(false)
@@ -555,7 +555,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
 
     /// Statistics of a window that ends with this front.
     #[inline(never)]
-    pub(super) fn ended_with(&self, front: &Front<T, W, U>) -> Ended<T> {
+    pub(super) fn ended_with(&self, front: &Front<T, W, U, M>) -> Ended<T> {
         Ended {
             residual_rms_rad_s: rms(&front.pass.residuals, U),
             residuals_white: self.is_white(front),

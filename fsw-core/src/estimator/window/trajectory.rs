@@ -344,7 +344,7 @@ pub struct Crossing<T: Real, const W: usize, const U: usize> {
 
 /// State of a trajectory at the end of the last block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trajectory<T: Real, const W: usize, const U: usize> {
+pub struct Trajectory<T: Real, const W: usize, const U: usize, const M: usize> {
     /// Model of the motion.
     pub model: Model<T, W>,
     /// m, rad/s.
@@ -358,11 +358,11 @@ pub struct Trajectory<T: Real, const W: usize, const U: usize> {
     sensitivity: [Vec3<T>; U],
 }
 
-crate::persist!([T: Real, const W: usize, const U: usize] Trajectory<T, W, U> {
+crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Trajectory<T, W, U, M> {
     model, momentum, lost, last_torque, sensitivity
 });
 
-impl<T: Real, const W: usize, const U: usize> Trajectory<T, W, U> {
+impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U, M> {
     /// Trajectory without a start.
     pub fn blank() -> Self {
         let none = Vec3::zeros();

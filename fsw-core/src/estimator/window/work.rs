@@ -65,7 +65,7 @@ pub enum Slice {
 /// Present task of the fit.
 #[derive(Clone, Copy, Debug)]
 #[allow(clippy::large_enum_variant, reason = "without allocation, the largest task is reserved")]
-pub enum Work<T: Real, const W: usize, const U: usize> {
+pub enum Work<T: Real, const W: usize, const U: usize, const M: usize> {
     Idle,
     /// Linear start over blocks from the first to before the last one, and the solution of an earlier
     /// attempt.
@@ -75,7 +75,7 @@ pub enum Work<T: Real, const W: usize, const U: usize> {
         end: usize,
         chosen: Option<Chosen<T, U>>,
     },
-    Descent(Descent<T, W, U>),
+    Descent(Descent<T, W, U, M>),
 }
 
 /// Next task after the last pass of an attempt.
@@ -90,10 +90,10 @@ enum After<T: Real, const U: usize> {
 /// Solution of an attempt, its cost in rad²/s², and the unit of its scale, 1/(kg m²).
 pub type Chosen<T, const U: usize> = (Point<T, U>, (T, T));
 
-crate::persist!([T: Real, const W: usize, const U: usize] enum Work<T, W, U> {
+crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] enum Work<T, W, U, M> {
     0 => Idle,
     1 => Start { linear: LinearStart<T>, from: usize, end: usize, chosen: Option<Chosen<T, U>> },
-    2 => Descent(descent: Descent<T, W, U>)
+    2 => Descent(descent: Descent<T, W, U, M>)
 });
 
 /// Slices after which [`finish`](Window::finish) gives up: no work is that long. Four attempts of 25
@@ -112,8 +112,8 @@ const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 /// Mean square of the walk within a window, over its variance.
 const MOST_WALKED: f64 = 3.0;
 
-impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
-    Window<T, W, N, U, C>
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
+    Window<T, W, N, U, C, M>
 {
     /// Does up to this number of slices, each of bounded cost, and returns what is left.
     pub fn work(&mut self, slices: u32) -> Remaining {
@@ -532,7 +532,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     }
 
     /// Present task, and all knowledge beside the blocks.
-    fn task(&mut self, unit_per_kg_m2: T) -> (Beliefs<'_, T, U>, &mut Work<T, W, U>) {
+    fn task(&mut self, unit_per_kg_m2: T) -> (Beliefs<'_, T, U>, &mut Work<T, W, U, M>) {
         let noise_rad_s = self.noise_rad_s();
         let has_prior = self.has_prior && !self.is_doubtful;
         let bias_walked_rad_s = self.bias_walked_rad_s();
@@ -693,7 +693,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     /// True where the residuals of a pass agree with the noise, but for outliers: those at the point, or
     /// those at the solution of the blocks alone, from which earlier windows and the prior may differ.
     #[inline(never)]
-    pub(super) fn is_explained(&self, pass: &Pass<T, W, U>) -> bool {
+    pub(super) fn is_explained(&self, pass: &Pass<T, W, U, M>) -> bool {
         let at_point = pass.residuals.typical(pass.unit_rad_s);
         let typical = at_point.min(super::report::rms(&pass.residuals, U));
         let most = self.reference_rad_s() * T::lit(EXPLAINED);
@@ -756,13 +756,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     }
 
     /// True for a fit at a minimum whose residuals agree with the noise from the first block to the last.
-    pub(super) fn is_good(&self, pass: &Pass<T, W, U>, is_settled: bool) -> bool {
+    pub(super) fn is_good(&self, pass: &Pass<T, W, U, M>, is_settled: bool) -> bool {
         is_settled && self.is_explained(pass) && !pass.residuals.is_contradicted
     }
 
     /// True where the sigma of every coordinate of the shape is well below its range.
     #[inline(never)]
-    fn is_shape_observed(&self, pass: &Pass<T, W, U>) -> bool {
+    fn is_shape_observed(&self, pass: &Pass<T, W, U, M>) -> bool {
         let mut factor = pass.factor;
         let beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.add(&mut factor, &pass.point);
@@ -775,7 +775,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     /// Contradiction of each group that is assumed to be absent by the blocks of a fit: chi-square of three degrees
     /// of freedom. A stated noise that is too small does not exaggerate it.
     #[inline(never)]
-    pub(super) fn contradictions(&self, pass: &Pass<T, W, U>) -> [T; GROUPS] {
+    pub(super) fn contradictions(&self, pass: &Pass<T, W, U, M>) -> [T; GROUPS] {
         if groups_of(U) == 0 {
             return [T::zero(); GROUPS];
         }
@@ -879,7 +879,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     /// Writes the information of the blocks alone on hardware and inertia, of unit variance, to `window`.
     pub(super) fn information(
         &self,
-        pass: &Pass<T, W, U>,
+        pass: &Pass<T, W, U, M>,
         window: &mut SquareRootInformation<T, U>,
     ) {
         let sigma = self.window_alone(pass, window);
@@ -918,7 +918,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
     #[inline(never)]
     pub(super) fn window_alone(
         &self,
-        pass: &Pass<T, W, U>,
+        pass: &Pass<T, W, U, M>,
         window: &mut SquareRootInformation<T, U>,
     ) -> T {
         *window = pass.factor;
