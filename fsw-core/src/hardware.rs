@@ -21,7 +21,12 @@
 //! ([`window`](crate::estimator::window)).
 
 use crate::error::ConfigError;
-use crate::math::{Mat, Vec3, column, norm, of_columns, range::not_negative, scalar::Real, skew};
+use crate::math::{
+    Mat, Vec3, column, norm, of_columns,
+    range::{not_negative, positive},
+    scalar::Real,
+    skew,
+};
 use crate::tensor::Inertia;
 
 /// Stated errors of the hardware, one sigma each; zero for one that is known exactly.
@@ -136,6 +141,12 @@ pub enum Parameter {
     GyroBias(u8),
     /// Constant disturbance torque about one axis.
     DisturbanceTorque(u8),
+    /// Element of the modal inertia of a mode, in the order of a tensor's.
+    ModalInertia(u8, u8),
+    /// Undamped frequency of a mode: error of the stated one.
+    ModeFrequency(u8),
+    /// Damping ratio of a mode: error of the stated one.
+    ModeDamping(u8),
 }
 
 crate::persist!([] enum Parameter {
@@ -148,7 +159,10 @@ crate::persist!([] enum Parameter {
     6 => CommonWheelInertia,
     7 => Mount(axis: u8),
     8 => GyroBias(axis: u8),
-    9 => DisturbanceTorque(axis: u8)
+    9 => DisturbanceTorque(axis: u8),
+    10 => ModalInertia(mode: u8, element: u8),
+    11 => ModeFrequency(mode: u8),
+    12 => ModeDamping(mode: u8)
 });
 
 impl Parameter {
@@ -165,6 +179,9 @@ impl Parameter {
             Self::Mount(_) => "mount",
             Self::GyroBias(_) => "gyro bias",
             Self::DisturbanceTorque(_) => "disturbance torque",
+            Self::ModalInertia(..) => "modal inertia",
+            Self::ModeFrequency(_) => "mode frequency",
+            Self::ModeDamping(_) => "mode damping",
         }
     }
 
@@ -175,8 +192,40 @@ impl Parameter {
             Self::Delay => "s",
             Self::GyroBias(_) => "rad/s",
             Self::DisturbanceTorque(_) => "N m",
+            Self::ModalInertia(..) => "kg m²",
             _ => "",
         }
+    }
+}
+
+/// Stated flexible appendage or sloshing liquid: a linear oscillator on the body.
+///
+/// Its modal inertia, `D Dᵀ` with the coupling vector D of the modal coordinate, is unknown. Frequency and damping ratio
+/// are those of the appendage with the body held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode<T: Real> {
+    /// Undamped frequency, Hz, positive.
+    pub frequency_hz: T,
+    /// Damping ratio, zero to one.
+    pub damping: T,
+    /// One sigma of the frequency, share; zero for one that is known exactly.
+    pub frequency_sigma: T,
+    /// One sigma of the damping ratio, share.
+    pub damping_sigma: T,
+}
+
+crate::persist!([T: Real] Mode<T> { frequency_hz, damping, frequency_sigma, damping_sigma });
+
+impl<T: Real> Mode<T> {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// Names the first field that is out of its range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        positive("modes.frequency_hz", self.frequency_hz)?;
+        not_negative("modes.damping", self.damping)?;
+        not_negative("modes.frequency_sigma", self.frequency_sigma)?;
+        not_negative("modes.damping_sigma", self.damping_sigma)
     }
 }
 

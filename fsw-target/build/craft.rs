@@ -126,7 +126,7 @@ fn check_values(craft: &Craft, noise_rad_s: f64) -> Result<(), Rejection> {
             .map_err(|why| format!("`wheel[{number}]` in single precision: {why}"))?;
     }
     window::Config::<f32, 0>::new(noise_rad_s as f32)
-        .validate::<9, 0>()
+        .validate::<9, 0, 0>()
         .map_err(|why| format!("`gyro` in single precision: {why}"))?;
     let Some(prior) = &craft.prior else { return Ok(()) };
     let narrow = |values: [f64; 6]| values.map(|x| x as f32);

@@ -4,6 +4,7 @@
 //! inertia from 0.3 to 3 %. The edit states the level, unless the row is about an imperfection that no key states.
 
 use host_sim::input::Scenario;
+use host_sim::input::craft::Mode;
 use host_sim::input::scenario::hardware::{
     GyroErrors, Orbit, Pulse, TachometerErrors, TachometerKind, TrueMode, WheelErrors,
 };
@@ -286,20 +287,54 @@ fn torques(rows: &mut Rows) {
     }
 }
 
+/// Knowledge of a mode.
+#[derive(Clone, Copy)]
+enum Statement {
+    /// None.
+    Absent,
+    /// Frequency and damping as they are.
+    Exact,
+    /// The frequency a tenth below the true one, and a sigma of a tenth.
+    Uncertain,
+    /// The frequency a tenth below the true one, as exact.
+    Wrong,
+}
+
 fn flexible(rows: &mut Rows) {
-    let mut mode = |name, frequency_hz: f64, damping: f64, shares: &[f64]| {
+    let mut mode = |name, frequency_hz: f64, damping: f64, shares: &[f64], statement: Statement| {
         rows.group(name, None);
         for share in shares.iter().copied() {
             rows.add(percent(share), move |s| {
                 let axis = None;
                 let mode = TrueMode { frequency_hz, damping, inertia_share: share, axis };
                 s.true_hardware.modes = vec![mode];
+                let stated = |factor, frequency_sigma| Mode {
+                    frequency_hz: factor * frequency_hz,
+                    damping,
+                    frequency_sigma,
+                    damping_sigma: 0.0,
+                };
+                s.hardware.modes = match statement {
+                    Absent => Vec::new(),
+                    Exact => vec![stated(1.0, 0.0)],
+                    Uncertain => vec![stated(0.9, 0.1)],
+                    Wrong => vec![stated(0.9, 0.0)],
+                };
             });
         }
     };
-    mode("flexible mode 0.5 Hz, not stated", 0.5, 0.01, &[0.01, 0.03, 0.09]);
-    mode("flexible mode 2 Hz, not stated", 2.0, 0.01, &[0.03]);
-    mode("slosh 0.05 Hz, not stated", 0.05, 0.05, &[0.01, 0.02, 0.06]);
+    use Statement::{Absent, Exact, Uncertain, Wrong};
+    mode("flexible mode 0.5 Hz, not stated", 0.5, 0.01, &[0.01, 0.03, 0.09], Absent);
+    mode("flexible mode 2 Hz, not stated", 2.0, 0.01, &[0.03], Absent);
+    mode("slosh 0.05 Hz, not stated", 0.05, 0.05, &[0.01, 0.02, 0.06], Absent);
+    mode("flexible mode 0.2 Hz, stated", 0.2, 0.01, &[0.01, 0.03, 0.09], Exact);
+    mode("flexible mode 0.5 Hz, stated", 0.5, 0.01, &[0.01, 0.03, 0.09], Exact);
+    mode("flexible mode 1 Hz, stated", 1.0, 0.005, &[0.03, 0.09], Exact);
+    mode("flexible mode 2 Hz, stated", 2.0, 0.01, &[0.03, 0.09], Exact);
+    mode("slosh 0.05 Hz, stated", 0.05, 0.05, &[0.02, 0.06], Exact);
+    mode("flexible mode 0.5 Hz, 10 % off, σ 10 %", 0.5, 0.01, &[0.01, 0.03, 0.09], Uncertain);
+    mode("slosh 0.05 Hz, 10 % off, σ 10 %", 0.05, 0.05, &[0.02], Uncertain);
+    mode("flexible mode 0.5 Hz, 10 % off, σ 0", 0.5, 0.01, &[0.01, 0.03, 0.09], Wrong);
 }
 
 fn noise(rows: &mut Rows) {

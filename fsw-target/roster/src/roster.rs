@@ -302,7 +302,7 @@ fn window_config(from: &InitialData) -> estimator::window::Config<f32, WHEELS> {
 #[cfg(feature = "window")]
 #[inline(never)]
 fn check_window(from: &InitialData) -> Result<(), ConfigError> {
-    window_config(from).validate::<{ FlightWindow::UNKNOWNS }, { FlightWindow::CONSIDERED }>()
+    window_config(from).validate::<{ FlightWindow::UNKNOWNS }, { FlightWindow::CONSIDERED }, 0>()
 }
 
 /// Resets `window` in its storage.

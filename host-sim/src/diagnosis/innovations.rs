@@ -84,9 +84,13 @@ fn found(craft: &Craft, record: &Record, result: &EstimationResult) -> (Vec<Unkn
                 continue;
             }
             // A turn of all sensors shows in no reading; bias and torque are parts of the estimate.
-            Parameter::Mount(_) | Parameter::GyroBias(_) | Parameter::DisturbanceTorque(_) => {
-                continue;
-            }
+            // The innovations of a stated mode are those of a rigid body.
+            Parameter::Mount(_)
+            | Parameter::GyroBias(_)
+            | Parameter::DisturbanceTorque(_)
+            | Parameter::ModalInertia(..)
+            | Parameter::ModeFrequency(_)
+            | Parameter::ModeDamping(_) => continue,
         };
         all.push((unknown, finding.value));
     }

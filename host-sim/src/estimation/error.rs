@@ -60,4 +60,14 @@ pub enum SetUpError {
         /// Number of wheels of the craft.
         found: usize,
     },
+    /// The craft states more modes than the estimator has unknowns for.
+    #[error(
+        "{found} tables [[mode]]: window has unknowns for at most {most}; join those of like frequency"
+    )]
+    TooManyModes {
+        /// Number of modes of the craft.
+        found: usize,
+        /// Number that the estimator has unknowns for.
+        most: usize,
+    },
 }

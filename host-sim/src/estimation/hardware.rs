@@ -4,6 +4,8 @@ use fsw_core::hardware::{Finding, Parameter};
 
 /// Names of the body axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
+/// Names of the elements of a tensor.
+const ELEMENTS: [&str; 6] = ["xx", "yy", "zz", "xy", "xz", "yz"];
 
 /// Name of a parameter, as `wheel 2 spin inertia`; wheels count from 1, as the columns of a log.
 pub fn name(parameter: Parameter) -> String {
@@ -17,6 +19,13 @@ pub fn name(parameter: Parameter) -> String {
         Parameter::GyroAxes(of, about) => format!("{kind} {}{}", axis(of), axis(about)),
         Parameter::WheelInertia(i) => format!("{kind} {}", i + 1),
         Parameter::WheelAxis(i, tilt) => format!("{kind} {}, tilt {}", i + 1, tilt + 1),
+        Parameter::ModalInertia(mode, element) => {
+            let element = ELEMENTS.get(usize::from(element)).copied().unwrap_or("?");
+            format!("{kind} {} {element}", mode + 1)
+        }
+        Parameter::ModeFrequency(mode) | Parameter::ModeDamping(mode) => {
+            format!("{kind} {}", mode + 1)
+        }
         Parameter::Delay | Parameter::TorqueScale | Parameter::CommonWheelInertia => {
             kind.to_owned()
         }
@@ -37,6 +46,9 @@ pub fn key(parameter: Parameter) -> &'static str {
         Parameter::Mount(_) => "mount.sigma_deg",
         Parameter::GyroBias(_) => "gyro.bias_sigma_rad_s",
         Parameter::DisturbanceTorque(_) => "disturbance.torque_sigma_n_m",
+        Parameter::ModalInertia(..) => "mode",
+        Parameter::ModeFrequency(_) => "mode.frequency_sigma",
+        Parameter::ModeDamping(_) => "mode.damping_sigma",
     }
 }
 

@@ -224,6 +224,9 @@ impl<T: Real> Column<T> {
             | Parameter::GyroAxes(..)
             | Parameter::GyroBias(_)
             | Parameter::Mount(_)
+            | Parameter::ModalInertia(..)
+            | Parameter::ModeFrequency(_)
+            | Parameter::ModeDamping(_)
             | Parameter::Delay => None,
         }
     }
@@ -411,7 +414,13 @@ impl<T: Real, const P: usize> Considered<T, P> {
         let mut square = T::zero();
         for column in self.active() {
             let size = match column.parameter {
-                None | Some(Parameter::Mount(_)) => T::zero(),
+                None
+                | Some(
+                    Parameter::Mount(_)
+                    | Parameter::ModalInertia(..)
+                    | Parameter::ModeFrequency(_)
+                    | Parameter::ModeDamping(_),
+                ) => T::zero(),
                 Some(Parameter::GyroBias(_)) => T::one(),
                 Some(Parameter::GyroScale(_) | Parameter::GyroAxes(..) | Parameter::Delay) => rate,
                 Some(Parameter::WheelInertia(wheel) | Parameter::WheelAxis(wheel, _)) => {

@@ -177,6 +177,8 @@ pub struct Beliefs<'a, T: Real, const U: usize> {
     /// True where the hardware is held at its point: at first a descent is far from the solution, and errors of
     /// the hardware would take part in that.
     pub holds_hardware: bool,
+    /// True where the modes are held without inertia: until the data show them.
+    pub holds_modes: bool,
     /// One sigma of the gyro bias' walk over the window, rad/s: the unknown is the newest bias, and its range is
     /// that of the first one.
     pub bias_walked_rad_s: T,
@@ -299,7 +301,11 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
                     Some((_, Belief::Within(sigma))) => sigma[i],
                     None => T::zero(),
                 };
-                let is_held = self.holds_hardware && place >= self.groups.hardware;
+                let is_held = if self.groups.is_of_mode(place) {
+                    self.holds_modes
+                } else {
+                    self.holds_hardware && place >= self.groups.hardware
+                };
                 let sigma = if is_held { sigma * T::lit(HELD) } else { sigma };
                 // A place that is not in use has an empty column, and any weight pins it.
                 let weight = if sigma > T::zero() { variance / (sigma * sigma) } else { T::one() };
@@ -452,6 +458,7 @@ mod tests {
             unit_per_kg_m2: UNIT,
             noise_rad_s: 1e-3,
             holds_hardware: false,
+            holds_modes: false,
             bias_walked_rad_s: 0.0,
             has_varying_torque: false,
         };

@@ -1,12 +1,17 @@
 //! Configuration of the window estimator.
 
-use super::unknowns::{Belief, GROUPS, Group, Groups, groups_of};
+use super::unknowns::{Belief, GROUPS, GROUPS_OF_MODE, Group, Groups, MOST_MODES, groups_of};
 use crate::error::{ConfigError, Invalid};
 use crate::gate;
-use crate::hardware::Hardware;
+use crate::hardware::{Hardware, Mode};
 use crate::math::range::{not_negative, positive};
 use crate::math::scalar::Real;
 use crate::prior::Prior;
+
+/// Prior sigma of each element of a modal inertia over the trace: a tenth of a mean moment of inertia. Appendages and
+/// liquids of small spacecraft carry 1 to 20 % of it; one of half of the body would raise its frequency by 40 %, and a
+/// linear fit would not find it.
+const MODAL_SIGMA: f64 = 0.1 / 3.0;
 
 /// Configuration, fixed for the estimator's life.
 ///
@@ -14,8 +19,8 @@ use crate::prior::Prior;
 /// use fsw_core::estimator::window::Config;
 ///
 /// let config = Config { gyro_bias_rad_s: Some(0.01), ..Config::<f32, 0>::new(1e-4) };
-/// assert!(config.validate::<12, 0>().is_ok()); // one further group of unknowns
-/// assert_eq!(config.validate::<9, 0>().unwrap_err().field, "gyro_bias_rad_s");
+/// assert!(config.validate::<12, 0, 0>().is_ok()); // one further group of unknowns
+/// assert_eq!(config.validate::<9, 0, 0>().unwrap_err().field, "gyro_bias_rad_s");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Config<T: Real, const W: usize> {
@@ -63,6 +68,10 @@ pub struct Config<T: Real, const W: usize> {
     /// among the unknowns, with a place in U for each group of three ([`unknowns`](super::unknowns)), or considered
     /// where U has no place for all: then the last place is kept for them, and C groups at most are considered.
     pub hardware: Hardware<T, W>,
+    /// Stated modes, in the first places. Default none. Each needs three places in U, and as many as there are need M.
+    /// The body and its modes are at rest relative to one another at the start of a window. A block should be shorter
+    /// than an eighth of the period.
+    pub modes: [Option<Mode<T>>; MOST_MODES],
     /// Checks of each sample.
     pub gate: gate::Config<T>,
 }
@@ -72,7 +81,7 @@ crate::persist!([T: Real, const W: usize] Config<T, W> {
     prior;
     unchanged gyro_noise_rad_s, disturbance_torque_n_m, varying_torque_n_m, gyro_bias_rad_s, bias_walk_rad_s_sqrt_s, bias_instability_rad_s,
     drag_per_s, inertia_walk_kg_m2_sqrt_s, block_samples, block_turn_rad, is_torque_smooth, slices_per_step, quiet_s,
-    hardware, gate
+    hardware, modes, gate
 });
 
 impl<T: Real, const W: usize> Config<T, W> {
@@ -99,6 +108,7 @@ impl<T: Real, const W: usize> Config<T, W> {
             slices_per_step: 1,
             quiet_s: T::lit(30.0),
             hardware: Hardware::ideal(),
+            modes: [None; MOST_MODES],
             gate: gate::Config::default(),
         }
     }
@@ -107,7 +117,9 @@ impl<T: Real, const W: usize> Config<T, W> {
     ///
     /// # Errors
     /// Names the first field that is out of its range, or for whose group U has no place.
-    pub fn validate<const U: usize, const C: usize>(&self) -> Result<(), ConfigError> {
+    pub fn validate<const U: usize, const C: usize, const M: usize>(
+        &self,
+    ) -> Result<(), ConfigError> {
         let mut places = groups_of(U);
         for (field, value) in [
             ("gyro_noise_rad_s", self.gyro_noise_rad_s),
@@ -134,6 +146,15 @@ impl<T: Real, const W: usize> Config<T, W> {
         if is_walking && self.gyro_bias_rad_s.is_none() {
             // A walk begins at a bias of this sigma.
             return Err(ConfigError { field: "gyro_bias_rad_s", reason: Invalid::NotPositive });
+        }
+        for mode in self.modes.iter().flatten() {
+            mode.validate()?;
+            places = places
+                .checked_sub(GROUPS_OF_MODE)
+                .ok_or(ConfigError { field: "modes", reason: Invalid::NoRoom })?;
+        }
+        if self.modes.iter().flatten().count() > M {
+            return Err(ConfigError { field: "modes", reason: Invalid::NoRoom });
         }
         self.hardware.validate()?;
         let not_solved = self.hardware_groups().count() - self.solved_groups(places);
@@ -174,7 +195,8 @@ impl<T: Real, const W: usize> Config<T, W> {
     /// Places of U unknowns beside the groups of one window that are asked for.
     fn places_of_hardware<const U: usize>(&self) -> usize {
         let asked = [self.disturbance_torque_n_m, self.gyro_bias_rad_s, self.drag_per_s];
-        groups_of(U).saturating_sub(asked.iter().flatten().count())
+        let modes = self.modes.iter().flatten().count();
+        groups_of(U).saturating_sub(asked.iter().flatten().count() + GROUPS_OF_MODE * modes)
     }
 
     /// Group of the hardware that is considered with this index; none beyond the last one.
@@ -215,7 +237,10 @@ impl<T: Real, const W: usize> Config<T, W> {
         let untested_torque = torque.is_none().then_some((Group::Torque, Belief::Zero));
         let drag = self.drag_per_s.map(|_| (Group::Drag, Belief::Zero));
         let bias = within(Group::Bias, self.gyro_bias_rad_s);
-        [torque, bias, drag, untested_torque].into_iter().flatten()
+        let modes =
+            (0u8..).zip(&self.modes).flat_map(|(index, mode)| of_mode(index, mode.as_ref()));
+        let asked = [torque, bias, drag].into_iter().flatten();
+        asked.chain(modes).chain(untested_torque)
     }
 
     /// Sets groups of unknowns by place: those of one window that are asked for and those that are tested, as far as
@@ -224,6 +249,10 @@ impl<T: Real, const W: usize> Config<T, W> {
     pub(super) fn set_groups<const U: usize>(&self, groups: &mut Groups<T>) {
         groups.place = [None; GROUPS];
         groups.delay_s = self.hardware.delay_s;
+        let tau = T::lit(core::f64::consts::TAU);
+        groups.modes = self.modes.map(|mode| {
+            mode.map_or([T::zero(); 2], |mode| [tau * mode.frequency_hz, mode.damping])
+        });
         let places = self.places_of_hardware::<U>();
         let solved = self.solved_groups(places);
         let is_considered = solved < self.hardware_groups().count();
@@ -238,6 +267,23 @@ impl<T: Real, const W: usize> Config<T, W> {
     }
 }
 
+/// Groups of a mode and the beliefs in them.
+fn of_mode<T: Real>(
+    index: u8,
+    mode: Option<&Mode<T>>,
+) -> impl Iterator<Item = (Group, Belief<T>)> + use<T> {
+    let groups = mode.map(|mode| {
+        let inertia = Belief::Within([T::lit(MODAL_SIGMA); 3]);
+        let tuning = [mode.frequency_sigma, mode.damping_sigma, T::zero()];
+        [
+            (Group::ModalMoments(index), inertia),
+            (Group::ModalProducts(index), inertia),
+            (Group::ModeTuning(index), Belief::Within(tuning)),
+        ]
+    });
+    groups.into_iter().flatten()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -246,9 +292,9 @@ mod tests {
     fn names_the_field_that_is_out_of_range() {
         let refused = |change: fn(&mut Config<f32, 1>)| {
             let mut config = Config::new(1e-4);
-            assert_eq!(config.validate::<12, 0>(), Ok(()));
+            assert_eq!(config.validate::<12, 0, 0>(), Ok(()));
             change(&mut config);
-            config.validate::<12, 0>().unwrap_err().field
+            config.validate::<12, 0, 0>().unwrap_err().field
         };
         assert_eq!(refused(|c| c.gyro_noise_rad_s = Some(0.0)), "gyro_noise_rad_s");
         assert_eq!(refused(|c| c.disturbance_torque_n_m = Some(-1.0)), "disturbance_torque_n_m");

@@ -16,6 +16,7 @@
 //! | [`Attempt::Prior`] | the prior, or earlier windows |
 
 use super::belief::{Beliefs, information_on};
+use super::flexible::{Oscillator, of_body};
 use super::front::Fit;
 use super::pass::Pass;
 use super::trajectory::axes_at;
@@ -35,6 +36,9 @@ const FALLING: f64 = 0.25;
 const ROUNDINGS: f64 = 4.0;
 /// Passes of a descent at most. From linear starts of random spacecraft it takes 4 to 8.
 const MOST_PASSES: u8 = 25;
+/// Decrease of chi-square from which on a mode is shown: of eight degrees of freedom, exceeded by chance once in 1,000. A
+/// mode below it is linear about no inertia, and its phase over a long record would not be.
+const MODE_SHOWN: f64 = 26.1;
 /// Passes with the hardware held at most.
 const MOST_HELD_PASSES: u8 = 12;
 /// First damping, as a share of each column's norm, and the largest one.
@@ -161,6 +165,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         self.has_walk = false;
         self.considering = Considering::Not;
         self.passes = 0;
+        self.pass.holds_modes = M > 0;
     }
 
     /// Decides after a pass over all blocks.
@@ -175,7 +180,8 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             return Next::End { is_settled: true };
         }
         self.holds_hardware &= beliefs.groups.has_hardware();
-        let beliefs = &Beliefs { holds_hardware: self.holds_hardware, ..*beliefs };
+        let (holds_hardware, holds_modes) = (self.holds_hardware, self.pass.holds_modes);
+        let beliefs = &Beliefs { holds_hardware, holds_modes, ..*beliefs };
         let cost = self.cost(beliefs);
         let is_worse = !(cost.is_finite() && self.best.is_none_or(|(_, best)| cost <= best));
         if is_worse && !self.is_near && !self.is_repeated {
@@ -202,6 +208,13 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         if (is_settled || self.passes >= MOST_HELD_PASSES) && self.holds_hardware {
             return self.release(self.pass.point);
         }
+        if M > 0
+            && (is_settled || self.passes >= MOST_HELD_PASSES)
+            && self.shows_modes(beliefs, decrement)
+        {
+            self.pass.holds_modes = false;
+            return self.release(self.pass.point);
+        }
         if is_settled && is_first {
             // Once more, with weights.
             return Next::Pass(self.pass.point);
@@ -222,6 +235,14 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         }
         self.is_repeated = false;
         self.step(step, beliefs, wheels)
+    }
+
+    /// True where modes that are held would explain more than noise does, beyond the decrement of the step with them held.
+    fn shows_modes(&self, beliefs: &Beliefs<'_, T, U>, decrement: T) -> bool {
+        let released = &Beliefs { holds_modes: false, ..*beliefs };
+        self.pass.holds_modes
+            && solve(&self.pass, released, T::zero())
+                .is_some_and(|(_, by_all)| by_all - decrement > T::lit(MODE_SHOWN))
     }
 
     /// Goes on from a point with the hardware as stated.
@@ -272,7 +293,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
                 step = damped;
             }
             let point = self.pass.point_after(&step, wheels, beliefs.groups);
-            if is_usable(&point) {
+            if is_usable::<T, U, M>(&point, beliefs.groups) {
                 return Next::Pass(point);
             }
             let first = T::lit(FIRST_DAMPING);
@@ -297,10 +318,16 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
     }
 }
 
-/// True for a point whose tensor is positive definite with a margin, and all of it finite.
-fn is_usable<T: Real, const U: usize>(point: &Point<T, U>) -> bool {
+/// True for a point whose tensor, without the modal inertias of M modes, is positive definite with a margin, and all of
+/// it finite.
+fn is_usable<T: Real, const U: usize, const M: usize>(
+    point: &Point<T, U>,
+    groups: &Groups<T>,
+) -> bool {
     let least = T::lit(LEAST_MOMENT);
-    let [xx, yy, zz, xy, xz, yz] = point.over_trace();
+    let modes: [Oscillator<T>; M] =
+        core::array::from_fn(|i| Oscillator::new(point, groups, i as u8));
+    let [xx, yy, zz, xy, xz, yz] = of_body(&point.over_trace(), &modes).elements_kg_m2();
     let inside = [xx - least, yy - least, zz - least, xy, xz, yz];
     crate::tensor::Inertia::new(inside).is_positive_definite() && point.is_finite()
 }

@@ -68,7 +68,9 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Front<T, W, U, M> 
 
 /// Binary logarithm of the information on the six unknowns of the inertia, each given the later ones, summed
 /// and truncated.
-fn octaves<T: Real, const W: usize, const U: usize, const M: usize>(pass: &Pass<T, W, U, M>) -> u32 {
+fn octaves<T: Real, const W: usize, const U: usize, const M: usize>(
+    pass: &Pass<T, W, U, M>,
+) -> u32 {
     let rows = pass.factor.factor.iter().enumerate().skip(shape_of(U));
     let diagonal = rows.filter_map(|(i, row)| row.get(i));
     diagonal.map(|element| (element.to_f32().to_bits() >> 23) & 0xff).sum()

@@ -40,6 +40,7 @@ mod considered;
 mod drift;
 mod excitation;
 mod fit;
+mod flexible;
 mod front;
 mod inquiry;
 mod pass;
@@ -229,7 +230,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// # Errors
     /// As [`new`](Self::new); the state is unchanged then.
     pub fn reset(&mut self, config: Config<T, W>) -> Result<(), ConfigError> {
-        config.validate::<U, C>()?;
+        config.validate::<U, C, M>()?;
         // Field by field: a whole one would be made on the stack first.
         config.set_groups::<U>(&mut self.groups);
         self.gate = Gate::new(config.gate);
@@ -409,6 +410,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             unit_per_kg_m2,
             noise_rad_s: self.noise_rad_s(),
             holds_hardware: false,
+            holds_modes: false,
             bias_walked_rad_s: self.bias_walked_rad_s(),
             has_varying_torque: self.config.varying_torque_n_m > T::zero(),
         }
@@ -566,8 +568,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     }
 }
 
-impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize> Estimator<T, W>
-    for Window<T, W, N, U, C, M>
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
+    Estimator<T, W> for Window<T, W, N, U, C, M>
 {
     fn step(&mut self, sample: &Sample<T, W>) -> Outcome {
         if let Some(outcome) = self.take_sample(sample) {

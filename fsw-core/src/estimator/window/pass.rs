@@ -252,11 +252,13 @@ pub struct Pass<T: Real, const W: usize, const U: usize, const M: usize> {
     pub torque_per_rad: T,
     /// Mean square of a residual that errors of the considered hardware explain, one sigma, rad²/s².
     pub explained: T,
+    /// True where the modes are held without inertia.
+    pub holds_modes: bool,
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Pass<T, W, U, M> {
     point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
-    watch_rad_s, decrement, drift, torque_per_rad, explained
+    watch_rad_s, decrement, drift, torque_per_rad, explained, holds_modes
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
 impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
@@ -277,6 +279,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             drift: Drift::none(),
             torque_per_rad: T::zero(),
             explained: T::zero(),
+            holds_modes: M > 0,
         }
     }
 
@@ -297,7 +300,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         self.seed(groups);
         self.residuals = Residuals { rise: from, ..Residuals::none() };
         self.next = from;
-        if !self.trajectory.start(point, groups, axes) {
+        if !self.trajectory.start(point, groups, axes, wheels) {
             return false;
         }
         if rest.weight > T::zero() {

@@ -354,7 +354,33 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         solution.unit_per_kg_m2 = unit;
         self.findings_unseen(&solution, visit);
         self.findings_considered((&factor, sigma), &solution, visit);
-        self.findings_solved((&factor, sigma), &solution, visit);
+        let hardware = self.groups.hardware..groups_of(U);
+        self.findings_solved(hardware, (&factor, sigma), &solution, visit);
+        if M > 0 {
+            self.findings_of_modes(visit);
+        }
+    }
+
+    /// Results on the modes, for the window's fit.
+    fn findings_of_modes(&self, visit: &mut dyn FnMut(Finding<T>)) {
+        let Some(Front { pass, .. }) = &self.front else { return };
+        let (mut factor, sigma) = (pass.factor, self.sigma_of_sample(pass));
+        let beliefs = Beliefs { noise_rad_s: sigma, ..self.beliefs(pass.unit_per_kg_m2) };
+        beliefs.add(&mut factor, &pass.point);
+        let Some(step) = factor.solve() else { return };
+        let mut solution = Solution::blank();
+        solution.point = pass.point.stepped(&step);
+        solution.unit_per_kg_m2 = pass.unit_per_kg_m2;
+        let trace = solution.trace_kg_m2();
+        let of_window = 0..self.groups.hardware;
+        self.findings_solved(of_window, (&factor, sigma), &solution, &mut |mut finding| {
+            if let Parameter::ModalInertia(..) = finding.parameter {
+                finding.value *= trace;
+                finding.sigma *= trace;
+                finding.stated *= trace;
+            }
+            visit(finding);
+        });
     }
 
     /// Results on what no motion shows: the turn of all sensors, and a common scale of all that drives the body.
@@ -373,15 +399,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         visit(Parameter::TorqueScale, self.config.considered_scale(), inertia.elements_kg_m2());
     }
 
-    /// Results on the hardware that is among the unknowns.
+    /// Results on the parameters that are among the unknowns, in these places.
     fn findings_solved(
         &self,
+        places: core::ops::Range<usize>,
         (factor, sigma): (&SquareRootInformation<T, U>, T),
         solution: &Solution<T, U>,
         visit: &mut dyn FnMut(Finding<T>),
     ) {
         let jacobian = solution.jacobian();
-        for place in self.groups.hardware..groups_of(U) {
+        for place in places {
             let Some(Some((group, Belief::Within(stated)))) = self.groups.place.get(place) else {
                 continue;
             };

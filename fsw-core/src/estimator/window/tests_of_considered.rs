@@ -131,11 +131,13 @@ fn windows_share_the_errors_of_the_hardware() {
 #[test]
 fn groups_are_solved_where_all_have_a_place() {
     let config = config(HARDWARE, NOISE_RAD_S);
-    assert_eq!(config.validate::<30, 0>(), Ok(()));
-    assert_eq!(config.validate::<21, 4>(), Ok(()));
-    for refused in
-        [config.validate::<21, 3>(), config.validate::<27, 0>(), config.validate::<15, 9>()]
-    {
+    assert_eq!(config.validate::<30, 0, 0>(), Ok(()));
+    assert_eq!(config.validate::<21, 4, 0>(), Ok(()));
+    for refused in [
+        config.validate::<21, 3, 0>(),
+        config.validate::<27, 0, 0>(),
+        config.validate::<15, 9, 0>(),
+    ] {
         assert_eq!(refused.unwrap_err().field, "hardware");
     }
     let wheels = WheelArray::new([Vec3::from(AXIS)], [SPIN_INERTIA]).unwrap();

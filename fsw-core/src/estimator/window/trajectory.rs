@@ -20,13 +20,13 @@
 //! Nørsett, Phil. Trans. R. Soc. A 357, 1999).
 
 use super::block::Block;
+use super::flexible::{Deflection, Oscillator, of_body};
 use super::unknowns::{
     FIRST_GROUP, GROUPS, Group, Groups, MOMENTUM, Point, by_shape, groups_of, scale_of, shape_of,
 };
 use crate::dynamics::wheels::Momenta;
 use crate::hardware::{axes_with_errors, tilt_directions};
 use crate::math::{Entries, Mat, Vec3, column, rotated, scalar::Real, skew};
-use crate::tensor::Inertia;
 
 /// Largest turn of a step, rad: the Taylor series then errs by `turn⁸ / 40320` of the momentum, 4e-8,
 /// and by 2e-9 at 0.3 rad.
@@ -35,7 +35,7 @@ const STEP_TURN: f64 = 0.45;
 /// that leaves is `turn⁵ / 120` of the momentum, 2e-10, and `turn² / 12` of a step's forcing, 1e-4.
 const SLOW_TURN: f64 = 0.03;
 /// Orders of the Taylor series, and those of a step that turns little.
-const ORDERS: usize = 7;
+pub(super) const ORDERS: usize = 7;
 const LOW_ORDERS: usize = 4;
 /// Steps across a block at most. A block that turns farther than three of them is crossed less
 /// accurately.
@@ -155,40 +155,44 @@ impl<T: Real, const N: usize> Course<T, N> {
 
 /// Model of the motion at one point of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Model<T: Real, const W: usize> {
-    /// n⁻¹, and (1 + M) n⁻¹.
-    inverse: Mat<T, 3, 3>,
-    reading: Mat<T, 3, 3>,
+pub struct Model<T: Real, const W: usize, const M: usize> {
+    /// n⁻¹, and (1 + M) n⁻¹; n without the modal inertias where there are modes.
+    pub(super) inverse: Mat<T, 3, 3>,
+    pub(super) reading: Mat<T, 3, 3>,
+    pub(super) modes: [Oscillator<T>; M],
     /// Wheel axes by columns: as configured, and at the point.
     configured_axes: Mat<T, 3, W>,
-    axes: Mat<T, 3, W>,
+    pub(super) axes: Mat<T, 3, W>,
     /// δ, s, and 1 + t.
     delay_s: T,
-    torque_share: T,
+    pub(super) torque_share: T,
     torque: Vec3<T>,
     bias: Vec3<T>,
-    drag: Vec3<T>,
-    scale: T,
+    pub(super) drag: Vec3<T>,
+    pub(super) scale: T,
     /// Further group of unknowns in each place, and a bit for each component that is an unknown.
-    group: [Option<Group>; GROUPS],
+    pub(super) group: [Option<Group>; GROUPS],
     active: [u8; GROUPS],
 }
 
-crate::persist!([T: Real, const W: usize] Model<T, W> {
-    inverse, reading, configured_axes, axes, delay_s, torque_share, torque, bias, drag, scale, group, active
+crate::persist!([T: Real, const W: usize, const M: usize] Model<T, W, M> {
+    inverse, reading, modes, configured_axes, axes, delay_s, torque_share, torque, bias, drag, scale, group, active
 });
 
-impl<T: Real, const W: usize> Model<T, W> {
-    /// Model at a point for wheels with these axes; `None` where its tensor has no inverse.
+impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
+    /// Model at a point for wheels with these axes; `None` where its tensor has no inverse, or the body without its modes
+    /// none.
     pub fn new<const U: usize>(
         point: &Point<T, U>,
         groups: &Groups<T>,
         axes: &Mat<T, 3, W>,
     ) -> Option<Self> {
-        let inverse = Inertia::new(point.over_trace()).inverse()?;
+        let modes = core::array::from_fn(|i| Oscillator::new(point, groups, i as u8));
+        let inverse = of_body(&point.over_trace(), &modes).inverse()?;
         let mut model = Self {
             inverse,
             reading: inverse,
+            modes,
             configured_axes: *axes,
             axes: *axes,
             delay_s: groups.delay_s,
@@ -236,6 +240,7 @@ impl<T: Real, const W: usize> Model<T, W> {
         Self {
             inverse: Mat::zeros(),
             reading: Mat::zeros(),
+            modes: [Oscillator::none(); M],
             configured_axes: Mat::zeros(),
             axes: Mat::zeros(),
             delay_s: T::zero(),
@@ -249,18 +254,19 @@ impl<T: Real, const W: usize> Model<T, W> {
         }
     }
 
-    /// Rate of a body with this momentum and momentum of its wheels, `n⁻¹ (m − x wᵤ)`, rad/s.
+    /// Rate of a body with this momentum and momentum of its wheels, modes at rest relative to it, `n⁻¹ (m − x wᵤ)`, rad/s.
     pub fn rate_rad_s(&self, momentum: &Vec3<T>, wheels: &Momenta<T, W>) -> Vec3<T> {
-        self.rate_of(momentum, &(self.axes * wheels))
+        self.at_rest(&self.inverse) * (momentum - self.axes * wheels * self.scale)
     }
 
     fn rate_of(&self, momentum: &Vec3<T>, drive: &Vec3<T>) -> Vec3<T> {
         self.inverse * (momentum - drive * self.scale)
     }
 
-    /// Reading at a body with this momentum and momentum of its wheels, bias included, rad/s.
+    /// Reading at such a body, bias included, rad/s.
     pub fn reading_rad_s(&self, momentum: &Vec3<T>, wheels: &Momenta<T, W>) -> Vec3<T> {
-        self.reading_of(momentum, &(self.axes * wheels))
+        let reading = self.at_rest(&self.reading);
+        reading * (momentum - self.axes * wheels * self.scale) + self.bias
     }
 
     fn reading_of(&self, momentum: &Vec3<T>, drive: &Vec3<T>) -> Vec3<T> {
@@ -273,7 +279,7 @@ impl<T: Real, const W: usize> Model<T, W> {
     }
 
     /// True where a component of the group in a place is an unknown.
-    fn is_active(&self, place: usize, component: usize) -> bool {
+    pub(super) fn is_active(&self, place: usize, component: usize) -> bool {
         self.active.get(place).is_some_and(|bits| bits >> component & 1 == 1)
     }
 
@@ -300,27 +306,27 @@ pub fn axes_at<T: Real, const W: usize, const U: usize>(
 /// A block that is being crossed.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing<T: Real, const W: usize, const U: usize> {
-    steps: u32,
-    done: u32,
+    pub(super) steps: u32,
+    pub(super) done: u32,
     /// True where a step turns little.
     is_slow: bool,
     /// Length of a step, s, and its share of the block.
-    step_s: T,
-    share: T,
+    pub(super) step_s: T,
+    pub(super) share: T,
     samples: T,
     /// Mean drive `w̄ − ḡ` of the block, per unit of x.
     drive: Vec3<T>,
     /// Known torque per unit of x, and all torque but drag.
-    known_torque: Vec3<T>,
-    torque: Vec3<T>,
+    pub(super) known_torque: Vec3<T>,
+    pub(super) torque: Vec3<T>,
     /// Momentum of each wheel a share s of the way through: `of_wheel[0] + s (of_wheel[1] + s of_wheel[2])`, and wᵤ
     /// likewise.
-    of_wheel: [Momenta<T, W>; 3],
+    pub(super) of_wheel: [Momenta<T, W>; 3],
     wheels: [Vec3<T>; 3],
     /// Length of the block, s.
-    duration_s: T,
+    pub(super) duration_s: T,
     /// `6 ḡᵤ`: gᵤ is `6 ḡᵤ s (1 − s)`.
-    beyond_ramp: Vec3<T>,
+    pub(super) beyond_ramp: Vec3<T>,
     /// Of the last step: means of m + g and of ω, and their changes; mean and change of the drive; gᵤ.
     mean: Vec3<T>,
     change: Vec3<T>,
@@ -333,33 +339,35 @@ pub struct Crossing<T: Real, const W: usize, const U: usize> {
     /// Sum over the steps of the mean of both ends of g.
     beyond_ends: Vec3<T>,
     /// `Δ ṁ` over a step, at the start of the block less that at the end of the last step.
-    bend: Vec3<T>,
+    pub(super) bend: Vec3<T>,
     /// Sums over the steps: mean of m; means of both ends of ω, of the drive, of each wheel, and sum of both of D.
-    momentum: Vec3<T>,
-    rate: Vec3<T>,
+    pub(super) momentum: Vec3<T>,
+    pub(super) rate: Vec3<T>,
     drive_ends: Vec3<T>,
     wheel_ends: Momenta<T, W>,
-    sensitivity: [Vec3<T>; U],
+    pub(super) sensitivity: [Vec3<T>; U],
 }
 
 /// State of a trajectory at the end of the last block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trajectory<T: Real, const W: usize, const U: usize, const M: usize> {
     /// Model of the motion.
-    pub model: Model<T, W>,
+    pub model: Model<T, W, M>,
     /// m, rad/s.
-    momentum: Vec3<T>,
+    pub(super) momentum: Vec3<T>,
     /// Rounding error of the sum m, added back with the next step: motion about an unstable axis would
     /// magnify it.
     lost: Vec3<T>,
     /// Known torque of the last block, per unit of x; none before the first one.
     last_torque: Option<Vec3<T>>,
     /// D, by columns.
-    sensitivity: [Vec3<T>; U],
+    pub(super) sensitivity: [Vec3<T>; U],
+    /// State of the modes, and its derivatives.
+    pub(super) modes: [Deflection<T, U>; M],
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Trajectory<T, W, U, M> {
-    model, momentum, lost, last_torque, sensitivity
+    model, momentum, lost, last_torque, sensitivity, modes
 });
 
 impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U, M> {
@@ -367,11 +375,25 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     pub fn blank() -> Self {
         let none = Vec3::zeros();
         let model = Model::blank();
-        Self { model, momentum: none, lost: none, last_torque: None, sensitivity: [none; U] }
+        Self {
+            model,
+            momentum: none,
+            lost: none,
+            last_torque: None,
+            sensitivity: [none; U],
+            modes: [Deflection::none(); M],
+        }
     }
 
-    /// Starts at a point; false where its tensor has no inverse.
-    pub fn start(&mut self, point: &Point<T, U>, groups: &Groups<T>, axes: &Mat<T, 3, W>) -> bool {
+    /// Starts at a point, for wheels with these axes and momenta, modes at rest relative to the body; false where its
+    /// tensor has no inverse.
+    pub fn start(
+        &mut self,
+        point: &Point<T, U>,
+        groups: &Groups<T>,
+        axes: &Mat<T, 3, W>,
+        wheels: &Momenta<T, W>,
+    ) -> bool {
         let Some(model) = Model::new(point, groups, axes) else { return false };
         self.model = model;
         self.momentum = point.momentum();
@@ -380,6 +402,9 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         self.sensitivity = [Vec3::zeros(); U];
         for i in 0..3 {
             *self.sensitivity[MOMENTUM + i].at_mut(i, 0) = T::one();
+        }
+        if M > 0 {
+            self.start_modes(wheels);
         }
         true
     }
@@ -390,8 +415,12 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         let mut crossing = self.enter(span);
         self.shift_torque(&crossing);
         while crossing.done < crossing.steps {
-            self.move_on(&mut crossing);
-            self.differentiate(&mut crossing);
+            if M > 0 {
+                self.cross_flexible(&mut crossing);
+            } else {
+                self.move_on(&mut crossing);
+                self.differentiate(&mut crossing);
+            }
         }
         crossing
     }
@@ -425,6 +454,9 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
             && turn_square > T::lit(STEP_TURN * STEP_TURN) * T::count(steps * steps)
         {
             steps += 1;
+        }
+        if M > 0 {
+            steps = steps.max(self.model.steps_of_modes(dt));
         }
         let share = T::one() / T::count(steps);
         let mean_beyond = drive.beyond * model.torque_share;
@@ -524,13 +556,13 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     }
 
     /// Slope less that of the drag at turn u.
-    fn braked(&self, slope: Vec3<T>, u: &Vec3<T>) -> Vec3<T> {
+    pub(super) fn braked(&self, slope: Vec3<T>, u: &Vec3<T>) -> Vec3<T> {
         let drag = &self.model.drag;
         if *drag == Vec3::zeros() { slope } else { slope - drag.component_mul(u) }
     }
 
     /// Adds to m with compensation for rounding (Kahan's sum).
-    fn move_by(&mut self, change: Vec3<T>) {
+    pub(super) fn move_by(&mut self, change: Vec3<T>) {
         let change = change + self.lost;
         let sum = self.momentum + change;
         self.lost = change - (sum - self.momentum);
@@ -677,12 +709,16 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
             self.model.add_drives(&mut row, &b, &crossing.wheel_ends, &slope, beyond);
             self.model.add_gyro(&mut row, axis, &(crossing.rate * crossing.share));
         }
+        if M > 0 {
+            self.add_modes(&mut row, &b);
+        }
         row
     }
 
     /// Derivatives of one axis of the reading at the start, for momentum of the wheels there: `n⁻¹ (D₀ − V₀)`.
     pub fn reading_at_start(&self, rate: &Vec3<T>, wheels: &Momenta<T, W>, axis: usize) -> [T; U] {
-        let mut row = self.row_at_start(&self.model.reading, rate, wheels, axis.min(2));
+        let reading = self.model.at_rest(&self.model.reading);
+        let mut row = self.row_at_start(&reading, rate, wheels, axis.min(2));
         if U > WITHOUT_HARDWARE {
             self.model.add_bias(&mut row, axis.min(2));
             self.model.add_gyro(&mut row, axis.min(2), rate);
@@ -692,7 +728,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
 
     /// The same of the rate itself.
     pub fn rate_at_start(&self, rate: &Vec3<T>, wheels: &Momenta<T, W>, axis: usize) -> [T; U] {
-        self.row_at_start(&self.model.inverse, rate, wheels, axis.min(2))
+        self.row_at_start(&self.model.at_rest(&self.model.inverse), rate, wheels, axis.min(2))
     }
 
     fn row_at_start(
@@ -781,7 +817,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
 const WITHOUT_HARDWARE: usize = 9;
 
 /// Momentum of one wheel.
-fn of_wheel<T: Real, const W: usize>(momenta: &Momenta<T, W>, wheel: u8) -> T {
+pub(super) fn of_wheel<T: Real, const W: usize>(momenta: &Momenta<T, W>, wheel: u8) -> T {
     momenta.as_slice().get(usize::from(wheel)).copied().unwrap_or(T::zero())
 }
 
@@ -794,7 +830,7 @@ struct Propagation<T: Real> {
     by_drive_change: Option<Mat<T, 3, 3>>,
 }
 
-impl<T: Real, const W: usize> Model<T, W> {
+impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
     /// Adds to a row the direct derivatives of the reading: of the rate by shape and scale, of the bias.
     fn add_readings<const U: usize>(
         &self,
@@ -839,7 +875,7 @@ impl<T: Real, const W: usize> Model<T, W> {
     }
 
     /// The three directions of a wheel's errors: its axis and the two tilts.
-    fn directions(&self, wheel: u8) -> [Vec3<T>; 3] {
+    pub(super) fn directions(&self, wheel: u8) -> [Vec3<T>; 3] {
         let axis = column(&self.configured_axes, usize::from(wheel));
         let [first, second] = tilt_directions(&axis);
         [axis, first, second]
@@ -977,7 +1013,7 @@ struct Drive<T: Real, const W: usize> {
 impl<T: Real, const W: usize, const U: usize> Crossing<T, W, U> {
     /// Coefficients of x w and x g in the step's share of time, `[w₀ w₁ w₂ g₀ g₁ g₂]`; notes mean, change
     /// and ends of the drive.
-    fn within_step(&mut self, scale: T) -> [Vec3<T>; 6] {
+    pub(super) fn within_step(&mut self, scale: T) -> [Vec3<T>; 6] {
         let (one, share, half) = (T::one(), self.share, T::lit(0.5));
         let third = T::lit(1.0 / 3.0);
         let x = T::count(self.done) * share;
@@ -1028,7 +1064,7 @@ struct Sums<T: Real> {
 
 /// Coefficient of the product of two polynomials, `Σᵢ pₖ₋ᵢ × uᵢ`, for p up to pₖ.
 #[inline(never)]
-fn product<'a, T: Real>(
+pub(super) fn product<'a, T: Real>(
     p: core::iter::Take<core::slice::Iter<'a, Vec3<T>>>,
     u: &[Vec3<T>],
 ) -> Vec3<T> {
@@ -1064,7 +1100,7 @@ fn across<T: Real>(v: &Vec3<T>, m: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
 }
 
 /// The columns of `M G(ω)`.
-fn columns_of_the_regressor<T: Real>(m: &Mat<T, 3, 3>, w: &Vec3<T>) -> [Vec3<T>; 6] {
+pub(super) fn columns_of_the_regressor<T: Real>(m: &Mat<T, 3, 3>, w: &Vec3<T>) -> [Vec3<T>; 6] {
     let [a, b, c]: [Vec3<T>; 3] = core::array::from_fn(|i| column(m, i));
     [a * w.x, b * w.y, c * w.z, a * w.y + b * w.x, a * w.z + c * w.x, b * w.z + c * w.y]
 }
@@ -1146,9 +1182,9 @@ mod tests {
     fn fly(
         point: &Point<f64, UNKNOWNS>,
         spans: &[Span<f64, 3>],
-    ) -> (Trajectory<f64, 3, UNKNOWNS>, Vec<Prediction>) {
+    ) -> (Trajectory<f64, 3, UNKNOWNS, 0>, Vec<Prediction>) {
         let mut trajectory = Trajectory::blank();
-        assert!(trajectory.start(point, &all(), &Mat::identity()));
+        assert!(trajectory.start(point, &all(), &Mat::identity(), &spans[0].wheels_at_start));
         let mut cross = |span: &Span<f64, 3>| {
             let crossing = trajectory.cross(span);
             let rows: [[f64; UNKNOWNS]; 3] =

@@ -7,6 +7,8 @@
 //! | | disturbance torque over the trace | `d` | rad/s² |
 //! | | gyro bias | `b` | rad/s |
 //! | | drag, over the trace: torque `−c ω` on each axis | `c` | 1/s |
+//! | | modal inertia of an appendage or a liquid, over the trace: moments; products | `μ_xx μ_yy μ_zz`; `μ_xy μ_xz μ_yz` | – |
+//! | | its frequency and damping: errors of the stated ones (module `flexible`) | `f z` | share |
 //! | | time offset, error of the known torque, common error of the wheels | `δ t s` | s, share |
 //! | | gyro scale factor error, about each axis | `M_xx M_yy M_zz` | share |
 //! | | gyro axes, upper: reading x of a rate about y, x of z, y of z | `M_xy M_xz M_yz` | rad |
@@ -15,7 +17,7 @@
 //! | U − 6 to U − 2 | shape | `q` | – |
 //! | U − 1 | inverse of the trace over its unit, `κ / κᵤ` | `x` | – |
 //!
-//! The groups down to drag belong to one window, the others to the hardware, and last from window to window
+//! The groups down to frequency and damping belong to one window, the others to the hardware, and last from window to window
 //! like the inertia ([`hardware`](crate::hardware)). Where U is too small for all of the hardware, the last place before the
 //! shape stays free, for those that are considered (module `considered`).
 //!
@@ -36,8 +38,12 @@ use crate::math::{Vec3, scalar::Real};
 pub const MOMENTUM: usize = 0;
 /// Place of the first further group.
 pub const FIRST_GROUP: usize = 3;
-/// Further groups at most: torque, bias, drag, four of gyro and clock, eight wheels.
-pub const GROUPS: usize = 15;
+/// Stated modes at most.
+pub const MOST_MODES: usize = 2;
+/// Groups of a mode.
+pub const GROUPS_OF_MODE: usize = 3;
+/// Further groups at most: torque, bias, drag, those of the modes, four of gyro and clock, eight wheels.
+pub const GROUPS: usize = 15 + GROUPS_OF_MODE * MOST_MODES;
 /// Unknowns at most.
 pub const MOST_UNKNOWNS: usize = 9 + 3 * GROUPS;
 
@@ -60,10 +66,17 @@ pub enum Group {
     Wheel(u8),
     /// Time offset of the gyro, error of the known torque, common error of the spin inertias.
     Common,
+    /// Moments of the modal inertia of a mode, over the trace.
+    ModalMoments(u8),
+    /// Products of it.
+    ModalProducts(u8),
+    /// Errors of frequency and damping of a mode.
+    ModeTuning(u8),
 }
 
 crate::persist!([] enum Group {
-    0 => Torque, 1 => Bias, 2 => Drag, 3 => GyroScale, 4 => GyroUpper, 5 => GyroLower, 6 => Wheel(wheel: u8), 7 => Common
+    0 => Torque, 1 => Bias, 2 => Drag, 3 => GyroScale, 4 => GyroUpper, 5 => GyroLower, 6 => Wheel(wheel: u8), 7 => Common,
+    8 => ModalMoments(mode: u8), 9 => ModalProducts(mode: u8), 10 => ModeTuning(mode: u8)
 });
 
 impl Group {
@@ -85,8 +98,20 @@ impl Group {
                     .get(component)
                     .copied()
             }
+            Self::ModalMoments(mode) => Some(Parameter::ModalInertia(mode, first)),
+            Self::ModalProducts(mode) => Some(Parameter::ModalInertia(mode, 3 + first)),
+            Self::ModeTuning(mode) => {
+                [Parameter::ModeFrequency(mode), Parameter::ModeDamping(mode)]
+                    .get(component)
+                    .copied()
+            }
             Self::Torque | Self::Bias | Self::Drag => None,
         }
+    }
+
+    /// True for a group of a mode.
+    pub fn is_of_mode(self) -> bool {
+        matches!(self, Self::ModalMoments(_) | Self::ModalProducts(_) | Self::ModeTuning(_))
     }
 }
 
@@ -132,15 +157,22 @@ pub struct Groups<T: Real> {
     pub hardware: usize,
     /// Known time offset of the gyro, s.
     pub delay_s: T,
+    /// Stated undamped frequency, rad/s, and damping ratio of each mode; zero for none.
+    pub modes: [[T; 2]; MOST_MODES],
 }
 
-crate::persist!([T: Real] Groups<T> { place, hardware, delay_s } if |this| this.hardware <= GROUPS);
+crate::persist!([T: Real] Groups<T> { place, hardware, delay_s, modes } if |this| this.hardware <= GROUPS);
 
 impl<T: Real> Groups<T> {
     /// No groups.
     #[inline(always)] // built in its place
     pub fn none() -> Self {
-        Self { place: const { [None; GROUPS] }, hardware: GROUPS, delay_s: T::zero() }
+        Self {
+            place: const { [None; GROUPS] },
+            hardware: GROUPS,
+            delay_s: T::zero(),
+            modes: [[T::zero(); 2]; MOST_MODES],
+        }
     }
 
     /// True if the group in this place, if any, is `group`.
@@ -159,11 +191,13 @@ impl<T: Real> Groups<T> {
         }
     }
 
-    /// Sigma of an unknown of the hardware before the data; none for the others.
+    /// Sigma of an unknown of the hardware or of a mode before the data; none for the others.
     pub fn sigma(&self, column: usize) -> Option<T> {
         let place = column.checked_sub(FIRST_GROUP)? / 3;
         match self.place.get(place) {
-            Some(Some((_, Belief::Within(sigma)))) if place >= self.hardware => {
+            Some(Some((group, Belief::Within(sigma))))
+                if place >= self.hardware || group.is_of_mode() =>
+            {
                 sigma.get(column % 3).copied().filter(|sigma| *sigma > T::zero())
             }
             _ => None,
@@ -173,6 +207,11 @@ impl<T: Real> Groups<T> {
     /// Bits of the components that are unknowns.
     pub fn active_bits(&self, place: usize) -> u8 {
         (0..3).fold(0, |bits, i| bits | u8::from(self.is_active(place, i)) << i)
+    }
+
+    /// True for a place of a mode.
+    pub fn is_of_mode(&self, place: usize) -> bool {
+        self.place.get(place).copied().flatten().is_some_and(|(group, _)| group.is_of_mode())
     }
 
     /// True where hardware is among the unknowns.

@@ -314,7 +314,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let (from, end) = (0, self.end());
         match self.carried_point() {
             Some((point, unit)) => {
+                let holds_modes = self.front.as_ref().is_none_or(|f| f.pass.holds_modes);
                 self.prepare_descent(from, end, Attempt::Carried);
+                if let Work::Descent(descent) = &mut self.work {
+                    descent.pass.holds_modes = holds_modes;
+                }
                 self.begin_pass(&point, unit);
             }
             None => self.begin_start(from, end, None),
@@ -328,7 +332,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let unit = front.pass.unit_per_kg_m2;
         let stretch = self.stretch();
         let wheels = stretch.wheels_n_m_s * unit;
-        let step = front.pass.solution(&self.beliefs(unit))?;
+        let holds_modes = front.pass.holds_modes;
+        let step = front.pass.solution(&Beliefs { holds_modes, ..self.beliefs(unit) })?;
         let mut point = front.pass.point_after(&step, &wheels, &self.groups);
         if stretch.rest.weight > T::zero() {
             // The window may begin later now: at the end of its rest.
@@ -546,6 +551,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             unit_per_kg_m2,
             noise_rad_s,
             holds_hardware: false,
+            holds_modes: false,
             bias_walked_rad_s,
             has_varying_torque: config.varying_torque_n_m > T::zero(),
         };

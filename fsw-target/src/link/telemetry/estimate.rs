@@ -161,6 +161,8 @@ pub enum HardwareError {
     GyroBias,
     /// Disturbance torque about an axis.
     DisturbanceTorque,
+    /// Modal inertia, frequency or damping of a mode.
+    Mode,
 }
 
 impl HardwareError {
@@ -181,6 +183,9 @@ impl HardwareError {
             Parameter::Mount(axis) => (Self::Mount, axis.saturating_add(1)),
             Parameter::GyroBias(axis) => (Self::GyroBias, axis.saturating_add(1)),
             Parameter::DisturbanceTorque(axis) => (Self::DisturbanceTorque, axis.saturating_add(1)),
+            Parameter::ModalInertia(mode, _)
+            | Parameter::ModeFrequency(mode)
+            | Parameter::ModeDamping(mode) => (Self::Mode, mode.saturating_add(1)),
         }
     }
 }
@@ -196,6 +201,7 @@ codes! { HardwareError {
     7 "mount" => Mount;
     8 "gyro_bias" => GyroBias;
     9 "disturbance_torque" => DisturbanceTorque;
+    10 "mode" => Mode;
 } }
 
 codes! { Status {

@@ -225,7 +225,12 @@ mod tests {
             torque_sigma_n_m: Some(1e-5),
             varying_torque_sigma_n_m: 2e-6,
             mount_sigma_rad: [0.0, 0.0, 2f64.to_radians()],
-            modes: vec![Mode { frequency_hz: 0.5, damping: 0.01 }],
+            modes: vec![Mode {
+                frequency_hz: 0.5,
+                damping: 0.01,
+                frequency_sigma: 0.1,
+                damping_sigma: 0.0,
+            }],
             assumed: vec!["gyro.axes_sigma_deg", "gyro.noise_tolerance"],
         }
     }

@@ -1,7 +1,8 @@
 //! `window`: Gauss-Newton fit of each manoeuvre as a whole.
 
+use fsw_core::estimator::window::unknowns::MOST_MODES;
 use fsw_core::estimator::window::{Config, Window};
-use fsw_core::hardware::Hardware;
+use fsw_core::hardware::{Hardware, Mode};
 use fsw_core::{Real, WheelArray};
 
 use crate::estimation::adapter::{AnyEstimator, of_setup};
@@ -34,29 +35,39 @@ const DRAG_SIGMA_PER_S: f64 = 0.2;
 /// Slices of work after each sample. A pass over 512 blocks then takes 8 samples.
 const SLICES_PER_STEP: u32 = 64;
 
-/// The estimator with the unknowns that the craft asks for; H of them where errors of the hardware are stated.
-pub fn set_up<T: Real, const W: usize, const H: usize>(
+/// Blocks in a period of the fastest stated mode, at least: the mean over a block then keeps 97 % of its amplitude.
+const BLOCKS_PER_PERIOD: f64 = 8.0;
+
+/// The estimator with the unknowns that the craft asks for; H of them where errors of the hardware are stated, F where
+/// modes are.
+pub fn set_up<T: Real, const W: usize, const H: usize, const F: usize>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn AnyEstimator>, SetUpError> {
-    if setup.hardware::<T, W>() != Hardware::ideal() {
-        with_unknowns::<T, W, H>(setup, wheels)
+    if !setup.craft.hardware.modes.is_empty() {
+        with_unknowns::<T, W, F, MOST_MODES>(setup, wheels)
+    } else if setup.hardware::<T, W>() != Hardware::ideal() {
+        with_unknowns::<T, W, H, 0>(setup, wheels)
     } else if setup.craft.solve_for == SolveFor::default() {
-        with_unknowns::<T, W, WITH_TORQUE>(setup, wheels)
+        with_unknowns::<T, W, WITH_TORQUE, 0>(setup, wheels)
     } else {
-        with_unknowns::<T, W, WITH_DRAG>(setup, wheels)
+        with_unknowns::<T, W, WITH_DRAG, 0>(setup, wheels)
     }
 }
 
 /// Samples of a block at first: the core's default, fewer where samples are far apart and the wheels move
-/// on within a block, more where they are close together.
-fn block_samples(sample_period_s: f64, default: u32) -> u32 {
-    let (most, least) = (LONGEST_BLOCK_S / sample_period_s, SHORTEST_BLOCK_S / sample_period_s);
+/// on within a block or a stated mode swings, more where they are close together.
+fn block_samples(setup: &Setup<'_>, default: u32) -> u32 {
+    let sample_period_s = setup.sample_period_s;
+    let modes = setup.craft.hardware.modes.iter();
+    let of_modes = modes.map(|mode| 1.0 / (BLOCKS_PER_PERIOD * mode.frequency_hz));
+    let longest_s = of_modes.fold(LONGEST_BLOCK_S, f64::min);
+    let (most, least) = (longest_s / sample_period_s, SHORTEST_BLOCK_S / sample_period_s);
     default.min(most as u32).max(least.round() as u32).max(1)
 }
 
-/// The estimator with U unknowns.
-fn with_unknowns<T: Real, const W: usize, const U: usize>(
+/// The estimator with U unknowns, for up to M modes.
+fn with_unknowns<T: Real, const W: usize, const U: usize, const M: usize>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn AnyEstimator>, SetUpError> {
@@ -82,10 +93,22 @@ fn with_unknowns<T: Real, const W: usize, const U: usize>(
     config.bias_instability_rad_s = T::lit(hardware.bias_instability_rad_s);
     config.drag_per_s = solve_for.torque.then_some(T::lit(DRAG_SIGMA_PER_S));
     config.hardware = setup.hardware();
+    let modes = &hardware.modes;
+    if modes.len() > M {
+        return Err(SetUpError::TooManyModes { found: modes.len(), most: M });
+    }
+    for (slot, mode) in config.modes.iter_mut().zip(modes) {
+        *slot = Some(Mode {
+            frequency_hz: T::lit(mode.frequency_hz),
+            damping: T::lit(mode.damping),
+            frequency_sigma: T::lit(mode.frequency_sigma),
+            damping_sigma: T::lit(mode.damping_sigma),
+        });
+    }
     config.slices_per_step = SLICES_PER_STEP;
     config.is_torque_smooth = setup.craft.filter.is_torque_smooth;
-    config.block_samples = block_samples(setup.sample_period_s, config.block_samples);
+    config.block_samples = block_samples(setup, config.block_samples);
     setup.configure_gate(&mut config.gate);
-    let window = Window::<T, W, BLOCKS, U>::new(config, wheels)?;
+    let window = Window::<T, W, BLOCKS, U, 0, M>::new(config, wheels)?;
     Ok(of_setup::<T, _, W>(window, setup))
 }

@@ -42,8 +42,8 @@ use crate::truth::spacecraft::{Motion, Spacecraft, inverse};
 const BATCH_ROWS: usize = 300;
 /// Elements of a modal inertia.
 const MODAL: usize = 6;
-/// Prior sigma of a modal inertia, mean moments of inertia: it is a part of the body's.
-const MODAL_SIGMA: f64 = 1.0;
+/// Prior sigma of a modal inertia, mean moments of inertia: that of `window`.
+const MODAL_SIGMA: f64 = 0.1;
 
 /// An error of the hardware, and its column.
 #[derive(Clone, Copy, Debug, PartialEq)]

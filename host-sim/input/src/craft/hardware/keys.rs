@@ -212,6 +212,22 @@ pub const MOUNT_SIGMA: Key = Key::required(
 const FREQUENCY: Key =
     Key::required("frequency_hz", NUMBER, "Hz", POSITIVE, "Undamped frequency with the body held");
 const DAMPING: Key = Key::required("damping", NUMBER, "", DAMPING_RATIO, "Damping ratio");
+const FREQUENCY_SIGMA: Key = Key::required(
+    "frequency_sigma",
+    NUMBER,
+    "",
+    SHARE_SIGMA,
+    "Error of the frequency, one sigma, share",
+)
+.or("0.05, assumed");
+const DAMPING_SIGMA: Key = Key::required(
+    "damping_sigma",
+    NUMBER,
+    "",
+    SHARE_SIGMA,
+    "Error of the damping ratio, one sigma, share",
+)
+.or("0.25, assumed");
 
 /// The keys of `[wheels]`.
 pub const WHEELS_TABLE: Table = Table {
@@ -237,11 +253,13 @@ pub const MODE_TABLE: Table = Table {
     header: "[[mode]]",
     about: "A flexible appendage or a sloshing liquid, as a linear oscillator. Its modal inertia is \
             an unknown of the estimator. Optional.",
-    keys: &[FREQUENCY, DAMPING],
+    keys: &[FREQUENCY, DAMPING, FREQUENCY_SIGMA, DAMPING_SIGMA],
 };
 
 pub(super) const MODE_FREQUENCY: Key = FREQUENCY;
 pub(super) const MODE_DAMPING: Key = DAMPING;
+pub(super) const MODE_FREQUENCY_SIGMA: Key = FREQUENCY_SIGMA;
+pub(super) const MODE_DAMPING_SIGMA: Key = DAMPING_SIGMA;
 
 /// Value of a key that a craft file leaves out.
 #[derive(Clone, Copy, Debug)]
@@ -259,7 +277,7 @@ pub struct Assumption {
 /// Values of keys that a craft file leaves out: consumer MEMS gyro, small reaction wheels, thrusters.
 ///
 /// A data sheet gives a limit rather than a sigma; the limit is taken as two sigma.
-pub const DATA_SHEET: [Assumption; 7] = [
+pub const DATA_SHEET: [Assumption; 9] = [
     Assumption {
         path: "gyro.scale_sigma",
         key: SCALE_SIGMA,
@@ -301,6 +319,18 @@ pub const DATA_SHEET: [Assumption; 7] = [
         key: TORQUE_SCALE_SIGMA,
         value: 0.05,
         source: "thrust from a blow-down table, or dipole and field: ±10 %",
+    },
+    Assumption {
+        path: "mode.frequency_sigma",
+        key: FREQUENCY_SIGMA,
+        value: 0.05,
+        source: "model correlated with a modal survey: first modes to ±5 to 10 %",
+    },
+    Assumption {
+        path: "mode.damping_sigma",
+        key: DAMPING_SIGMA,
+        value: 0.25,
+        source: "damping depends on amplitude and temperature: ±50 %",
     },
 ];
 

@@ -106,6 +106,10 @@ pub struct Mode {
     pub frequency_hz: f64,
     /// Damping ratio, 0 to 1.
     pub damping: f64,
+    /// Error of the frequency, one sigma, share.
+    pub frequency_sigma: f64,
+    /// Error of the damping ratio, one sigma, share.
+    pub damping_sigma: f64,
 }
 
 impl StatedHardware {

@@ -6,9 +6,9 @@ use toml::Spanned;
 use super::keys::{
     AXES_SIGMA, AXIS_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, CLOCK_SIGMA,
     COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA,
-    EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING, MODE_FREQUENCY, MOUNT_SIGMA,
-    NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
-    VARYING_TORQUE_SIGMA,
+    EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_DAMPING, MODE_DAMPING_SIGMA,
+    MODE_FREQUENCY, MODE_FREQUENCY_SIGMA, MOUNT_SIGMA, NOISE_TOLERANCE, SCALE_SIGMA,
+    SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA, VARYING_TORQUE_SIGMA,
 };
 use super::{Mode, StatedHardware};
 use crate::error::InputError;
@@ -94,6 +94,8 @@ pub struct MountFile {
 pub struct ModeFile {
     frequency_hz: Spanned<f64>,
     damping: Spanned<f64>,
+    frequency_sigma: Number,
+    damping_sigma: Number,
 }
 
 /// All statements of a file on its hardware.
@@ -175,7 +177,7 @@ impl Statements {
         hardware.mount_sigma_rad = mount_deg.map(f64::to_radians).into();
         let modes = self.modes.iter().enumerate();
         hardware.modes = modes
-            .map(|(index, mode)| mode.get_ref().read(&root.entry("mode", index)))
+            .map(|(index, mode)| mode.get_ref().read(&root.entry("mode", index), &mut reader))
             .collect::<Result<_, _>>()?;
         // In the order of the table.
         let rows = DATA_SHEET.iter().map(|row| row.path);
@@ -261,10 +263,22 @@ impl GyroStatements {
 }
 
 impl ModeFile {
-    fn read(&self, section: &Section<'_>) -> Result<Mode, InputError> {
+    fn read(&self, section: &Section<'_>, reader: &mut Reader) -> Result<Mode, InputError> {
         Ok(Mode {
             frequency_hz: section.number(&MODE_FREQUENCY, &self.frequency_hz)?,
             damping: section.number(&MODE_DAMPING, &self.damping)?,
+            frequency_sigma: reader.value(
+                section,
+                &MODE_FREQUENCY_SIGMA,
+                "mode.frequency_sigma",
+                &self.frequency_sigma,
+            )?,
+            damping_sigma: reader.value(
+                section,
+                &MODE_DAMPING_SIGMA,
+                "mode.damping_sigma",
+                &self.damping_sigma,
+            )?,
         })
     }
 }

@@ -5,8 +5,9 @@ use super::StatedHardware;
 use super::keys::{
     AVERAGED, AXES_SIGMA, AXIS_SIGMA, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK, CLOCK_SIGMA,
     COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY, DELAY_SIGMA, KNOWN_AXES, KNOWN_SCALE,
-    MODE_DAMPING, MODE_FREQUENCY, MOUNT_SIGMA, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA,
-    TORQUE_SCALE_SIGMA, TORQUE_SIGMA, VARYING_TORQUE_SIGMA,
+    MODE_DAMPING, MODE_DAMPING_SIGMA, MODE_FREQUENCY, MODE_FREQUENCY_SIGMA, MOUNT_SIGMA,
+    NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
+    VARYING_TORQUE_SIGMA,
 };
 use crate::key::Key;
 
@@ -78,6 +79,9 @@ impl StatedHardware {
         for mode in &self.modes {
             *text += &format!("[[mode]]\n{} = {:?}\n", MODE_FREQUENCY.name, mode.frequency_hz);
             *text += &format!("{} = {:?}\n", MODE_DAMPING.name, mode.damping);
+            let (frequency, damping) = (mode.frequency_sigma, mode.damping_sigma);
+            self.write_assumable(text, "mode.frequency_sigma", &MODE_FREQUENCY_SIGMA, frequency);
+            self.write_assumable(text, "mode.damping_sigma", &MODE_DAMPING_SIGMA, damping);
         }
     }
 
