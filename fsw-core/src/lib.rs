@@ -261,6 +261,8 @@
 //!
 //! Statistics:
 //!
+//! * \[Box1970\] G. E. P. Box, D. A. Pierce, *Distribution of residual autocorrelations in autoregressive-integrated
+//!   moving average time series models*, J. Am. Stat. Assoc. 65, 1509-1526, 1970.
 //! * \[Brown1975\] R. L. Brown, J. Durbin, J. M. Evans, *Techniques for testing the constancy of
 //!   regression relationships over time*, J. R. Stat. Soc. B 37, 149-192, 1975.
 //! * \[Knuth1997\] D. E. Knuth, *The Art of Computer Programming, Volume 2: Seminumerical

@@ -6,6 +6,7 @@
 //! |---|---|---|
 //! | RMS over the noise ([`largest_rms`]) | `1.05 + 5.4 / √(6 n)` | sampling error `1 / √(2 · 3 n)` |
 //! | correlation with the one before ([`largest_correlation`]) | `0.1 + 4 / √(3 n)` | sampling error `1 / √(3 n)` |
+//! | `3 n Σ ρ²` over L lags ([`largest_correlations`]) | `χ² + 3 n 0.1²` | chi-square of L degrees of freedom that chance exceeds once in 10,000 |
 //! | RMS of n groups of residuals | `1.05 √(χ² / 3 n)` | chi-square of 3 n degrees of freedom that chance exceeds once in 1,000 |
 //!
 //! # Groups
@@ -41,6 +42,8 @@ const EXCESS_SIGMA: f64 = 5.4;
 /// The same of the correlation. A correlation of 0.1 makes the sigma 10 % too small.
 const CORRELATED: f64 = 0.1;
 const CORRELATED_SIGMA: f64 = 4.0;
+/// Normal variable that chance exceeds once in 10,000.
+const CORRELATIONS_SIGMA: f64 = 3.72;
 /// Fewest residuals, each of one axis, that are tested.
 pub const ENOUGH_ROWS: u32 = 30;
 /// Fewest groups of a level that are tested.
@@ -66,6 +69,13 @@ pub fn largest_rms<T: Real>(triples: u32) -> T {
 /// Largest correlation between `rows` white residuals, each of one axis, and those before, either sign.
 pub fn largest_correlation<T: Real>(rows: u32) -> T {
     T::lit(CORRELATED) + T::lit(CORRELATED_SIGMA) / T::count(rows.max(1)).sqrt()
+}
+
+/// Largest number of `rows` times the sum of squared correlations over so many lags \[Box1970\]. A ringing appendage shows
+/// in lags of half a period, and hardly in the first one.
+pub fn largest_correlations<T: Real>(rows: u32, lags: u32) -> T {
+    let margin = T::lit(CORRELATED * CORRELATED) * T::count(rows);
+    chi_square::<T>(lags, CORRELATIONS_SIGMA) + margin
 }
 
 /// Chi-square of these degrees of freedom that chance exceeds as rarely as a normal variable `sigma`, by the cube of a

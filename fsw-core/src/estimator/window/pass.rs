@@ -49,6 +49,8 @@ const CONTRADICTED: f64 = 75.0;
 const ALARMED: f64 = 40.0;
 /// Levels of groups: up to 256 blocks, which is half of a storage of 512.
 const LEVELS: usize = 5;
+/// Blocks over which residuals are tested for correlation: a period of a mode at the usual eight blocks or fewer.
+pub const LAGS: usize = 6;
 /// Range of the seed over that of an unknown.
 const SEED: f64 = 100.0;
 
@@ -60,8 +62,8 @@ pub struct Residuals<T: Real> {
     pub rows: u32,
     /// Sum of squared recursive residuals at their weights.
     pub squares: T,
-    /// Sum of products with those of the block before.
-    pub products: T,
+    /// Sums of products with those of the block before, of the one before that, …
+    products: [T; LAGS],
     /// Robust cost `Σ min(u², K²) s²`.
     pub cost: T,
     /// Blocks at reduced weight; the present run of them, and the longest one.
@@ -73,7 +75,7 @@ pub struct Residuals<T: Real> {
     sum: T,
     pub rise: usize,
     pub is_contradicted: bool,
-    last: [RecursiveResidual<T>; 3],
+    last: [[RecursiveResidual<T>; 3]; LAGS],
     histogram: [u16; OCTAVES],
     /// Groups of recursive residuals, over the unit of the histogram.
     pub whiteness: Whiteness<T, LEVELS>,
@@ -121,7 +123,7 @@ impl<T: Real> Residuals<T> {
             blocks: 0,
             rows: 0,
             squares: T::zero(),
-            products: T::zero(),
+            products: [T::zero(); LAGS],
             cost: T::zero(),
             low: 0,
             run: Run::none(),
@@ -129,7 +131,7 @@ impl<T: Real> Residuals<T> {
             sum: T::zero(),
             rise: 0,
             is_contradicted: false,
-            last: [RecursiveResidual::nothing(); 3],
+            last: [[RecursiveResidual::nothing(); 3]; LAGS],
             histogram: [0; OCTAVES],
             whiteness: Whiteness::default(),
         }
@@ -163,8 +165,20 @@ impl<T: Real> Residuals<T> {
     /// Correlation of residuals from block to block, −1 to 1, with a sum of products up to `explained` explained
     /// otherwise, rad²/s².
     pub fn correlation_beyond(&self, explained: T) -> T {
-        let beyond = self.products - self.products.max(-explained).min(explained);
+        let [products, ..] = self.products;
+        let beyond = products - products.max(-explained).min(explained);
         if self.squares > T::zero() { beyond / self.squares } else { T::zero() }
+    }
+
+    /// Number of rows times the sum of squared correlations over [`LAGS`] blocks \[Box1970\], with sums of products up to
+    /// `explained` explained otherwise, rad²/s²: chi-square of LAGS degrees of freedom if white.
+    pub fn correlations_beyond(&self, explained: T) -> T {
+        let sum = self.products.iter().fold(T::zero(), |sum, products| {
+            let beyond = *products - products.max(-explained).min(explained);
+            sum + beyond * beyond
+        });
+        let squares = self.squares * self.squares;
+        if squares > T::zero() { sum * T::count(self.rows) / squares } else { T::zero() }
     }
 
     /// True where more blocks are at reduced weight than outliers explain.
@@ -216,8 +230,13 @@ impl<T: Real> Residuals<T> {
 
     fn add(&mut self, axis: usize, left: RecursiveResidual<T>) {
         self.squares += left.square();
-        self.products += left.product(&self.last[axis]);
-        self.last[axis] = left;
+        let mut newer = left;
+        for (products, last) in self.products.iter_mut().zip(&mut self.last) {
+            if let Some(last) = last.get_mut(axis) {
+                *products += left.product(last);
+                core::mem::swap(last, &mut newer);
+            }
+        }
         self.rows = self.rows.saturating_add(1);
     }
 }

@@ -8,7 +8,7 @@ use super::Window;
 use super::belief::{Beliefs, Past, information_on};
 use super::considered::Source;
 use super::front::Front;
-use super::pass::{Pass, Residuals};
+use super::pass::{LAGS, Pass, Residuals};
 use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, shape_of};
 use crate::estimate::{Estimate, Status};
 use crate::hardware::{Finding, Parameter, turned_by};
@@ -16,7 +16,9 @@ use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Entries, Mat, Vec3, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::monitor::observability::{Observed, observed};
-use crate::monitor::whiteness::{ENOUGH_ROWS, largest_correlation, largest_rms};
+use crate::monitor::whiteness::{
+    ENOUGH_ROWS, largest_correlation, largest_correlations, largest_rms,
+};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 
@@ -566,7 +568,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let is_small = rms * rms <= most * most + explained;
         let rows = T::count(residuals.rows);
         let correlation = residuals.correlation_beyond(explained * rows);
-        let is_correlated = correlation.abs() > largest_correlation(residuals.rows);
+        let correlations = residuals.correlations_beyond(explained * rows);
+        let is_correlated = correlation.abs() > largest_correlation(residuals.rows)
+            || correlations > largest_correlations(residuals.rows, LAGS as u32);
         let contradiction = self.contradictions(&front.pass);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
         let is_found = !is_correlated && !shows_torque && !residuals.is_alarmed();
