@@ -12,7 +12,7 @@
 //! | [`Attempt::Carried`] | solution of the last fit |
 //! | [`Attempt::Linear`] | linear start without disturbance torque: it is small as a rule |
 //! | [`Attempt::Torque`] | linear start with disturbance torque, where that is an unknown |
-//! | [`Attempt::Sphere`] | equal moments, with the scale of the linear start |
+//! | [`Attempt::Sphere`] | equal moments, with the scale of the linear start; with modes, the linear start and modal inertias |
 //! | [`Attempt::Prior`] | the prior, or earlier windows |
 
 use super::belief::{Beliefs, information_on};
