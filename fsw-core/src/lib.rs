@@ -219,6 +219,10 @@
 //! * \[Kim2016\] D. Kim, S. Yang, S. Lee, *Rigid body inertia estimation using extended Kalman and
 //!   Savitzky-Golay filters*, Math. Probl. Eng. 2016, 2962671.
 //!
+//! Body:
+//!
+//! * \[Likins1970\] P. W. Likins, *Dynamics and control of flexible space vehicles*, JPL TR 32-1329, 1970.
+//!
 //! Algebra:
 //!
 //! * \[Agee1972\] W. S. Agee, R. H. Turner, *Triangular decomposition of a positive definite matrix

@@ -10,7 +10,7 @@
 //! u̇ = −c q̇ − k q,   q̇ = u − ω          c = 2 ζ Ω,  k = Ω²
 //! ```
 //!
-//! which is P. W. Likins, *Dynamics and Control of Flexible Space Vehicles*, JPL TR 32-1329, 1970, for `μ = D Dᵀ / tr J`.
+//! which is the hybrid-coordinate equation of \[Likins1970\] for `μ = D Dᵀ / tr J`.
 //! The unknown errors f of frequency and z of damping have `c = 2 ζ Ω (1 + f)(1 + z)`, `k = Ω² (1 + f)²`.
 //!
 //! Assumptions: small deflections; body and mode at rest relative to one another at the start of a window; the modal
