@@ -122,7 +122,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         restrict(&mut estimate.observed, &front.observed);
         estimate.status = Status::of(&estimate.observed);
         estimate.residual_rms_rad_s = rms(&pass.residuals, U);
-        estimate.residuals_white = self.is_white(front);
+        // Until the doubt is resolved, a fault that goes on may be all that the window contains.
+        estimate.residuals_white = if self.is_doubtful { Some(false) } else { self.is_white(front) };
         self.report_groups(pass, estimate);
         if !self.is_good(pass, front.is_settled) {
             estimate.status = Status::Diverged;
