@@ -20,7 +20,10 @@
 //! | tensors | verdict |
 //! |---|---|
 //! | contradict each other | the inertia has changed: what is doubted and the prior are discarded |
-//! | agree | the motion was interrupted: what is doubted joins the window |
+//! | agree, or nothing is doubted | the motion was interrupted: what is doubted joins the window |
+//!
+//! Until then the residuals are not called white: the window may lie within a fault that goes on, or be too short to
+//! show an error of the model.
 
 use super::belief::Past;
 use super::fit::Descent;
@@ -103,9 +106,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
             begins: 0,
         });
         inquiry.rise = begin;
-        inquiry.from = match inquiry.is_explained {
-            true => inquiry.from.max(from),
-            false => newest.max(from),
+        let is_end_shown = from > begin;
+        inquiry.from = if inquiry.is_explained {
+            if is_end_shown { inquiry.from.min(from) } else { inquiry.from }
+        } else if is_end_shown && from != inquiry.from {
+            from
+        } else {
+            newest.max(begin)
         };
         inquiry.begins = 0;
         inquiry.inquiries = inquiry.inquiries.saturating_add(1);
@@ -195,7 +202,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         self.inquiry = None;
         if !self.is_doubtful {
             self.doubt_past();
-            self.is_doubtful = self.doubted.is_some();
+            self.is_doubtful = true;
         }
         self.past = None;
         self.event = Some(Reset::Interrupted);
@@ -245,19 +252,23 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
             None => {}
             Some(true) => self.forget_doubted(),
             Some(false) => {
-                self.doubt_past();
-                self.past = self.doubted;
-                self.considered.past = self.considered.doubted;
-                self.doubted = None;
+                if self.doubted.is_some() {
+                    self.doubt_past();
+                    self.past = self.doubted;
+                    self.considered.past = self.considered.doubted;
+                    self.doubted = None;
+                }
                 self.is_doubtful = false;
             }
         }
     }
 
-    /// True where the front contradicts what is doubted; `None` where nothing is, or the front is not certain enough.
+    /// True where the front contradicts what is doubted; `None` without doubt, or where the front is not certain enough.
     #[inline(never)]
     fn contradicts_doubted(&self) -> Option<bool> {
-        let doubted = self.doubted.as_ref().filter(|_| self.is_doubtful)?;
+        if !self.is_doubtful {
+            return None;
+        }
         let pass = &self.front.as_ref()?.pass;
         let mut window = SquareRootInformation::default();
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
@@ -268,6 +279,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         if !is_decisive(&window, pass.point.scale(), sigma) {
             return None;
         }
+        let Some(doubted) = &self.doubted else { return Some(false) };
         (beliefs.prior, beliefs.past) = (None, Some(doubted));
         if C > 0 {
             let doubted = Some((doubted, &self.considered.doubted));
