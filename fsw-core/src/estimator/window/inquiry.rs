@@ -139,6 +139,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize>
         }
     }
 
+    /// Continues an inquiry without another fit of all blocks, which cannot explain them: the front has taken in the
+    /// newer ones. False where all blocks are to be fitted.
+    #[inline(never)]
+    pub(super) fn continues_inquiry(&mut self) -> bool {
+        if !self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_before) {
+            return false;
+        }
+        self.inquire();
+        let is_waiting = self.schedule.due_at < u32::MAX;
+        is_waiting || self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked)
+    }
+
     /// Begins the fit that [`ask_after`](Self::ask_after) asks for. After it and not within: each has a copy
     /// of a task on the stack.
     pub(super) fn begin_asked(&mut self) {
