@@ -40,8 +40,16 @@
 //! | first sample | the prior's, or alignment | [`Reset::FirstSample`] |
 //! | alignment complete | the alignment's | [`Reset::Aligned`] |
 //! | gap longer than `gate.max_gap_us` | rate of the sample; inertia unchanged | [`Reset::Gap`], [`Reset::Clock`] |
-//! | lock-out: spikes in a row, a persistent shift | alignment without a prior | [`Reset::Lockout`] |
+//! | lock-out: spikes in a row, a persistent shift | alignment without a prior; the estimate from before is doubted | [`Reset::Lockout`] |
+//! | later data contradict what is doubted | that of the later data | [`Reset::Changed`] |
 //! | a number not finite, `J` singular | the prior's, or alignment | [`Reset::Diverged`] |
+//!
+//! # Doubt
+//!
+//! A transient fault costs the data of its duration and of up to 128 updates before its detection. The estimate from
+//! before a lock-out is kept. Once the later data are so certain that a change of 2 % would contradict it, chi-square
+//! decides: it is fused with theirs, in six updates, or discarded. Until then the residuals are not called white. The
+//! equations are those of module `doubt`. The published form keeps no earlier estimate.
 //!
 //! # Errors of the hardware
 //!
@@ -53,9 +61,9 @@
 //!
 //! # Whiteness
 //!
-//! `residuals_white` is the result of [`whiteness`](crate::monitor::whiteness) on the innovations since the last
+//! `residuals_white` is false in doubt. Otherwise it is the result of [`whiteness`](crate::monitor::whiteness) on the innovations since the last
 //! start: size and correlation, of single ones and of groups of 4 and 16. `Some(false)` with a status of
-//! `Converged` is an error of the model below the alarm of the mean NIS.
+//! `Converged` is then an error of the model below the alarm of the mean NIS.
 //!
 //! # Departures and assumptions
 //!
@@ -199,7 +207,7 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize, const P: usize = 0> {
     phase: Phase<T>,
     /// Data of the phase of alignment: beside the phase, since a new phase is a copy on the stack.
     aligning: Placed<T>,
-    /// The configuration's prior; none after a lock-out, which disproves it.
+    /// The configuration's prior; none after a lock-out, since the estimate that contains it is in doubt.
     prior: Option<Prior<T>>,
     /// Sigma of each element before the data, kg m²: the yardstick of observability.
     range_kg_m2: [T; 6],
@@ -652,8 +660,8 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         Outcome::Reset(self.gate.cause_of_gap().into())
     }
 
-    /// After a lock-out the prior is dropped; the last inertia is reported until the alignment
-    /// ends.
+    /// After a lock-out the prior is dropped, and the estimate from before is doubted; the last inertia is reported
+    /// until the alignment ends.
     fn restart_locked_out(&mut self, sample: &Sample<T, W>) -> Outcome {
         let last = self.state.inertia;
         self.prior = None;
