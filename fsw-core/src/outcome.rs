@@ -16,13 +16,14 @@
 //! | `Reset(Aligned)` | updated | first estimate | accepted |
 //! | `Reset(Gap)` | from the sample | kept | accepted, `gap_resets` |
 //! | `Reset(Clock)` | from the sample | kept | accepted, `clock_resets` |
-//! | `Reset(Lockout)` | from the sample | discarded | accepted, `lockout_resets` |
+//! | `Reset(Lockout)` | from the sample | discarded; by `joint_ekf` kept and not used until newer data agree | accepted, `lockout_resets` |
 //! | `Reset(Interrupted)` | updated | earlier data kept and not used until newer data agree | accepted, `interruption_resets` |
 //! | `Reset(Changed)` | updated | earlier data discarded | accepted, `change_resets` |
 //! | `Reset(Diverged)` | from the sample | discarded | accepted, `divergence_resets` |
 //!
-//! After `Lockout`, `Changed` and `Diverged` an inertia taken from an earlier estimate is no longer
-//! valid. After `Interrupted` it is in doubt until the status is converged again, or `Changed` follows.
+//! After `Changed` and `Diverged` an inertia taken from an earlier estimate is no longer valid. After `Interrupted` and
+//! `Lockout` it is in doubt until the status is converged with residuals that are not called non-white, or `Changed`
+//! follows.
 
 use crate::attitude::NoAttitude;
 use crate::gate::{self, Rejection};
@@ -81,8 +82,8 @@ pub enum Reset {
     Gap,
     /// Change of the clock, by a run of samples out of order: as after a gap.
     Clock,
-    /// Series of spikes that only a wrong estimate explains (a deployment, a docking): the whole
-    /// state is initialised from the motion, and the prior is discarded.
+    /// Series of spikes that only a wrong estimate or a fault that lasts explains (a deployment, a docking, a sensor): the
+    /// whole state is initialised from the motion, and the prior is discarded.
     Lockout,
     /// Fault or change in mid-motion, which newer data alone do not show: the estimate is that of the
     /// newer data. Earlier data and the prior are used again once newer data agree with them; where

@@ -8,6 +8,7 @@
 //! | operation | effect on P | products | source |
 //! |---|---|---|---|
 //! | [`Ud::observe`] | `P − K (h P)`, `h = eᵢᵀ` | about `N² + 5 N` | \[Bierman1977\] section V.3 |
+//! | [`Ud::observe_along`] | `P − K (h P)`, any h | about `1.5 N²` | the same |
 //! | [`Ud::add_product`] | `P + q a aᵀ` | about `2 N²` | \[Agee1972\], \[Bierman1977\] section III.5 |
 //! | [`Ud::inflate`] | `P + q eᵢ eᵢᵀ` | about `N²` | \[Agee1972\], \[Bierman1977\] section III.5 |
 //! | [`Ud::transform_first`] | `Φ P Φᵀ` | about 150 | \[Bierman1977\] section VI.4, \[Thornton1976\] |
@@ -232,6 +233,46 @@ impl<T: Real, const N: usize> Ud<T, N> {
         });
         let scale = T::one() / alpha;
         gain.map(|k| k * scale)
+    }
+
+    /// Measurement update with a combination of the components, `z = hᵀ x + v`, `v` white of variance `r` =
+    /// `noise_variance` (not negative). Returns the Kalman gain, and the innovation's variance `hᵀ P h + r`.
+    ///
+    /// The recursion of [`observe`](Self::observe), for any h. Without noise and variance along h the gain is zero.
+    ///
+    /// ```
+    /// use fsw_core::math::ud::Ud;
+    ///
+    /// // The sum of two components is measured.
+    /// let mut p = Ud::diagonal([3.0f64, 1.0]);
+    /// assert_eq!(p.observe_along(&[1.0, 1.0], 4.0), ([0.375, 0.125], 8.0));
+    /// assert_eq!(p.covariance()[(0, 1)], -0.375); // −3 · 1 / 8
+    /// ```
+    #[inline(never)]
+    pub fn observe_along(&mut self, h: &[T; N], noise_variance: T) -> ([T; N], T) {
+        let mut gain = [T::zero(); N];
+        let mut alpha = noise_variance;
+        for j in 0..N {
+            let mut f = h[j];
+            for i in 0..j {
+                f += self.u(i, j) * h[i];
+            }
+            let v = self.d(j) * f;
+            let before = alpha;
+            alpha += f * v;
+            // Neither noise nor variance so far: exact along this direction.
+            let lambda = if before > T::zero() { -f / before } else { T::zero() };
+            let share = if alpha > T::zero() { before / alpha } else { T::one() };
+            self.set_d(j, self.d(j) * share);
+            gain[j] = v;
+            for i in 0..j {
+                let u = self.u(i, j);
+                self.set_u(i, j, u + gain[i] * lambda);
+                gain[i] += u * v;
+            }
+        }
+        let scale = if alpha > T::zero() { T::one() / alpha } else { T::zero() };
+        (gain.map(|k| k * scale), alpha)
     }
 
     /// Process noise on one component: `P + q eᵢ eᵢᵀ`, `q` = `variance` (unit²; zero or less

@@ -97,6 +97,11 @@ impl<T: Real> ShiftTest<T> {
         *self = Self::default();
     }
 
+    /// True where no shifted sample is left in the count for a lock-out.
+    pub fn is_calm(&self) -> bool {
+        self.count == 0
+    }
+
     /// True where the last innovation was shifted.
     pub fn is_shifted(&self) -> bool {
         self.is_shifted

@@ -5,6 +5,8 @@ use crate::input::scenario::Fault;
 use crate::input::scenario::fault::FaultKind as Kind;
 use crate::truth::Flight;
 
+use super::matrix::MAX_OVER_CLEAN;
+
 /// Earliest and latest start of a fault, share of the flight: after the first estimate, and with most of
 /// the flight still to come.
 const START: [f64; 2] = [0.3, 0.4];
@@ -29,6 +31,16 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// Largest final error over that of the clean flight, for a flight of this duration, s; none for a fault that lasts.
+    ///
+    /// [`MAX_OVER_CLEAN`] for the data that are left: over a motion that goes on, the information grows with the time,
+    /// and the error of a flight without a part of it is larger by the root of the ratio.
+    pub fn most_over_clean(&self, duration_s: f64) -> Option<f64> {
+        let left_s = duration_s - discarded_s(&self.fault);
+        let limit = MAX_OVER_CLEAN * (duration_s / left_s).sqrt();
+        (self.is_transient && left_s > 0.0).then_some(limit)
+    }
+
     /// The faults of a scenario, each as one row.
     pub fn of_scenario(scenario: &Scenario) -> Vec<Self> {
         let entry = |(index, fault): (usize, &Fault)| Self {
@@ -37,6 +49,17 @@ impl Entry {
             is_transient: fault.latest_start_s + fault.duration_s < scenario.duration_s,
         };
         scenario.faults.iter().enumerate().map(entry).collect()
+    }
+}
+
+/// Longest time whose data a fault discards with the state of the estimator, s: a restart from a checkpoint continues
+/// with the data before it, from the last but one up to two periods old.
+fn discarded_s(fault: &Fault) -> f64 {
+    match fault.kind {
+        Kind::Reset => fault.magnitude + fault.duration_s,
+        Kind::PowerCut => 2.0 * fault.magnitude + fault.duration_s,
+        Kind::ColdReset => fault.latest_start_s + fault.duration_s,
+        _ => 0.0,
     }
 }
 

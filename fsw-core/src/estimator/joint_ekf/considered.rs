@@ -248,6 +248,15 @@ impl<T: Real> Column<T> {
         }
     }
 
+    /// `h Γ` of a combination of the states.
+    fn along(&self, h: &[T; 9]) -> T {
+        let mut sum = T::zero();
+        for i in 0..9 {
+            sum += h[i] * self.state[i];
+        }
+        sum
+    }
+
     /// g of one axis, rad/s.
     #[inline]
     fn innovation(&self, axis: usize) -> T {
@@ -505,6 +514,46 @@ impl<T: Real, const P: usize> Considered<T, P> {
             }
         }
         Some(gain)
+    }
+
+    /// As [`correct`](Self::correct), by the measurement of a combination h of the inertia with the columns `h Γ₀` of
+    /// its own: `g = h Γ − h Γ₀`, kg m².
+    #[inline(never)]
+    pub fn correct_along(
+        &mut self,
+        h: &[T; 9],
+        of_measured: &[T; P],
+        (ideal, ideal_variance): (&[T; 9], T),
+    ) -> Option<[T; 9]> {
+        if self.is_empty() {
+            return None;
+        }
+        let mut sum = ideal.map(|k| k * ideal_variance);
+        let mut variance = ideal_variance;
+        for (column, of_measured) in self.active().zip(of_measured) {
+            let g = column.along(h) - *of_measured;
+            variance += g * g;
+            for i in 0..9 {
+                sum[i] += column.state[i] * g;
+            }
+        }
+        let scale = T::one() / variance;
+        let gain = sum.map(|x| x * scale);
+        for (column, of_measured) in self.active_mut().zip(of_measured) {
+            let g = column.along(h) - *of_measured;
+            for i in 0..9 {
+                column.state[i] -= gain[i] * g;
+            }
+        }
+        Some(gain)
+    }
+
+    /// Columns of the inertia, kg m²; zeros in unused places.
+    pub fn of_inertia(&self) -> [[T; 6]; P] {
+        core::array::from_fn(|place| {
+            let [_, _, _, inertia @ ..] = self.columns[place].state;
+            inertia
+        })
     }
 
     /// True where all numbers are finite.

@@ -40,8 +40,16 @@
 //! | first sample | the prior's, or alignment | [`Reset::FirstSample`] |
 //! | alignment complete | the alignment's | [`Reset::Aligned`] |
 //! | gap longer than `gate.max_gap_us` | rate of the sample; inertia unchanged | [`Reset::Gap`], [`Reset::Clock`] |
-//! | lock-out: spikes in a row, a persistent shift | alignment without a prior | [`Reset::Lockout`] |
+//! | lock-out: spikes in a row, a persistent shift | alignment without a prior; the estimate from before is doubted | [`Reset::Lockout`] |
+//! | later data contradict what is doubted | that of the later data | [`Reset::Changed`] |
 //! | a number not finite, `J` singular | the prior's, or alignment | [`Reset::Diverged`] |
+//!
+//! # Doubt
+//!
+//! A transient fault costs the data of its duration and of up to 128 updates before its detection. The estimate from
+//! before a lock-out is kept. Once the later data are so certain that a change of 2 % would contradict it, chi-square
+//! decides: it is fused with theirs, in six updates, or discarded. Until then the residuals are not called white. The
+//! equations are those of module `doubt`. The published form keeps no earlier estimate.
 //!
 //! # Errors of the hardware
 //!
@@ -53,9 +61,9 @@
 //!
 //! # Whiteness
 //!
-//! `residuals_white` is the result of [`whiteness`](crate::monitor::whiteness) on the innovations since the last
+//! `residuals_white` is false in doubt. Otherwise it is the result of [`whiteness`](crate::monitor::whiteness) on the innovations since the last
 //! start: size and correlation, of single ones and of groups of 4 and 16. `Some(false)` with a status of
-//! `Converged` is an error of the model below the alarm of the mean NIS.
+//! `Converged` is then an error of the model below the alarm of the mean NIS.
 //!
 //! # Departures and assumptions
 //!
@@ -117,6 +125,7 @@ pub mod as_published;
 pub mod config;
 pub mod considered;
 mod delay;
+mod doubt;
 mod start;
 mod state;
 pub mod structured_ud;
@@ -128,7 +137,7 @@ mod tests_of_hardware;
 pub use as_published::AsPublished;
 pub use config::{Config, InitialRate};
 pub use considered::{Considered, Gain, Prediction};
-pub use state::{Form, State};
+pub use state::{Combination, Form, State};
 pub use structured_ud::StructuredUd;
 
 use crate::dynamics::interval::{Drive, DriveHistory, Interval};
@@ -149,6 +158,7 @@ use crate::prior::Prior;
 use crate::sample::Sample;
 use aligning::{Aligning, Due, Pending, Placed, Progress};
 use delay::Delay;
+use doubt::{Doubt, Row, Snapshot, Task, Verdict as OnDoubt};
 use start::{AlignmentError, NoStart, Start};
 
 /// The filter as printed: AB2 propagation, first-order transition, `(1 − K H) P`.
@@ -197,7 +207,7 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize, const P: usize = 0> {
     phase: Phase<T>,
     /// Data of the phase of alignment: beside the phase, since a new phase is a copy on the stack.
     aligning: Placed<T>,
-    /// The configuration's prior; none after a lock-out, which disproves it.
+    /// The configuration's prior; none after a lock-out, since the estimate that contains it is in doubt.
     prior: Option<Prior<T>>,
     /// Sigma of each element before the data, kg m²: the yardstick of observability.
     range_kg_m2: [T; 6],
@@ -214,11 +224,15 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize, const P: usize = 0> {
     considered: Considered<T, P>,
     /// Last samples, for a known time offset.
     delay: Delay<T, W>,
+    /// Estimate from before a lock-out.
+    doubt: Doubt<T, P>,
+    /// Time since the last snapshot or judgement, s: of the inertia's random walk.
+    walked_for_s: T,
 }
 
 crate::persist!([T: Real, F: Form<T> + Persist, const W: usize, const P: usize] JointEkf<T, F, W, P> {
     config, gate, drive, phase, aligning, prior, range_kg_m2, state, form, spikes, shift, monitor, whiteness, innovation,
-    considered, delay;
+    considered, delay, doubt, walked_for_s;
     unchanged wheels
 });
 
@@ -306,6 +320,8 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             innovation: None,
             considered: Considered::NOTHING,
             delay: Delay::new(),
+            doubt: Doubt::none(),
+            walked_for_s: T::zero(),
             config,
             wheels,
         }
@@ -449,7 +465,52 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         self.form.update(&mut self.state, rate_rad_s, noise_variance, |gain| {
             if P == 0 { None } else { self.considered.correct(gain) }
         });
-        if self.is_valid() { Outcome::Updated } else { self.restart_diverged(sample) }
+        if !self.is_valid() {
+            return self.restart_diverged(sample);
+        }
+        match self.doubt.advance(self.shift.is_calm()) {
+            Task::Nothing => Outcome::Updated,
+            Task::Snapshot => self.take_snapshot(),
+            Task::Judgement => self.judge_doubted(),
+            Task::Fusion => self.fuse_doubted(),
+        }
+    }
+
+    /// Snapshot of the estimate, where the form of the covariance keeps earlier ones.
+    #[inline(never)]
+    fn take_snapshot(&mut self) -> Outcome {
+        if let Some(factors) = self.form.inertia_factors() {
+            let (inertia, columns) = (self.state.inertia, self.considered.of_inertia());
+            self.walked_for_s = T::zero();
+            self.doubt.keep(Snapshot { inertia, factors, columns });
+        }
+        Outcome::Updated
+    }
+
+    /// Judges the estimate from before the last lock-out.
+    #[inline(never)]
+    fn judge_doubted(&mut self) -> Outcome {
+        let duration_s = core::mem::replace(&mut self.walked_for_s, T::zero());
+        self.doubt.walk(self.config.inertia_walk_kg_m2_sqrt_s.map(|s| s * s * duration_s));
+        let covariance = self.form.inertia_covariance();
+        match self.doubt.judge(&self.state.inertia, covariance, &self.considered) {
+            OnDoubt::Undecided | OnDoubt::Interrupted => Outcome::Updated,
+            OnDoubt::Changed => Outcome::Reset(Reset::Changed),
+        }
+    }
+
+    /// Takes in the next row of the estimate from before the last lock-out.
+    #[inline(never)]
+    fn fuse_doubted(&mut self) -> Outcome {
+        let Some(Row { h, value_kg_m2, variance, columns }) = self.doubt.next_row() else {
+            return Outcome::Updated;
+        };
+        let measured = Combination { h: &h, value_kg_m2, variance };
+        let considered = &mut self.considered;
+        self.form.observe_inertia(&mut self.state, &measured, |gain, variance| {
+            if P == 0 { None } else { considered.correct_along(&h, &columns, (gain, variance)) }
+        });
+        Outcome::Updated
     }
 
     /// Mean square of an innovation, over its variance by noise, that the hardware may have in addition.
@@ -599,11 +660,12 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         Outcome::Reset(self.gate.cause_of_gap().into())
     }
 
-    /// After a lock-out the prior is dropped; the last inertia is reported until the alignment
-    /// ends.
+    /// After a lock-out the prior is dropped, and the estimate from before is doubted; the last inertia is reported
+    /// until the alignment ends.
     fn restart_locked_out(&mut self, sample: &Sample<T, W>) -> Outcome {
         let last = self.state.inertia;
         self.prior = None;
+        self.doubt.interrupt();
         self.begin(sample);
         self.state.inertia = last;
         Outcome::Reset(Reset::Lockout)
@@ -612,6 +674,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
     /// After a divergence the configuration's prior counts again, also where a lock-out dropped it.
     fn restart_diverged(&mut self, sample: &Sample<T, W>) -> Outcome {
         self.prior = self.config.prior;
+        self.doubt.clear();
         self.begin(sample);
         Outcome::Reset(Reset::Diverged)
     }
@@ -628,6 +691,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             Verdict::After { elapsed_us } => {
                 let duration_s = T::seconds(elapsed_us);
                 let interval = self.drive.advance(sample.drive(&self.wheels), duration_s);
+                self.walked_for_s += duration_s;
                 match self.phase {
                     Phase::Aligning => self.align(sample, duration_s),
                     Phase::Solved(way) => self.join(sample, duration_s, way),
@@ -684,7 +748,11 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> Estimator<T, W> for Jo
             Estimate::of_inertia(self.state.inertia, covariance, &self.range_kg_m2, residual);
         Estimate {
             status: self.status().unwrap_or(estimate.status),
-            residuals_white: self.whiteness.is_white(),
+            residuals_white: if self.doubt.is_present() {
+                Some(false)
+            } else {
+                self.whiteness.is_white()
+            },
             sigma_random_kg_m2: (!self.considered.is_ideal()).then_some(random),
             ..estimate
         }

@@ -33,6 +33,17 @@ impl<T: Real> State<T> {
     }
 }
 
+/// Measurement of a combination of the inertia.
+#[derive(Clone, Copy, Debug)]
+pub struct Combination<'a, T: Real> {
+    /// h over the nine states: zero for the rate.
+    pub h: &'a [T; 9],
+    /// Measured value, kg m².
+    pub value_kg_m2: T,
+    /// Variance of its noise, kg² m⁴.
+    pub variance: T,
+}
+
 /// Representation of the covariance, with the prediction and the correction that go with it.
 ///
 /// Covariances have the units of the products of the states: rad²/s², kg m² rad/s, kg² m⁴.
@@ -86,6 +97,21 @@ pub trait Form<T: Real>: Sized {
     /// Covariance of the six elements of the inertia, kg² m⁴.
     fn inertia_covariance(&self) -> Mat<T, 6, 6> {
         self.covariance().fixed_view::<6, 6>(3, 3).into_owned()
+    }
+
+    /// Factors of the covariance of the inertia; `None` for a form that keeps no earlier estimate.
+    fn inertia_factors(&self) -> Option<Ud<T, 6>> {
+        None
+    }
+
+    /// Correction of state and covariance by the measurement of a combination of the inertia, `y = h j`. `choose`
+    /// receives the combination's gain, and may return another one. A form without earlier estimates has none.
+    fn observe_inertia(
+        &mut self,
+        _state: &mut State<T>,
+        _measured: &Combination<'_, T>,
+        _choose: impl FnOnce(&[T; 9], T) -> Option<[T; 9]>,
+    ) {
     }
 
     /// True if every number is finite and no variance negative.

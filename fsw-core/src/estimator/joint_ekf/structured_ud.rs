@@ -32,7 +32,7 @@
 //! * process noise of the rate to first order, `Q = s Δt` instead of Eq. (14).
 
 use super::considered::{Gain, Prediction};
-use super::{Config, Form, State};
+use super::{Combination, Config, Form, State};
 use crate::dynamics::gyrostat::Gyrostat;
 use crate::dynamics::interval::Interval;
 use crate::dynamics::step::{Transition, runge_kutta_4};
@@ -160,6 +160,41 @@ impl<T: Real> Form<T> for StructuredUd<T> {
 
     fn inertia_covariance(&self) -> Mat<T, 6, 6> {
         self.factors.covariance_of_last()
+    }
+
+    /// `U₂`, `D₂`.
+    fn inertia_factors(&self) -> Option<Ud<T, 6>> {
+        let mut factors = Ud::diagonal([T::zero(); 6]);
+        for k in 0..6 {
+            factors.set_d(k, self.factors.d(3 + k));
+            for i in 0..k {
+                factors.set_u(i, k, self.factors.u(3 + i, 3 + k));
+            }
+        }
+        Some(factors)
+    }
+
+    fn observe_inertia(
+        &mut self,
+        state: &mut State<T>,
+        measured: &Combination<'_, T>,
+        choose: impl FnOnce(&[T; 9], T) -> Option<[T; 9]>,
+    ) {
+        let elements = state.inertia.elements_kg_m2();
+        let mut innovation = measured.value_kg_m2;
+        for k in 0..6 {
+            innovation -= measured.h[3 + k] * elements[k];
+        }
+        let (mut gain, variance) = self.factors.observe_along(measured.h, measured.variance);
+        if let Some(chosen) = choose(&gain, variance) {
+            self.factors.add_product(core::array::from_fn(|i| chosen[i] - gain[i]), variance);
+            gain = chosen;
+        }
+        for i in 0..3 {
+            state.rate_rad_s[i] += gain[i] * innovation;
+        }
+        let change = core::array::from_fn(|k| gain[3 + k] * innovation);
+        state.inertia = corrected(&state.inertia, change);
     }
 
     fn is_valid(&self) -> bool {

@@ -4,7 +4,12 @@
 //! |---|---|---|
 //! | explained | explained | window of its own; the blocks before join the earlier windows |
 //! | explained | not explained | window of its own; the blocks before are discarded |
-//! | not explained | | asked again from a later block or with more blocks; in the end the model is wrong |
+//! | not explained | | asked again with later blocks; in the end the model is wrong |
+//!
+//! The blocks after a contradiction contain the fault itself. Where their residuals show its end, they are fitted from
+//! there; where they do not, the newest blocks are fitted, again as the time since the contradiction grows by a quarter:
+//! a fault costs its own duration and a quarter of it. A fit that is explained, but does not determine the shape, is
+//! repeated from the same block.
 //!
 //! # Doubt
 //!
@@ -15,7 +20,10 @@
 //! | tensors | verdict |
 //! |---|---|
 //! | contradict each other | the inertia has changed: what is doubted and the prior are discarded |
-//! | agree | the motion was interrupted: what is doubted joins the window |
+//! | agree, or nothing is doubted | the motion was interrupted: what is doubted joins the window |
+//!
+//! Until then the residuals are not called white: the window may lie within a fault that goes on, or be too short to
+//! show an error of the model.
 
 use super::belief::Past;
 use super::fit::Descent;
@@ -45,8 +53,11 @@ const DECISIVE: f64 = 0.02 / 5.75;
 /// Inquiry in progress.
 #[derive(Clone, Copy, Debug)]
 pub struct Inquiry {
-    /// First block after the contradiction.
-    pub rise: usize,
+    /// First block of the contradiction, and of the blocks after it that are fitted.
+    rise: usize,
+    pub from: usize,
+    /// The last fit of the blocks after it was explained.
+    is_explained: bool,
     /// True once the blocks before it have been fitted.
     has_before: bool,
     /// True while a fit for the inquiry is in progress.
@@ -55,7 +66,7 @@ pub struct Inquiry {
     begins: u8,
 }
 
-crate::persist!([] Inquiry { rise, has_before, has_asked, inquiries, begins });
+crate::persist!([] Inquiry { rise, from, is_explained, has_before, has_asked, inquiries, begins });
 
 /// Contradiction that residuals show: the first block of it, and the first block after it.
 ///
@@ -79,19 +90,30 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let Some(front) = self.front.as_ref().filter(|front| front.is_settled) else { return };
         let shown = contradiction(&front.pass.residuals, front.pass.next);
         // Large residuals throughout show no instant; that of the last fit is still valid.
-        let known = self.inquiry.as_ref().map(|inquiry| (inquiry.rise, inquiry.rise));
-        let Some((begin, rise)) = shown.or(known) else { return };
+        let known = self.inquiry.as_ref().map(|inquiry| (inquiry.rise, inquiry.from));
+        let Some((begin, from)) = shown.or(known) else { return };
+        let newest = self.end().saturating_sub(FEWEST);
         if self.inquiry.is_none() && !self.is_doubtful {
             self.doubted = None;
         }
         let inquiry = self.inquiry.get_or_insert(Inquiry {
-            rise,
+            rise: begin,
+            from,
+            is_explained: true,
             has_before: false,
             has_asked: false,
             inquiries: 0,
             begins: 0,
         });
-        inquiry.rise = rise;
+        inquiry.rise = begin;
+        let is_end_shown = from > begin;
+        inquiry.from = if inquiry.is_explained {
+            if is_end_shown { inquiry.from.min(from) } else { inquiry.from }
+        } else if is_end_shown && from != inquiry.from {
+            from
+        } else {
+            newest.max(begin)
+        };
         inquiry.begins = 0;
         inquiry.inquiries = inquiry.inquiries.saturating_add(1);
         if inquiry.inquiries > MOST_INQUIRIES {
@@ -109,20 +131,32 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     fn ask_after(&mut self) {
         let end = self.end();
         let Some(inquiry) = &mut self.inquiry else { return };
-        let rise = inquiry.rise;
-        inquiry.has_asked = end >= rise + FEWEST;
+        let from = inquiry.from;
+        inquiry.has_asked = end >= from + FEWEST;
         if !inquiry.has_asked {
-            let missing = (rise + FEWEST).saturating_sub(end) as u32;
+            let missing = (from + FEWEST).saturating_sub(end) as u32;
             self.schedule.due_at = self.schedule.blocks.saturating_add(missing);
         }
+    }
+
+    /// Continues an inquiry without another fit of all blocks, which cannot explain them: the front has taken in the
+    /// newer ones. False where all blocks are to be fitted.
+    #[inline(never)]
+    pub(super) fn continues_inquiry(&mut self) -> bool {
+        if !self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_before) {
+            return false;
+        }
+        self.inquire();
+        let is_waiting = self.schedule.due_at < u32::MAX;
+        is_waiting || self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked)
     }
 
     /// Begins the fit that [`ask_after`](Self::ask_after) asks for. After it and not within: each has a copy
     /// of a task on the stack.
     pub(super) fn begin_asked(&mut self) {
-        let rise = self.inquiry.as_ref().filter(|inquiry| inquiry.has_asked).map(|i| i.rise);
-        if let (Some(rise), Work::Idle) = (rise, &self.work) {
-            self.begin_start(rise, self.end(), None);
+        let from = self.inquiry.as_ref().filter(|inquiry| inquiry.has_asked).map(|i| i.from);
+        if let (Some(from), Work::Idle) = (from, &self.work) {
+            self.begin_start(from, self.end(), None);
         }
     }
 
@@ -151,11 +185,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if let Some(rise) = later.filter(|rise| is_fault && *rise > fit.from)
             && inquiry.begins < MOST_BEGINS
         {
-            inquiry.rise = rise;
+            inquiry.from = rise;
             inquiry.begins += 1;
             return self.ask_after();
         }
-        let since = pass.next.saturating_sub(fit.from) as u32;
+        inquiry.is_explained = fit.is_good;
+        let since = pass.next.saturating_sub(inquiry.rise) as u32;
         self.schedule.due_at = self.schedule.blocks.saturating_add((since / 4).max(4));
     }
 
@@ -179,7 +214,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.inquiry = None;
         if !self.is_doubtful {
             self.doubt_past();
-            self.is_doubtful = self.doubted.is_some();
+            self.is_doubtful = true;
         }
         self.past = None;
         self.event = Some(Reset::Interrupted);
@@ -229,19 +264,23 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             None => {}
             Some(true) => self.forget_doubted(),
             Some(false) => {
-                self.doubt_past();
-                self.past = self.doubted;
-                self.considered.past = self.considered.doubted;
-                self.doubted = None;
+                if self.doubted.is_some() {
+                    self.doubt_past();
+                    self.past = self.doubted;
+                    self.considered.past = self.considered.doubted;
+                    self.doubted = None;
+                }
                 self.is_doubtful = false;
             }
         }
     }
 
-    /// True where the front contradicts what is doubted; `None` where nothing is, or the front is not certain enough.
+    /// True where the front contradicts what is doubted; `None` without doubt, or where the front is not certain enough.
     #[inline(never)]
     fn contradicts_doubted(&self) -> Option<bool> {
-        let doubted = self.doubted.as_ref().filter(|_| self.is_doubtful)?;
+        if !self.is_doubtful {
+            return None;
+        }
         let pass = &self.front.as_ref()?.pass;
         let mut window = SquareRootInformation::default();
         let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
@@ -252,6 +291,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if !is_decisive(&window, pass.point.scale(), sigma) {
             return None;
         }
+        let Some(doubted) = &self.doubted else { return Some(false) };
         (beliefs.prior, beliefs.past) = (None, Some(doubted));
         if C > 0 {
             let doubted = Some((doubted, &self.considered.doubted));

@@ -124,12 +124,31 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         restrict(&mut estimate.observed, &front.observed);
         estimate.status = Status::of(&estimate.observed);
         estimate.residual_rms_rad_s = rms(&pass.residuals, U);
-        estimate.residuals_white = self.is_white(front);
+        // Until the doubt is resolved, a fault that goes on may be all that the window contains.
+        estimate.residuals_white =
+            if self.is_doubtful { Some(false) } else { self.is_white(front) };
         self.report_groups(pass, estimate);
         if !self.is_good(pass, front.is_settled) {
             estimate.status = Status::Diverged;
         }
+        if self.is_doubtful && estimate.status != Status::Converged {
+            self.report_doubted(estimate);
+        }
         true
+    }
+
+    /// Inertia of what is doubted, where the data since then do not determine it: the status is `Diverged`, since these
+    /// are not explained by it.
+    #[inline(never)]
+    fn report_doubted(&self, estimate: &mut Estimate<T>) {
+        let Some(doubted) = &self.doubted else { return };
+        let mut earlier = Estimate::of_nothing();
+        if self.report_past_alone(doubted, &mut earlier) {
+            earlier.status = Status::Diverged;
+            earlier.residuals_white = Some(false);
+            earlier.residual_rms_rad_s = estimate.residual_rms_rad_s;
+            *estimate = earlier;
+        }
     }
 
     /// Directions that a fit observes, with earlier windows.
@@ -159,9 +178,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             return false;
         }
         estimate.residual_rms_rad_s = self.ended.residual_rms_rad_s;
-        let is_doubted = self.past.is_none();
         estimate.residuals_white =
-            if is_doubted { Some(false) } else { self.ended.residuals_white };
+            if self.is_doubtful { Some(false) } else { self.ended.residuals_white };
         if !self.ended.is_explained {
             estimate.status = Status::Diverged;
         }

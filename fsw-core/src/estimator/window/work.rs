@@ -311,9 +311,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     #[inline(never)]
     fn begin_fit(&mut self) {
         self.schedule.fitted = self.schedule.blocks;
-        self.schedule.is_final = false;
+        let is_final = core::mem::take(&mut self.schedule.is_final);
         // Set again when it ends.
         self.schedule.due_at = u32::MAX;
+        if !is_final && self.continues_inquiry() {
+            return self.begin_asked();
+        }
         let (from, end) = (0, self.end());
         match self.carried_point() {
             Some((point, unit)) => {
