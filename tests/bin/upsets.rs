@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! cargo run -p tests --bin upsets -- --runs 100000                          the three estimators that fly
+//! cargo run -p tests --bin upsets -- --runs 100000 --bare                   without the seal of the flight computer
 //! cargo run -p tests --bin upsets -- --runs 1000 --estimator window --list  with byte, bit and sample
 //! ```
 //!
@@ -9,6 +10,7 @@
 
 use std::env::current_exe;
 use std::io::{Write, stdout};
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -17,7 +19,7 @@ use anyhow::{Context, Result, anyhow};
 use clap::Parser;
 use fsw_roster::EstimatorId;
 use tests::upsets::campaign::{self, Runs};
-use tests::upsets::{CleanFlight, Effect};
+use tests::upsets::{CleanFlight, Effect, Memory};
 
 /// Flip one bit per flight in the memory of an estimator.
 #[derive(Debug, Parser)]
@@ -31,6 +33,9 @@ struct Arguments {
     /// This estimator only: window, joint-ekf, ekf-sgf-rls.
     #[arg(long)]
     estimator: Option<String>,
+    /// Memory as fsw-core leaves it, without the seal of the flight computer.
+    #[arg(long)]
+    bare: bool,
     /// Processes at a time.
     #[arg(long, default_value_t = 2)]
     processes: u64,
@@ -40,6 +45,12 @@ struct Arguments {
     /// Fly the runs in this process: the worker of a campaign.
     #[arg(long, hide = true)]
     worker: bool,
+}
+
+impl Arguments {
+    fn memory(&self) -> Memory {
+        if self.bare { Memory::Bare } else { Memory::Sealed }
+    }
 }
 
 fn main() -> Result<ExitCode> {
@@ -52,7 +63,7 @@ fn main() -> Result<ExitCode> {
         }
     };
     if arguments.worker {
-        work(ids[0], arguments.first..arguments.first + arguments.runs)?;
+        work(ids[0], arguments.memory(), arguments.first..arguments.first + arguments.runs)?;
         return Ok(ExitCode::SUCCESS);
     }
     let mut is_clean = true;
@@ -71,6 +82,7 @@ fn fly(arguments: &Arguments, id: EstimatorId) -> Result<bool> {
     let command = |runs: Runs| {
         let mut command = Command::new(&program);
         command.arg("--worker").args(["--estimator", id.name()]);
+        command.args(arguments.bare.then_some("--bare"));
         command.args(["--first", &runs.first.to_string()]);
         command.args(["--runs", &(runs.last - runs.first).to_string()]);
         command
@@ -89,12 +101,12 @@ fn fly(arguments: &Arguments, id: EstimatorId) -> Result<bool> {
 }
 
 /// Flies runs, and prints the code of each.
-fn work(id: EstimatorId, runs: std::ops::Range<u64>) -> Result<()> {
+fn work(id: EstimatorId, memory: Memory, runs: Range<u64>) -> Result<()> {
     let clean = CleanFlight::new(id)?;
     set_hook(Box::new(|_| {}));
     for run in runs {
         let flip = clean.flip(run);
-        let flown = catch_unwind(AssertUnwindSafe(|| clean.fly(flip)));
+        let flown = catch_unwind(AssertUnwindSafe(|| clean.fly(flip, memory)));
         writeln!(stdout(), "{}", flown.unwrap_or(Effect::Panic).code())?;
         stdout().flush()?;
     }

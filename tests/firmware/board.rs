@@ -93,7 +93,9 @@ fn tag_and_check_of_memory_are_within_their_budgets() -> Result<()> {
             false => check = Some(numbers[1]),
         }
     });
-    let (Some((key, tag)), Some(check)) = (tag, check) else { anyhow::bail!("no count in {run:?}") };
+    let (Some((key, tag)), Some(check)) = (tag, check) else {
+        anyhow::bail!("no count in {run:?}")
+    };
     assert!(key + tag <= budgets::TELECOMMAND_TAG, "{key} and {tag} instructions");
     assert!(check <= budgets::MEMORY_CHECK, "{check} instructions");
     Ok(())

@@ -14,6 +14,7 @@ use fsw_core::{Coasting, Estimate, Outcome, Prior, Reset, Sample, Status, Vec3, 
 use fsw_roster::{EstimatorId, EstimatorSlot, InitialData};
 use fsw_target::flight::computer::SLICES_PER_SAMPLE;
 use fsw_target::flight::craft::WHEELS;
+use fsw_target::runtime::sealed::Sealed;
 use host_sim::input::Scenario;
 use host_sim::simulation::log_of;
 use host_sim::truth::Flight;
@@ -23,6 +24,8 @@ use rand_pcg::Pcg64;
 /// Scenario of the flights, cut to this duration, s.
 const SCENARIO: &str = "fault-matrix";
 const DURATION_S: f64 = 120.0;
+/// Samples between two checkpoints: 30 s.
+const CHECKPOINT: usize = 300;
 /// Largest difference from the final estimate of the clean flight that is harmless, in its sigmas.
 const HARMLESS_SIGMAS: f32 = 2.0;
 
@@ -52,6 +55,15 @@ impl Effect {
             Self::Panic => "p",
         }
     }
+}
+
+/// Memory of the estimator between steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Memory {
+    /// As fsw-core leaves it.
+    Bare,
+    /// Sealed and checked, as the flight computer does ([`fsw_target::runtime::sealed`]).
+    Sealed,
 }
 
 /// The clean flight of one estimator, with its state before each sample.
@@ -137,10 +149,20 @@ impl CleanFlight {
     }
 
     /// Flies from the flip to the end. A panic passes through.
-    pub fn fly(&self, flip: Flip) -> Effect {
+    pub fn fly(&self, flip: Flip, memory: Memory) -> Effect {
         let mut slot = self.states[flip.sample].clone();
-        memory::flip(&mut slot, flip.byte, flip.bit);
+        let byte = memory::byte(&mut slot, flip.byte);
+        let mut sealed = Sealed::new(&mut slot);
+        sealed.seal();
+        if let Some(byte) = byte {
+            byte.flip(flip.bit);
+        }
         let mut is_reported = false;
+        if memory == Memory::Sealed && !sealed.open() {
+            // A restored checkpoint has the bits of the saved state (fsw-core, `checkpoint`).
+            sealed.get_mut().clone_from(&self.states[flip.sample / CHECKPOINT * CHECKPOINT]);
+            is_reported = true;
+        }
         let clean = self.samples.iter().zip(&self.outcomes).skip(flip.sample);
         for (sample, clean) in clean {
             let outcome = step(&mut slot, sample);

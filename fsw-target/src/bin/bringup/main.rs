@@ -32,10 +32,10 @@ mod on_target {
     use fsw_target::drivers::gyro::bus::Spi;
     use fsw_target::drivers::gyro::fitted::{Chip, Settings};
     use fsw_target::drivers::wheel_tach::CaptureTimer;
+    use fsw_target::flight::selected::SelectedEstimator;
     use fsw_target::flight::sensors::DataReady;
     use fsw_target::flight::supervisor::{Supervisor, Task};
     use fsw_target::link::authentication::{KEY_BYTES, Key};
-    use fsw_target::flight::selected::SelectedEstimator;
     use fsw_target::runtime::sealed::Sealed;
     use fsw_target::runtime::{log, stack};
     use static_cell::ConstStaticCell;
