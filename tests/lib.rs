@@ -4,6 +4,7 @@
 pub mod accuracy;
 pub mod diagnose;
 pub mod field;
+pub mod fuzz;
 pub mod hardware;
 pub mod manoeuvre;
 pub mod program;
