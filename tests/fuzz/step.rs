@@ -202,9 +202,10 @@ impl Case {
     pub fn fly(&self, random: &mut Pcg64, estimator: &mut dyn Estimator<f32, WHEELS>) -> Executed {
         let mut time_us = random.random_range(0..2_000_000);
         for k in 0..SAMPLES {
-            estimator.step(&self.sample(random, k, &mut time_us));
-            if k % JUDGED == 0 {
-                judge(estimator)?;
+            let sample = self.sample(random, k, &mut time_us);
+            let outcome = estimator.step(&sample);
+            if k % JUDGED == 0 || !estimator.rate_rad_s().iter().all(|x| x.is_finite()) {
+                judge(estimator).map_err(|why| format!("{why}, {outcome:?} at {k} of {sample:?}"))?;
             }
         }
         estimator.finish();
@@ -217,23 +218,26 @@ impl Case {
 pub fn execute(random: &mut Pcg64) -> Executed {
     let case = Case::new(random);
     let Some(wheels) = case.wheels(random) else { return Ok(0) };
-    match random.random_range(0..4) {
-        0 => match SmallWindow::new(case.window(random), wheels) {
-            Ok(mut window) => case.fly(random, &mut window),
-            Err(_) => Ok(0),
-        },
-        1 => match Regression::new(case.regression(random), wheels) {
-            Ok(mut regression) => case.fly(random, &mut regression),
-            Err(_) => Ok(0),
-        },
+    let (name, executed) = match random.random_range(0..4) {
+        0 => {
+            let window = SmallWindow::new(case.window(random), wheels);
+            ("window", window.map(|mut window| case.fly(random, &mut window)))
+        }
+        1 => {
+            let regression = Regression::new(case.regression(random), wheels);
+            ("ekf-sgf-rls", regression.map(|mut regression| case.fly(random, &mut regression)))
+        }
         _ => {
             let (config, hardware) = (case.filter(random), case.hardware(random));
-            match Filter::considering(config, wheels, &hardware, &Disturbance::none()) {
-                Ok(mut filter) => case.fly(random, &mut filter),
-                Err(_) => Ok(0),
-            }
+            let filter = Filter::considering(config, wheels, &hardware, &Disturbance::none());
+            ("joint-ekf", filter.map(|mut filter| case.fly(random, &mut filter)))
         }
-    }
+    };
+    // A configuration that is rejected is no execution.
+    executed.unwrap_or(Ok(0)).map_err(|why| {
+        let numbers = if case.is_plausible() { "usual" } else { "extreme" };
+        format!("{name}, {numbers} numbers, {:.1e} kg m²: {why}", case.inertia_kg_m2)
+    })
 }
 
 /// Asymmetry by rounding, and least eigenvalue of the correlations: some roundings of products of six elements.
@@ -274,7 +278,7 @@ pub fn judge(estimator: &dyn Estimator<f32, WHEELS>) -> Result<(), String> {
         return Err(format!("the covariance is not finite: {covariance:?}"));
     }
     judge_covariance(&covariance)?;
-    if estimate.status == Status::Converged && !estimate.inertia.is_physical() {
+    if estimate.status == Status::Converged && estimate.inertia.check().is_err() {
         return Err(format!("converged and not physical: {elements:?}"));
     }
     Ok(())
