@@ -49,7 +49,7 @@ impl Case {
     }
 
     /// True where no number is extreme.
-    pub fn is_plausible(&self) -> bool {
+    fn is_plausible(&self) -> bool {
         self.numbers.are_usual()
     }
 
@@ -205,7 +205,8 @@ impl Case {
             let sample = self.sample(random, k, &mut time_us);
             let outcome = estimator.step(&sample);
             if k % JUDGED == 0 || !estimator.rate_rad_s().iter().all(|x| x.is_finite()) {
-                judge(estimator).map_err(|why| format!("{why}, {outcome:?} at {k} of {sample:?}"))?;
+                judge(estimator)
+                    .map_err(|why| format!("{why}, {outcome:?} at {k} of {sample:?}"))?;
             }
         }
         estimator.finish();
