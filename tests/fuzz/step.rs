@@ -13,8 +13,9 @@ use rand_pcg::Pcg64;
 use super::numbers::Numbers;
 use super::{Executed, once_in, one_of};
 
-/// Samples of a case.
+/// Samples of a case, and of one case in fifty.
 const SAMPLES: usize = 200;
+const MANY_SAMPLES: usize = 10_000;
 /// Samples between two judgements of the estimate.
 const JUDGED: usize = 20;
 
@@ -201,7 +202,8 @@ impl Case {
     /// What is wrong with its estimate.
     pub fn fly(&self, random: &mut Pcg64, estimator: &mut dyn Estimator<f32, WHEELS>) -> Executed {
         let mut time_us = random.random_range(0..2_000_000);
-        for k in 0..SAMPLES {
+        let samples = if once_in(random, 50) { MANY_SAMPLES } else { SAMPLES };
+        for k in 0..samples {
             let sample = self.sample(random, k, &mut time_us);
             let outcome = estimator.step(&sample);
             if k % JUDGED == 0 || !estimator.rate_rad_s().iter().all(|x| x.is_finite()) {
@@ -211,7 +213,7 @@ impl Case {
         }
         estimator.finish();
         judge(estimator)?;
-        Ok(SAMPLES as u64)
+        Ok(samples as u64)
     }
 }
 
