@@ -111,6 +111,12 @@ fi
 heading "Tests, firmware in QEMU included"
 cargo test --workspace -- --include-ignored 2>&1 | tee "$log"
 
+heading "Fuzzing, a minute"
+cargo run --package tests --bin fuzz -- --seconds 8
+
+heading "Flipped bits"
+cargo run --package tests --bin upsets -- --runs 2000
+
 heading "Instruction budgets, counted in QEMU"
 cargo bench-target
 

@@ -13,7 +13,8 @@ use crate::tensor::Inertia;
 pub enum Status {
     /// All six directions are observed, and the model explains the data.
     Converged,
-    /// Some directions are unobserved: they keep the prior and its variance.
+    /// Some directions are unobserved: they keep the prior and its variance. Or the elements are those of no rigid body,
+    /// [`Inertia::check`], by an error that the covariance may allow.
     Partial,
     /// No direction is observed.
     Unobservable,
@@ -112,6 +113,15 @@ impl<T: Real> Estimate<T> {
         let range_kg_m2 = range_before_data(&self.inertia, range_kg_m2);
         self.observed = observed(&self.covariance_kg2_m4, &range_kg_m2);
         self.status = Status::of(&self.observed);
+        self.limit_status();
+    }
+
+    /// The tensor of no rigid body is not converged.
+    #[inline(never)]
+    pub(crate) fn limit_status(&mut self) {
+        if self.status == Status::Converged && self.inertia.check().is_err() {
+            self.status = Status::Partial;
+        }
     }
 
     /// Estimate without an estimator: the unknown prior.

@@ -23,11 +23,17 @@
 use crate::error::ConfigError;
 use crate::math::{
     Mat, Vec3, column, norm, of_columns,
-    range::{not_negative, positive},
+    range::{not_negative, positive, up_to},
     scalar::Real,
     skew,
 };
 use crate::tensor::Inertia;
+
+/// Largest stated sigma of a share, or of an angle in rad: ten times the quantity itself. Beyond it a square with
+/// another quantity may leave the range of `f32`.
+pub const LARGEST_SIGMA: u32 = 10;
+/// Largest time offset and its largest sigma, s.
+pub const LARGEST_DELAY_S: u32 = 100;
 
 /// Stated errors of the hardware, one sigma each; zero for one that is known exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,23 +101,24 @@ impl<T: Real, const W: usize> Hardware<T, W> {
         scale.into_iter().chain(axes).chain(wheels).chain(common)
     }
 
-    /// Checks the ranges.
+    /// Checks the ranges: shares and angles up to [`LARGEST_SIGMA`], times up to [`LARGEST_DELAY_S`].
     ///
     /// # Errors
-    /// Names the first sigma that is negative or not finite.
+    /// Names the first value that is negative, too large or not finite.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        not_negative("hardware.gyro_scale", self.gyro_scale)?;
-        not_negative("hardware.gyro_axes_rad", self.gyro_axes_rad)?;
-        not_negative("hardware.delay_s", self.delay_s.abs())?;
-        not_negative("hardware.delay_sigma_s", self.delay_sigma_s)?;
-        not_negative("hardware.common_wheel_inertia", self.common_wheel_inertia)?;
-        not_negative("hardware.torque_scale", self.torque_scale)?;
-        for sigma in self.mount_rad {
-            not_negative("hardware.mount_rad", sigma)?;
+        let sigma = |field, value| up_to(field, value, LARGEST_SIGMA);
+        sigma("hardware.gyro_scale", self.gyro_scale)?;
+        sigma("hardware.gyro_axes_rad", self.gyro_axes_rad)?;
+        up_to("hardware.delay_s", self.delay_s.abs(), LARGEST_DELAY_S)?;
+        up_to("hardware.delay_sigma_s", self.delay_sigma_s, LARGEST_DELAY_S)?;
+        sigma("hardware.common_wheel_inertia", self.common_wheel_inertia)?;
+        sigma("hardware.torque_scale", self.torque_scale)?;
+        for value in self.mount_rad {
+            sigma("hardware.mount_rad", value)?;
         }
         for i in 0..W {
-            not_negative("hardware.wheel_inertia", self.wheel_inertia[i])?;
-            not_negative("hardware.wheel_axis_rad", self.wheel_axis_rad[i])?;
+            sigma("hardware.wheel_inertia", self.wheel_inertia[i])?;
+            sigma("hardware.wheel_axis_rad", self.wheel_axis_rad[i])?;
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! [board]: self::board
 //! [porting]: self::porting
 //! [security]: self::security
+//! [robustness]: self::robustness
 //! [budgets]: self::budgets
 //! [link]: crate::link
 //!
@@ -22,6 +23,12 @@ pub mod porting {}
 ///
 #[doc = include_str!("../docs/security.md")]
 pub mod security {}
+
+/// [budgets]: self::budgets
+/// [`sealed`]: crate::runtime::sealed
+///
+#[doc = include_str!("../docs/robustness.md")]
+pub mod robustness {}
 
 #[doc = include_str!("../docs/budgets.md")]
 pub mod budgets {}

@@ -75,24 +75,29 @@ fn peripherals_of_the_chip_work_and_missing_ones_are_reported() -> Result<()> {
     Ok(())
 }
 
-/// Instructions of the tag of the longest telecommand, counted.
+/// Instructions of the tag of the longest telecommand and of a check of the estimator's memory, counted.
 #[test]
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
-fn tag_of_a_telecommand_is_within_its_budget() -> Result<()> {
+fn tag_and_check_of_memory_are_within_their_budgets() -> Result<()> {
     let _alone = crate::alone();
     let image = firmware::build("bringup")?;
-    let mut counted = None;
-    // The image goes on with parts that wait for seconds of virtual time: the line is enough.
+    let (mut tag, mut check) = (None, None);
+    // The image goes on with parts that wait for seconds of virtual time: the lines are enough.
     let run = qemu::run_counting(&image, qemu::MACHINE, LIMIT, |line| {
-        if let Some(numbers) = line.strip_prefix("instructions: key of a slot ") {
-            println!("{line}");
-            let numbers = numbers.split(|letter: char| !letter.is_ascii_digit());
-            let numbers: Vec<u32> = numbers.filter_map(|number| number.parse().ok()).collect();
-            counted = Some((numbers[0], numbers[2]));
+        let Some(numbers) = line.strip_prefix("instructions: ") else { return };
+        println!("{line}");
+        let numbers = numbers.split(|letter: char| !letter.is_ascii_digit());
+        let numbers: Vec<u32> = numbers.filter_map(|number| number.parse().ok()).collect();
+        match line.contains("key of a slot") {
+            true => tag = Some((numbers[0], numbers[2])),
+            false => check = Some(numbers[1]),
         }
     });
-    let Some((key, tag)) = counted else { anyhow::bail!("no count in {run:?}") };
+    let (Some((key, tag)), Some(check)) = (tag, check) else {
+        anyhow::bail!("no count in {run:?}")
+    };
     assert!(key + tag <= budgets::TELECOMMAND_TAG, "{key} and {tag} instructions");
+    assert!(check <= budgets::MEMORY_CHECK, "{check} instructions");
     Ok(())
 }
 

@@ -50,6 +50,8 @@ pub mod momentum;
 pub(crate) mod test_flight;
 #[cfg(test)]
 pub(crate) mod test_hardware;
+#[cfg(test)]
+mod tests_of_units;
 pub mod window;
 
 use crate::estimate::Estimate;

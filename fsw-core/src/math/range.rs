@@ -48,6 +48,18 @@ pub(crate) fn positive<T: Real>(field: &'static str, value: T) -> Result<(), Con
     Ok(())
 }
 
+/// Finite number within `0 ≤ value ≤ most`.
+///
+/// # Errors
+/// [`Invalid::NotFinite`], [`Invalid::Negative`] or [`Invalid::OutOfRange`].
+pub(crate) fn up_to<T: Real>(field: &'static str, value: T, most: u32) -> Result<(), ConfigError> {
+    not_negative(field, value)?;
+    if value > T::count(most) {
+        return Err(ConfigError { field, reason: Invalid::OutOfRange { least: 0, most } });
+    }
+    Ok(())
+}
+
 /// Finite number, zero or above.
 ///
 /// # Errors

@@ -182,6 +182,14 @@ impl<T: Real, const N: usize> Ud<T, N> {
         sum.is_finite() && (0..N).all(|i| self.d(i) >= T::zero())
     }
 
+    /// True where every variance D and the magnitude of every factor U is below its bound.
+    pub(crate) fn is_below(&self, variance: T, factor: T) -> bool {
+        (0..N).all(|column| {
+            self.d(column) < variance
+                && (0..column).all(|row| self.packed.at(row, column).abs() < factor)
+        })
+    }
+
     /// Measurement update with one component, `z = xᵢ + v`, `v` white of variance `r` =
     /// `noise_variance` (unit², positive). Returns the Kalman gain K for the innovation
     /// `ν = z − xᵢ`.

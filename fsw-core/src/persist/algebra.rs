@@ -6,7 +6,7 @@
 //! | type | condition on reading |
 //! |---|---|
 //! | [`SquareRootInformation`] | weights not negative |
-//! | [`Ud`] | variances not negative, factors below 1e12 |
+//! | [`Ud`] | variances not negative and below 1e18, factors below 1e9 |
 //! | [`Kernel`] | window within the capacity |
 //! | [`Differentiator`] | ring index and number of samples within their limits |
 
@@ -22,13 +22,14 @@ crate::persist!(
 
 crate::persist!([T: Real] RecursiveResidual<T> { value, weight });
 
-/// Bound on the magnitude of a stored UD factor: the variances that follow from factors below it are
-/// finite in single precision.
-const LARGEST_FACTOR: f64 = 1.0e12;
+/// Bound on a stored variance D, and on the magnitude of a factor U: the nine terms `u² d` of a variance are below 1e37 and
+/// finite in single precision. A prior of 1e6 kg m² with a sigma ten times as large has variances of 1e14 kg² m⁴.
+const LARGEST_VARIANCE: f64 = 1.0e18;
+const LARGEST_FACTOR: f64 = 1.0e9;
 
 crate::persist!(
     [T: Real, const N: usize] Ud<T, N> { packed }
-    if |ud| ud.is_valid() && ud.packed.iter().all(|x| x.abs() < T::lit(LARGEST_FACTOR))
+    if |ud| ud.is_valid() && ud.is_below(T::lit(LARGEST_VARIANCE), T::lit(LARGEST_FACTOR))
 );
 
 crate::persist!([T: Real] Fit<T> { window, order, derivative, at });

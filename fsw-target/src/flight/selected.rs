@@ -93,6 +93,19 @@ impl SelectedEstimator {
         }
     }
 
+    /// Discards the estimator, whose memory is not valid, and starts again as after [`configure`](Self::configure).
+    ///
+    /// # Errors
+    /// [`Refused::Corrupt`] where craft or prior has changed as well: no estimator is stepped then, until the computer
+    /// restarts.
+    pub fn rebuild(&mut self) -> Result<(), Refused> {
+        self.slot = EstimatorSlot::Uninitialised; // a store: nothing of the former content is read
+        if !self.is_intact() {
+            return Err(Refused::Corrupt);
+        }
+        Ok(self.restart()?)
+    }
+
     /// True if craft and prior are as they were set. They outlive every reset of an estimator: a flipped bit
     /// in them stays until the computer restarts. No estimator starts from it, and no checkpoint holds it.
     pub fn is_intact(&self) -> bool {

@@ -5,12 +5,14 @@
 //! 2. [`log`]: one log line on target and host.
 //! 3. [`extended_time`]: 64-bit time from a 32-bit counter; [`stamps`]: time stamps of gyro samples.
 //! 4. `shared`: state that an interrupt and the loop share; `stack`: high-water mark of the stack.
+//! 5. [`sealed`]: a value whose memory is checked before each use.
 
 pub mod extended_time;
 pub mod failure;
 pub mod log;
 #[cfg(target_os = "none")]
 pub mod restart;
+pub mod sealed;
 #[cfg(target_os = "none")]
 pub mod shared;
 #[cfg(target_os = "none")]

@@ -88,6 +88,10 @@ pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
 /// 2 ms at 168 MHz, a fifth of a sample interval.
 pub const TELECOMMAND_TAG: u32 = 300_000;
 
+/// Instructions of one check of the estimator's memory; a round has two. Below a slice of work, the unit of the time
+/// beside the steps.
+pub const MEMORY_CHECK: u32 = 36_000;
+
 /// Static RAM of the flight image, bytes.
 pub const FLIGHT_STATIC_RAM: Bytes = Bytes { at_most: 64 * 1024, held: 64 * 1024 };
 /// Largest stack depth of the flight image, bytes. 16 KiB are set aside.

@@ -11,6 +11,24 @@ pub enum CsvProblem {
     #[error("the file is empty; the first line must name the columns")]
     Empty,
 
+    /// A line longer than a reader takes.
+    #[error(
+        "a line of {bytes} bytes, but at most {limit} are read; is a line end or a quote missing?"
+    )]
+    LongLine {
+        /// Bytes of the line.
+        bytes: usize,
+        /// Most bytes.
+        limit: usize,
+    },
+
+    /// More rows than a reader takes.
+    #[error("more than {limit} rows, the most that are read; split the log")]
+    TooManyRows {
+        /// Most rows.
+        limit: usize,
+    },
+
     /// A header without rows.
     #[error("no row follows the header; is this the right file?")]
     NoRows,

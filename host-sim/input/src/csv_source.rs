@@ -23,6 +23,11 @@ use crate::text::{decode_lossy, read_bytes, read_utf8};
 /// Longest text of a cell in an error, characters.
 const MAX_SHOWN: usize = 40;
 
+/// Most bytes of a line: a header of 200,000 columns with names of 80 letters.
+const MAX_LINE_BYTES: usize = 16 << 20;
+/// Most rows, as of samples that are simulated: 28 hours at 100 Hz. A row takes about 200 bytes of memory.
+pub const MAX_ROWS: usize = 10_000_000;
+
 /// The header and the rows of a CSV file.
 #[derive(Debug)]
 pub struct CsvSource {
@@ -131,6 +136,7 @@ impl CsvSource {
         if text.trim().is_empty() {
             return Err(source.error(None, CsvProblem::Empty));
         }
+        source.check_lines(text)?;
         let plain = plain(text, options);
         let separator = plain.separator.byte();
         let mut records = source.records(&plain.text, separator)?;
@@ -147,6 +153,18 @@ impl CsvSource {
         source.decimal_comma = options.decimal_comma.unwrap_or_else(found);
         source.set_rows(records)?;
         Ok(source)
+    }
+
+    /// Refuses a line that is too long, before any part of the text is copied.
+    fn check_lines(&self, text: &str) -> Result<(), InputError> {
+        let bytes = text.split(['\n', '\r']).map(str::len);
+        match (1..).zip(bytes).find(|(_, bytes)| *bytes > MAX_LINE_BYTES) {
+            Some((line, bytes)) => {
+                let problem = CsvProblem::LongLine { bytes, limit: MAX_LINE_BYTES };
+                Err(self.error(Some(line), problem))
+            }
+            None => Ok(()),
+        }
     }
 
     fn set_rows(&mut self, rows: Vec<CsvRow>) -> Result<(), InputError> {
@@ -194,6 +212,9 @@ impl CsvSource {
         while reader.read_record(&mut cells).map_err(unreadable)? {
             let line = lines.line_at(cells.position().map_or(0, csv::Position::byte));
             let is_blank = cells.len() == 1 && cells[0].is_empty();
+            if records.len() == MAX_ROWS {
+                return Err(self.error(Some(line), CsvProblem::TooManyRows { limit: MAX_ROWS }));
+            }
             if !is_blank {
                 records.push(CsvRow { line, cells: cells.clone(), is_last: false });
             }

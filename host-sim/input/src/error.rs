@@ -47,6 +47,13 @@ pub enum Problem {
     #[error("cannot be read: {0}; check the path and the permissions")]
     Unreadable(io::Error),
 
+    /// More bytes than a reader takes.
+    #[error("more than {limit} bytes after decompression, the most that is read; split the file")]
+    TooLarge {
+        /// Most bytes.
+        limit: u64,
+    },
+
     /// The bytes are not text.
     #[error("not UTF-8 text; save the file as UTF-8")]
     NotUtf8,

@@ -1,10 +1,15 @@
 //! Files as UTF-8 text.
 
 use std::borrow::Cow;
-use std::fs;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
 use crate::error::{InputError, Place, Problem};
+
+/// Most bytes of a file, after decompression: 1 GiB, ten times a log of 10⁷ samples of 100 bytes in gzip. Text and table
+/// of a file are in memory.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// The text of a file, without a byte-order mark.
 ///
@@ -17,12 +22,48 @@ pub fn read_utf8(path: &Path) -> Result<String, InputError> {
 /// The bytes of a file.
 ///
 /// # Errors
-/// The file cannot be read.
+/// The file cannot be read, or has more than [`MAX_FILE_BYTES`].
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>, InputError> {
-    fs::read(path).map_err(|error| InputError {
-        place: Place { file: path.display().to_string(), line: None },
-        problem: Problem::Unreadable(error),
-    })
+    let file = path.display().to_string();
+    match File::open(path) {
+        Ok(source) => read_all(&file, source),
+        Err(error) => Err(at_file(&file, Problem::Unreadable(error))),
+    }
+}
+
+/// The bytes of any source; `file` is the name in errors.
+///
+/// # Errors
+/// The source cannot be read, or has more than [`MAX_FILE_BYTES`].
+pub fn read_all(file: &str, source: impl Read) -> Result<Vec<u8>, InputError> {
+    let mut bytes = Vec::new();
+    match read_up_to(source, &mut bytes) {
+        Err(error) => Err(at_file(file, Problem::Unreadable(error))),
+        Ok(()) => checked_size(file, bytes),
+    }
+}
+
+/// Reads a source as far as a check of its size needs. After an error `bytes` has what there is.
+///
+/// # Errors
+/// The source cannot be read.
+pub fn read_up_to(source: impl Read, bytes: &mut Vec<u8>) -> io::Result<()> {
+    source.take(MAX_FILE_BYTES + 1).read_to_end(bytes).map(|_| ())
+}
+
+/// These bytes.
+///
+/// # Errors
+/// More than [`MAX_FILE_BYTES`].
+pub fn checked_size(file: &str, bytes: Vec<u8>) -> Result<Vec<u8>, InputError> {
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(at_file(file, Problem::TooLarge { limit: MAX_FILE_BYTES }));
+    }
+    Ok(bytes)
+}
+
+fn at_file(file: &str, problem: Problem) -> InputError {
+    InputError { place: Place { file: file.to_owned(), line: None }, problem }
 }
 
 /// The text of `bytes`, without a byte-order mark: UTF-8 with `\u{fffd}` for bytes that are not, UTF-16

@@ -4,7 +4,7 @@
 //! texts as a CSV file is, with the shortest decimals that read back as the same numbers; its rows count
 //! from 1 in messages.
 
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
@@ -14,7 +14,7 @@ use flight_input::csv_dialect::CsvOptions;
 use flight_input::csv_source::CsvSource;
 use flight_input::error::{Place, Problem};
 use flight_input::log::LogTables;
-use flight_input::text::read_bytes;
+use flight_input::text::{checked_size, read_all, read_bytes, read_up_to};
 use flight_input::{InputError, RecordedLog};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -53,7 +53,7 @@ pub fn load(path: &Path, craft: &Craft) -> Result<RecordedLog, InputError> {
 /// The file cannot be read, or has no rows.
 pub fn read(path: &Path, options: &CsvOptions) -> Result<CsvSource, InputError> {
     let (file, bytes) = if path == Path::new(STDIN) {
-        ("standard input".to_owned(), read_all(io::stdin(), "standard input")?)
+        ("standard input".to_owned(), read_all("standard input", io::stdin())?)
     } else {
         (path.display().to_string(), read_bytes(path)?)
     };
@@ -73,16 +73,10 @@ fn decode(file: &str, bytes: Vec<u8>, options: &CsvOptions) -> Result<CsvSource,
 /// The content of a gzip file. One that is cut gives what there is of it.
 fn unzip(file: &str, bytes: &[u8]) -> Result<Vec<u8>, InputError> {
     let mut content = Vec::new();
-    match MultiGzDecoder::new(bytes).read_to_end(&mut content) {
+    match read_up_to(MultiGzDecoder::new(bytes), &mut content) {
         Err(error) if content.is_empty() => Err(unreadable(file, error)),
-        _ => Ok(content),
+        _ => checked_size(file, content),
     }
-}
-
-fn read_all(mut source: impl Read, file: &str) -> Result<Vec<u8>, InputError> {
-    let mut bytes = Vec::new();
-    source.read_to_end(&mut bytes).map_err(|error| unreadable(file, error))?;
-    Ok(bytes)
 }
 
 fn unreadable(file: &str, error: io::Error) -> InputError {

@@ -13,9 +13,9 @@ const RELATIVE_TOLERANCE: f64 = 1e-12;
 /// Absolute tolerance per step, for states of the size of a rate in rad/s or of a quaternion: far
 /// below the resolution of any gyro.
 const ABSOLUTE_TOLERANCE: f64 = 1e-14;
-/// Largest number of steps between two samples. Motion that needs more is too fast for the sample
-/// rate.
-const MAX_STEPS: usize = 100_000;
+/// Largest number of steps between two samples. A step of this tolerance turns the body by about a tenth of a radian or
+/// more: motion that needs more turns by hundreds of revolutions between two samples.
+const MAX_STEPS: usize = 30_000;
 
 /// Error of an integration.
 #[derive(Clone, Debug, Error, PartialEq)]

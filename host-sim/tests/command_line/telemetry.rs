@@ -80,6 +80,7 @@ const STATUS: StatusReport = StatusReport {
     option_bytes_as_set: true,
     supply_low: false,
     configuration_intact: true,
+    upsets: 0,
     short_lives: 0,
     stack_high_water_bytes: 2100,
     gyro: GyroState::WrongIdentity,

@@ -596,7 +596,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             aligning.take_in((&sample.rate_rad_s, &drive), elapsed_s, noise);
             aligning.predict(state, &mut way)
         });
-        if predicted.is_none() {
+        if predicted.is_none() || !self.is_valid() {
             return self.restart_diverged(sample);
         }
         self.phase = Phase::Joining(way);

@@ -229,7 +229,7 @@ impl<T: Real, const W: usize> Estimator<T, W> for Momentum<T, W> {
         let inertia = Inertia::new(elements);
         let range = &range_before_data(&inertia, &model.prior().sigma_kg_m2);
         let by_the_data = observed(&model.least_squares_covariance(), range);
-        Estimate {
+        let mut estimate = Estimate {
             inertia,
             covariance_kg2_m4,
             sigma_random_kg_m2: None,
@@ -240,7 +240,9 @@ impl<T: Real, const W: usize> Estimator<T, W> for Momentum<T, W> {
             residual_rms_rad_s: self.sums.residual_rms_rad_s(),
             residuals_white: None,
             projected: false,
-        }
+        };
+        estimate.limit_status();
+        estimate
     }
 
     /// The last sample's rate: nothing is filtered.

@@ -109,6 +109,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         };
         if is_found {
             bring_to_nearest_physical(estimate);
+            estimate.limit_status();
         } else {
             self.report_nothing(estimate);
         }

@@ -17,7 +17,7 @@
 //! | [`Fit::centred`] | half the window | smallest |
 //! | [`Fit::newest`] | none | largest |
 
-use super::kernel::{Fit, Kernel};
+use super::kernel::{Fit, Kernel, LARGEST_ORDER};
 use crate::error::ConfigError;
 use crate::math::range::{not_negative, within};
 use crate::math::scalar::Real;
@@ -138,6 +138,7 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
     /// | too few samples | [`Pushed::Filling`] |
     /// | complete, or growing by [`Growth::Odd`] | [`Pushed::Fitted`] |
     pub fn push(&mut self, time_us: u64, channels: [T; N]) -> Pushed<T, N> {
+        self.bound();
         let is_even = self.is_even(time_us);
         if !is_even {
             self.filled = 0;
@@ -168,6 +169,16 @@ impl<T: Real, const N: usize, const C: usize> Differentiator<T, N, C> {
     /// ```
     pub fn derivative_noise_gain(&self, correlation: T) -> T {
         self.differentiation.noise_gain(correlation)
+    }
+
+    /// Brings window, order, index and count into their ranges, which they leave by a flipped bit only: no sum of them
+    /// overflows, and no index is beyond the ring.
+    #[inline]
+    fn bound(&mut self) {
+        self.fit.window = self.fit.window.min(C).max(2);
+        self.fit.order = self.fit.order.min(LARGEST_ORDER).min(self.fit.window - 1);
+        self.filled = self.filled.min(self.fit.window);
+        self.next = if self.next < C { self.next } else { 0 };
     }
 
     /// True for a sample at the mean interval of the window, within tolerance.

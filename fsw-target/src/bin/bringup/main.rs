@@ -32,12 +32,19 @@ mod on_target {
     use fsw_target::drivers::gyro::bus::Spi;
     use fsw_target::drivers::gyro::fitted::{Chip, Settings};
     use fsw_target::drivers::wheel_tach::CaptureTimer;
+    use fsw_target::flight::selected::SelectedEstimator;
     use fsw_target::flight::sensors::DataReady;
     use fsw_target::flight::supervisor::{Supervisor, Task};
     use fsw_target::link::authentication::{KEY_BYTES, Key};
+    use fsw_target::runtime::sealed::Sealed;
     use fsw_target::runtime::{log, stack};
+    use static_cell::ConstStaticCell;
 
     fsw_target::ends_by!(exit::end_after);
+
+    /// Estimator as in the flight image, for its size.
+    static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
+        ConstStaticCell::new(SelectedEstimator::uninitialised());
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -46,7 +53,7 @@ mod on_target {
         log::init(board.link.into_log_output());
         defmt::info!("{}", report);
         report_options(report.options);
-        report_tag_cost(board.syst);
+        report_costs(board.syst);
 
         let mut all_work = true;
         all_work &= report_check("clock", clock_advances());
@@ -77,11 +84,32 @@ mod on_target {
         }
     }
 
-    /// Logs the instructions of the tag of the longest telecommand, `set_prior`, where SysTick counts them:
-    /// in QEMU with `-icount shift=8`.
-    fn report_tag_cost(syst: SYST) {
-        const TAGGED_BYTES: usize = 60;
+    /// Logs the instructions of work beside the steps, where SysTick counts them: in QEMU with `-icount shift=8`.
+    fn report_costs(syst: SYST) {
         let Ok(mut counter) = InstructionCounter::start(syst) else { return };
+        report_seal_cost(&mut counter);
+        report_tag_cost(&mut counter);
+    }
+
+    /// Logs the instructions of one check of the estimator's memory. A round has two: check and renewal.
+    fn report_seal_cost(counter: &mut InstructionCounter) {
+        let Some(estimator) = ESTIMATOR.try_take() else { return };
+        let mut sealed = Sealed::new(estimator);
+        sealed.seal();
+        let mut is_intact = false;
+        let check = counter.count(|| is_intact = black_box(&mut sealed).open());
+        let bytes = size_of::<SelectedEstimator>();
+        defmt::info!(
+            "instructions: check of {=usize} bytes {=u32}, {=bool}",
+            bytes,
+            check,
+            is_intact
+        );
+    }
+
+    /// Logs the instructions of the tag of the longest telecommand, `set_prior`.
+    fn report_tag_cost(counter: &mut InstructionCounter) {
+        const TAGGED_BYTES: usize = 60;
         let (master, packet) = black_box((Key::new([7; KEY_BYTES]), [0x55; TAGGED_BYTES]));
         let key = counter.count(|| {
             black_box(master.of_slot(1, 0));

@@ -100,6 +100,16 @@ impl<F: NorFlash> Checkpoints<F> {
         self.next_us = board.now_us().saturating_add(PERIOD_US);
     }
 
+    /// Restores a rebuilt estimator from the newest checkpoint, in flight: time goes on. Without a usable one the
+    /// estimator stays as it was rebuilt.
+    pub fn reload(&mut self, estimator: &mut SelectedEstimator) {
+        let Some(store) = &mut self.store else { return };
+        if store.load(&mut Content { time_us: 0, estimator }).is_err() {
+            // Partly overwritten. No error: the craft has been accepted before.
+            let _ = estimator.restart();
+        }
+    }
+
     /// True if a checkpoint is due.
     pub fn is_due(&self, now_us: u64) -> bool {
         now_us >= self.next_us

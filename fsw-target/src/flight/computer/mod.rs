@@ -21,6 +21,15 @@
 //! The estimator's work beside its steps is done in slices, a fixed number after each sample. A window
 //! that a telecommand closes is completed by those of the samples that follow.
 //!
+//! # Flipped bits
+//!
+//! The memory of the estimator is sealed between rounds ([`crate::runtime::sealed`]): configuration, wheels, prior,
+//! stored blocks, factors and all else. A round that uses the estimator checks the seal first and renews it at its
+//! end. After a flipped bit the sample is not used, and the estimator returns to the newest checkpoint, or starts again
+//! without one. Telemetry has the number (`upsets`), and the outcome of the sample is that of a state that is not valid,
+//! [`Reset::Diverged`](fsw_core::Reset::Diverged). Where craft or prior has changed, which only the image in flash
+//! restores, the computer reboots.
+//!
 //! Infrequent functions are not inlined into the loop: their local variables would occupy its stack
 //! frame during the step of an estimator.
 
@@ -47,6 +56,7 @@ use crate::link::telemetry::{
     CheckpointState, EstimateReport, GyroState, LINK_VERSION, Report, StatusReport,
 };
 use crate::link::{Downlink, Uplink};
+use crate::runtime::sealed::Sealed;
 use embedded_hal_nb::nb;
 use embedded_hal_nb::serial::Read;
 use fsw_core::{Outcome, Vec3};
@@ -82,7 +92,7 @@ const SHORT_LIVES: u32 = 3;
 const REBOOT_US: u64 = 500_000;
 
 type FlightLoopOf<'a, P> = FlightLoop<
-    &'a mut SelectedEstimator,
+    Sealed<'a, SelectedEstimator>,
     <P as Parts>::DataReady,
     <P as Parts>::Gyro,
     <P as Parts>::Wheels,
@@ -118,6 +128,8 @@ pub struct Computer<'a, P: Parts> {
     is_long: bool,
     /// Time of a requested reset, µs.
     reboot_us: Option<u64>,
+    /// Flipped bits found in the memory of the estimator since the start; saturates.
+    upsets: u8,
 }
 
 /// State of the gyro after its last start.
@@ -144,7 +156,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         reporting: Reporting,
     ) -> Self {
         Self {
-            flight: FlightLoop::new(estimator, sensors),
+            flight: FlightLoop::new(Sealed::new(estimator), sensors),
             board,
             started_us: 0,
             link,
@@ -163,6 +175,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             short_lives: 0,
             is_long: false,
             reboot_us: None,
+            upsets: 0,
         }
     }
 
@@ -179,7 +192,7 @@ impl<'a, P: Parts> Computer<'a, P> {
     pub fn start(&mut self) {
         self.short_lives = self.board.health().last_run.short_lives;
         let is_skipped = self.short_lives >= SHORT_LIVES;
-        self.flash.restore(self.flight.estimator_mut(), &mut self.board, is_skipped);
+        self.flash.restore(self.flight.estimator_mut().get_mut(), &mut self.board, is_skipped);
         self.started_us = self.board.now_us();
         self.next_report_us = self.started_us;
         self.complete(Stage::Restored);
@@ -191,6 +204,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.complete(Stage::CountersErased);
         self.start_gyro();
         self.complete(Stage::GyroStarted);
+        self.flight.estimator_mut().seal();
     }
 
     /// Feeds the watchdog after a stage of the start.
@@ -206,13 +220,14 @@ impl<'a, P: Parts> Computer<'a, P> {
         // Work and report are the deepest paths, and not below the locals of the sample.
         let sampled = self.take_sample();
         if sampled != Sampled::Nothing {
-            self.flight.estimator_mut().work(SLICES_PER_SAMPLE);
+            self.checked().work(SLICES_PER_SAMPLE);
         }
         if sampled == Sampled::Stepped && self.reporting == Reporting::EachSample {
             self.report_estimate();
         }
         self.maintain_checkpoint();
         self.send_reports();
+        self.flight.estimator_mut().seal();
         self.keep_lives();
         if let Some(permit) = self.supervisor.permit() {
             self.board.feed(permit);
@@ -237,9 +252,29 @@ impl<'a, P: Parts> Computer<'a, P> {
         }
     }
 
-    /// The selected estimator.
+    /// The selected estimator, without a check of its memory.
     pub fn estimator(&self) -> &SelectedEstimator {
-        self.flight.estimator()
+        self.flight.estimator().get()
+    }
+
+    /// The estimator in use: as it was sealed, or restored after a flipped bit.
+    fn checked(&mut self) -> &mut SelectedEstimator {
+        if !self.flight.estimator_mut().open() {
+            self.recover();
+        }
+        self.flight.estimator_mut().get_mut()
+    }
+
+    /// Restores the estimator after a flipped bit: from the newest checkpoint, otherwise from craft and prior.
+    #[inline(never)]
+    fn recover(&mut self) {
+        self.upsets = self.upsets.saturating_add(1);
+        let estimator = self.flight.estimator_mut().get_mut();
+        match estimator.rebuild() {
+            Ok(()) => self.flash.reload(estimator),
+            Err(_) => self.board.reboot(),
+        }
+        self.gyro.silent_since_us = self.board.now_us();
     }
 
     /// Bytes in the transmit queue.
@@ -281,7 +316,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             return false;
         }
         self.gyro.silent_since_us = self.board.now_us(); // a write may erase
-        let estimator = self.flight.estimator_mut();
+        let estimator = self.checked();
         let executed = match command {
             Command::Ping
             | Command::StartSequence
@@ -363,7 +398,7 @@ impl<'a, P: Parts> Computer<'a, P> {
     fn maintain_checkpoint(&mut self) {
         if self.last_step.is_some() && self.flash.is_due(self.board.now_us()) {
             self.save_checkpoint();
-        } else if self.flight.estimator().is_at_rest() {
+        } else if self.flight.estimator().is_open() && self.estimator().is_at_rest() {
             self.erase_ahead();
         }
     }
@@ -382,7 +417,8 @@ impl<'a, P: Parts> Computer<'a, P> {
 
     #[inline(never)]
     fn save_checkpoint(&mut self) -> bool {
-        let saved = self.flash.save(self.flight.estimator_mut(), &mut self.board);
+        self.checked();
+        let saved = self.flash.save(self.flight.estimator_mut().get_mut(), &mut self.board);
         self.gyro.silent_since_us = self.board.now_us();
         saved
     }
@@ -416,9 +452,9 @@ impl<'a, P: Parts> Computer<'a, P> {
             Some((time_us, outcome)) => (time_us, Some(outcome)),
             None => (0, None),
         };
-        let estimator = self.flight.estimator();
+        let estimator = self.checked();
         let id = estimator.selected();
-        let report = EstimateReport::of(id, &**estimator, sample_time_us, outcome);
+        let report = EstimateReport::of(id, estimator, sample_time_us, outcome);
         self.send(&report);
     }
 
@@ -446,7 +482,8 @@ impl<'a, P: Parts> Computer<'a, P> {
             brown_out: health.brown_out,
             option_bytes_as_set: health.option_bytes_as_set,
             supply_low: health.supply_low,
-            configuration_intact: self.flight.estimator().is_intact(),
+            configuration_intact: self.estimator().is_intact(),
+            upsets: self.upsets,
             short_lives: u8::try_from(self.short_lives).unwrap_or(u8::MAX),
             stack_high_water_bytes: health.stack_high_water_bytes,
             gyro: self.gyro.state,

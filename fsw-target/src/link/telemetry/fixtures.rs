@@ -58,6 +58,7 @@ pub fn status() -> StatusReport {
         option_bytes_as_set: true,
         supply_low: false,
         configuration_intact: true,
+        upsets: 2,
         short_lives: 1,
         stack_high_water_bytes: 2100,
         gyro: GyroState::Ready,
@@ -141,14 +142,14 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
     let words = (any_of(), any_of(), any_of(), any_of(), any_of(), any_of());
     let events = (proptest::option::of(any_of()), proptest::option::of(any_of()));
     let optional = (any::<Option<u8>>(), any::<Option<bool>>(), any::<bool>(), any::<u16>());
-    let keys = (any::<[[u32; 3]; 2]>(), any::<Option<u8>>(), any::<[u8; 2]>(), any::<[bool; 7]>());
+    let keys = (any::<[[u32; 3]; 2]>(), any::<Option<u8>>(), any::<[u8; 3]>(), any::<[bool; 7]>());
     let torque = proptest::array::uniform3(-100.0_f32..100.0);
     // Outcomes and uplink counters.
     let counters = proptest::collection::vec(any::<u8>(), 4 * (14 + 11));
     (words, events, optional, keys, torque, any::<[u32; 14]>(), counters).prop_map(
         |(words, events, optional, keys, torque_n_m, n, counters)| {
             let mut reader = Reader::new(&counters);
-            let (slots, telemetry_slot, [link_version, short_lives], flags) = keys;
+            let (slots, telemetry_slot, [link_version, short_lives, upsets], flags) = keys;
             StatusReport {
                 link_version,
                 uptime_s: n[0],
@@ -163,6 +164,7 @@ pub fn any_status() -> impl Strategy<Value = StatusReport> {
                 option_bytes_as_set: flags[4],
                 supply_low: flags[5],
                 configuration_intact: flags[6],
+                upsets,
                 short_lives,
                 stack_high_water_bytes: n[1],
                 gyro: words.2,

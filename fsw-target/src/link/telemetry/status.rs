@@ -44,6 +44,8 @@ record! {
         supply_low: bool, "–";
         /// True if craft and prior in memory are as they were set; after a flipped bit no estimator starts until a reboot.
         configuration_intact: bool, "–";
+        /// Flipped bits found in the memory of the estimator since the last start, each followed by a return to the newest checkpoint; saturates.
+        upsets: u8, "–";
         /// Starts in a row that a failure or the watchdog ended within a minute.
         short_lives: u8, "–";
         /// Largest stack depth since the last start.

@@ -3,4 +3,5 @@
 mod operation;
 mod security;
 mod start;
+mod upsets;
 mod world;
