@@ -86,7 +86,9 @@ impl Choice {
 }
 
 fn fly(mut estimator: impl Estimator<f32, 2>, samples: &[Sample<f32, 2>]) -> Estimate<f32> {
-    samples.iter().for_each(|sample| drop(estimator.step(sample)));
+    for sample in samples {
+        estimator.step(sample);
+    }
     estimator.finish();
     estimator.estimate()
 }
