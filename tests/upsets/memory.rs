@@ -4,7 +4,7 @@ use fsw_roster::EstimatorSlot;
 
 /// Bytes of the estimator in this slot, padding included.
 pub fn bytes(slot: &EstimatorSlot) -> usize {
-    slot.selected().map_or(0, |selected| size_of_val(selected))
+    slot.selected().map_or(0, size_of_val)
 }
 
 /// A byte of the estimator in a slot, by its address.

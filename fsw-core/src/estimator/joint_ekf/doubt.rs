@@ -24,7 +24,7 @@
 //! # Fusion
 //!
 //! With `P₀ = U₀ D₀ U₀ᵀ` the six numbers `U₀⁻¹ j₀` are uncorrelated measurements of `hᵢ j`, hᵢ row i of `U₀⁻¹`, with
-//! the variances `D₀`. One of them is taken in with each update. Rate and inertia are corrected together, by the
+//! the variances `D₀`. One of them is taken in at each sample, in place of its reading. Rate and inertia are corrected together, by the
 //! correlation that the filter has of them.
 
 use super::considered::Considered;
@@ -55,8 +55,9 @@ crate::persist!([T: Real, const P: usize] Snapshot<T, P> { inertia, factors, col
 /// Snapshots, and the estimate that is doubted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt<T: Real, const P: usize> {
-    /// The older snapshot and the newer one.
+    /// The last two snapshots, and which of them is the older one.
     recent: [Option<Snapshot<T, P>>; 2],
+    is_second_older: bool,
     doubted: Option<Snapshot<T, P>>,
     /// Updates since the last snapshot or judgement.
     updates: u8,
@@ -64,7 +65,7 @@ pub(super) struct Doubt<T: Real, const P: usize> {
     row: Option<u8>,
 }
 
-crate::persist!([T: Real, const P: usize] Doubt<T, P> { recent, doubted, updates, row });
+crate::persist!([T: Real, const P: usize] Doubt<T, P> { recent, is_second_older, doubted, updates, row });
 
 /// Task of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,6 +74,8 @@ pub(super) enum Task {
     Nothing,
     /// Snapshot of the estimate.
     Snapshot,
+    /// Random walk of what is doubted.
+    Ageing,
     /// Judgement of what is doubted.
     Judgement,
     /// Fusion of the next row.
@@ -107,12 +110,13 @@ impl<T: Real, const P: usize> Doubt<T, P> {
     /// No snapshot.
     #[inline(always)] // built in its place
     pub(super) fn none() -> Self {
-        Self { recent: [None; 2], doubted: None, updates: 0, row: None }
+        Self { recent: [None; 2], is_second_older: false, doubted: None, updates: 0, row: None }
     }
 
     /// Discards everything.
     pub(super) fn clear(&mut self) {
         self.recent = [None; 2];
+        self.is_second_older = false;
         self.restart();
         self.doubted = None;
     }
@@ -125,9 +129,11 @@ impl<T: Real, const P: usize> Doubt<T, P> {
     /// Lock-out: the older snapshot is doubted. What is doubted already stays so, and the data since then are discarded.
     pub(super) fn interrupt(&mut self) {
         if self.doubted.is_none() {
-            self.doubted = self.recent[0];
+            let [first, second] = &self.recent;
+            self.doubted = if self.is_second_older { *second } else { *first };
         }
         self.recent = [None; 2];
+        self.is_second_older = false;
         self.restart();
     }
 
@@ -146,14 +152,22 @@ impl<T: Real, const P: usize> Doubt<T, P> {
         if self.updates < PERIOD && !is_first || !is_calm {
             return Task::Nothing;
         }
+        if self.doubted.is_some() && self.updates == PERIOD {
+            return Task::Ageing;
+        }
         self.updates = 0;
         if self.doubted.is_some() { Task::Judgement } else { Task::Snapshot }
     }
 
-    /// Takes a snapshot. The first one is that of the start, and counts as both.
+    /// Takes a snapshot in place of the older one. The first one is that of the start, and counts as both.
     pub(super) fn keep(&mut self, snapshot: Snapshot<T, P>) {
-        self.recent[0] = self.recent[1].or(Some(snapshot));
-        self.recent[1] = Some(snapshot);
+        let [first, second] = &mut self.recent;
+        if first.is_none() {
+            *second = Some(snapshot);
+        }
+        let older = if self.is_second_older { second } else { first };
+        *older = Some(snapshot);
+        self.is_second_older = !self.is_second_older;
     }
 
     /// Random walk of what is doubted, one sigma of each element in the square, kg² m⁴.

@@ -378,7 +378,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         }
         match self.spikes.judge(ratio, &self.config.spikes) {
             Decision::Accept => match self.judge_shift(&allowed) {
-                shift::Decision::Consistent => self.update(sample, &innovation, &allowed),
+                shift::Decision::Consistent => self.advance(sample, &innovation, &allowed),
                 shift::Decision::Shifted => {
                     self.monitor.refuse(&allowed);
                     Outcome::Coasting(Coasting::Spike)
@@ -465,12 +465,25 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
         self.form.update(&mut self.state, rate_rad_s, noise_variance, |gain| {
             if P == 0 { None } else { self.considered.correct(gain) }
         });
-        if !self.is_valid() {
-            return self.restart_diverged(sample);
-        }
+        if self.is_valid() { Outcome::Updated } else { self.restart_diverged(sample) }
+    }
+
+    /// Correction by a consistent innovation, or the task that is due in place of it: a doubted estimate takes two samples
+    /// in 64, and six for its fusion, which are predicted across. No step has the cost of both.
+    #[inline]
+    fn advance(
+        &mut self,
+        sample: &Sample<T, W>,
+        innovation: &Innovation<T>,
+        allowed: &Innovation<T>,
+    ) -> Outcome {
         match self.doubt.advance(self.shift.is_calm()) {
-            Task::Nothing => Outcome::Updated,
-            Task::Snapshot => self.take_snapshot(),
+            Task::Nothing => self.update(sample, innovation, allowed),
+            Task::Snapshot => {
+                self.take_snapshot();
+                self.update(sample, innovation, allowed)
+            }
+            Task::Ageing => self.age_doubted(),
             Task::Judgement => self.judge_doubted(),
             Task::Fusion => self.fuse_doubted(),
         }
@@ -478,20 +491,25 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
 
     /// Snapshot of the estimate, where the form of the covariance keeps earlier ones.
     #[inline(never)]
-    fn take_snapshot(&mut self) -> Outcome {
+    fn take_snapshot(&mut self) {
         if let Some(factors) = self.form.inertia_factors() {
             let (inertia, columns) = (self.state.inertia, self.considered.of_inertia());
             self.walked_for_s = T::zero();
             self.doubt.keep(Snapshot { inertia, factors, columns });
         }
+    }
+
+    /// Random walk of the estimate from before the last lock-out.
+    #[inline(never)]
+    fn age_doubted(&mut self) -> Outcome {
+        let duration_s = core::mem::replace(&mut self.walked_for_s, T::zero());
+        self.doubt.walk(self.config.inertia_walk_kg_m2_sqrt_s.map(|s| s * s * duration_s));
         Outcome::Updated
     }
 
     /// Judges the estimate from before the last lock-out.
     #[inline(never)]
     fn judge_doubted(&mut self) -> Outcome {
-        let duration_s = core::mem::replace(&mut self.walked_for_s, T::zero());
-        self.doubt.walk(self.config.inertia_walk_kg_m2_sqrt_s.map(|s| s * s * duration_s));
         let covariance = self.form.inertia_covariance();
         match self.doubt.judge(&self.state.inertia, covariance, &self.considered) {
             OnDoubt::Undecided | OnDoubt::Interrupted => Outcome::Updated,
