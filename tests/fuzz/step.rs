@@ -144,6 +144,7 @@ impl Case {
             slices_per_step: one_of(random, &[0, 1, 2, 4]),
             quiet_s: numbers.between(random, 1e-2, 100.0),
             hardware: self.hardware(random),
+            modes: [None; window::unknowns::MOST_MODES],
             gate: self.gate(random),
         }
     }

@@ -19,12 +19,8 @@ const ROWS: [&str; 8] = [
     "flexible mode 0.5 Hz, stated",
     "slosh 0.05 Hz, stated",
 ];
-const FLOWN: Flown = Flown {
-    estimator: EstimatorName::Window,
-    precision: Precision::F32,
-    seed: 1000,
-    runs: 12,
-};
+const FLOWN: Flown =
+    Flown { estimator: EstimatorName::Window, precision: Precision::F32, seed: 1000, runs: 12 };
 
 #[test]
 fn stated_hardware_is_covered_by_the_sigma() -> Result<()> {
