@@ -33,7 +33,7 @@ pub struct Entry {
 impl Entry {
     /// Largest final error over that of the clean flight, for a flight of this duration, s; none for a fault that lasts.
     ///
-    /// [`MAX_OVER_CLEAN`] for the data that are left: over a motion that goes on, the information grows with the time,
+    /// 1.2 for the data that are left: over a motion that goes on, the information grows with the time,
     /// and the error of a flight without a part of it is larger by the root of the ratio.
     pub fn most_over_clean(&self, duration_s: f64) -> Option<f64> {
         let left_s = duration_s - discarded_s(&self.fault);

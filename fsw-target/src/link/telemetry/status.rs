@@ -13,7 +13,7 @@ use fsw_core::outcome::OutcomeCounts;
 ///
 /// 2: tags of telecommands and telemetry; key slot in the secondary header of telemetry; health of supply,
 /// option bytes and single wheels.
-pub const LINK_VERSION: u8 = 2;
+pub const LINK_VERSION: u8 = 3;
 
 record! {
     /// Health of the flight computer and effect of telecommands.

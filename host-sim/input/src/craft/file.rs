@@ -285,7 +285,13 @@ mod tests {
         let wheel = "[[wheel]]\naxis = [1, 0, 0]\nspin_inertia_kg_m2 = 1e-3\n";
         let read = |text: &str| Craft::from_toml("craft.toml", text).unwrap().hardware;
         let bare = read(wheel);
-        assert_eq!(bare.assumed, hardware::DATA_SHEET.map(|row| row.path));
+        // All but those of a mode, which the craft does not state.
+        let rows = hardware::DATA_SHEET.iter().map(|row| row.path);
+        let of_a_rigid_body: Vec<_> = rows.filter(|path| !path.starts_with("mode.")).collect();
+        assert_eq!(bare.assumed, of_a_rigid_body);
+        let mode = read("[[mode]]\nfrequency_hz = 0.5\ndamping = 0.01\n");
+        assert_eq!(mode.modes[0].frequency_sigma, 0.05);
+        assert!(mode.assumed.contains(&"mode.frequency_sigma"));
         assert_eq!((bare.gyro_scale_sigma, bare.torque_scale_sigma), (0.005, 0.05));
         assert_eq!(bare.wheel_axis_sigma_rad, [0.2f64.to_radians()]);
         assert!(!bare.is_ideal() && read("").wheel_spin_inertia_sigma.is_empty());
