@@ -87,8 +87,8 @@
 //! | [`EkfSgf`](estimator::ekf_sgf::EkfSgf) | nominal inertia | not used | stated | not modelled | lock-out |
 //! | [`Momentum`](estimator::momentum::Momentum) | none | needed | stated | not modelled | not detected |
 //!
-//! `Window` is the default: it reaches the Cramér-Rao bound without a prior. It takes 40 KiB and idle
-//! time of the processor; `JointEkf`, a published filter in factorised form, takes 2.2 KiB and completes
+//! `Window` is the default: it reaches the Cramér-Rao bound without a prior. It takes 44 KiB and idle
+//! time of the processor; `JointEkf`, a published filter in factorised form, takes 2.7 KiB and completes
 //! its work within the step. The other two reproduce published methods for comparison.
 //!
 //! # Reading an estimate
