@@ -43,7 +43,7 @@ where
     E: Estimator<f32, WHEELS> + Persist,
 {
     if random.random::<bool>() {
-        // What is wrong in flight is a finding of `step`.
+        // An error in flight is a finding of the target `step`, and not of this one.
         let _ = case.fly(random, &mut estimator);
     }
     let mut words = vec![0; WORDS];

@@ -28,10 +28,10 @@ use rand_pcg::Pcg64;
 
 pub use numbers::Numbers;
 
-/// Result of a case: executions of the function under test, or what is wrong.
+/// Result of a case: executions of the function under test, or the finding.
 pub type Executed = Result<u64, String>;
 
-/// What is fuzzed.
+/// Function under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Target {
     /// `step` of the estimators that fly.

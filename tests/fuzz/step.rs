@@ -200,7 +200,7 @@ impl Case {
     /// Steps an estimator through the samples of a case.
     ///
     /// # Errors
-    /// What is wrong with its estimate.
+    /// The finding: an estimate that is not finite, or converged and not physical.
     pub fn fly(&self, random: &mut Pcg64, estimator: &mut dyn Estimator<f32, WHEELS>) -> Executed {
         let mut time_us = random.random_range(0..2_000_000);
         let samples = if once_in(random, 50) { MANY_SAMPLES } else { SAMPLES };

@@ -20,7 +20,7 @@ pub struct Browser {
     program: PathBuf,
 }
 
-/// What the script found in a report.
+/// Measurements of a report by the script.
 #[derive(Debug, Deserialize)]
 pub struct Found {
     /// Width of the frame, and of the page in it, px.

@@ -268,7 +268,7 @@ impl<T: Real, const N: usize> Ud<T, N> {
             let v = self.d(j) * f;
             let before = alpha;
             alpha += f * v;
-            // Neither noise nor variance so far: exact along this direction.
+            // Zero: neither noise nor variance in the components so far, and nothing to divide by.
             let lambda = if before > T::zero() { -f / before } else { T::zero() };
             let share = if alpha > T::zero() { before / alpha } else { T::one() };
             self.set_d(j, self.d(j) * share);
