@@ -98,16 +98,18 @@ impl<T: Real> Oscillator<T> {
 
 /// Tensor over the trace without the modal inertias.
 pub fn of_body<T: Real>(over_trace: &[T; 6], modes: &[Oscillator<T>]) -> Inertia<T> {
-    let mut elements = *over_trace;
+    let mut of_body = *over_trace;
     for mode in modes {
-        let mu = &mode.inertia;
-        let of_mode =
-            [mu.at(0, 0), mu.at(1, 1), mu.at(2, 2), mu.at(0, 1), mu.at(0, 2), mu.at(1, 2)];
-        for (element, of_mode) in elements.iter_mut().zip(of_mode) {
+        for (element, of_mode) in of_body.iter_mut().zip(elements(&mode.inertia)) {
             *element -= of_mode;
         }
     }
-    Inertia::new(elements)
+    Inertia::new(of_body)
+}
+
+/// Six elements of a symmetric matrix.
+fn elements<T: Real>(m: &Mat<T, 3, 3>) -> [T; 6] {
+    [m.at(0, 0), m.at(1, 1), m.at(2, 2), m.at(0, 1), m.at(0, 2), m.at(1, 2)]
 }
 
 /// State of a mode along a trajectory.
@@ -217,14 +219,9 @@ impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
     }
 
     fn with_modes_at_rest(&self, matrix: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
-        let m = &self.inverse;
-        let elements = [m.at(0, 0), m.at(1, 1), m.at(2, 2), m.at(0, 1), m.at(0, 2), m.at(1, 2)];
-        let Some(body) = Inertia::new(elements).inverse() else { return *matrix };
+        let Some(body) = Inertia::new(elements(&self.inverse)).inverse() else { return *matrix };
         let total = self.modes.iter().fold(body, |sum, mode| sum + mode.inertia);
-        let of = |m: &Mat<T, 3, 3>| {
-            [m.at(0, 0), m.at(1, 1), m.at(2, 2), m.at(0, 1), m.at(0, 2), m.at(1, 2)]
-        };
-        match Inertia::new(of(&total)).inverse() {
+        match Inertia::new(elements(&total)).inverse() {
             Some(inverse) => matrix * (body * inverse),
             None => *matrix,
         }
