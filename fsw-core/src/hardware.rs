@@ -230,9 +230,9 @@ impl<T: Real> Mode<T> {
     /// Names the first field that is out of its range.
     pub fn validate(&self) -> Result<(), ConfigError> {
         positive("modes.frequency_hz", self.frequency_hz)?;
-        not_negative("modes.damping", self.damping)?;
-        not_negative("modes.frequency_sigma", self.frequency_sigma)?;
-        not_negative("modes.damping_sigma", self.damping_sigma)
+        up_to("modes.damping", self.damping, 1)?;
+        up_to("modes.frequency_sigma", self.frequency_sigma, LARGEST_SIGMA)?;
+        up_to("modes.damping_sigma", self.damping_sigma, LARGEST_SIGMA)
     }
 }
 
