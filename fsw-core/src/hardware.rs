@@ -14,6 +14,7 @@
 //! | `sᵢ`, `s` | errors of the spin inertias: of each wheel, and common to all | share | `wheel_inertia`, `common_wheel_inertia` |
 //! | `θ₁ θ₂` | tilts of a spin axis, about two directions normal to it ([`tilt_directions`]) | rad | `wheel_axis_rad` |
 //! | `t` | error of the known external torque | share | `torque_scale` |
+//! | `ε` | error of the clock that stamps the samples: common to parameters above ([`Parameter::by_clock`]) | share | `clock` |
 //! | `μ` | turn of all sensors as one: the tensor in the wanted axes is `J + μ^× J − J μ^×` | rad | `mount_rad` |
 //!
 //! All are constant over the life of an estimator, of zero mean and independent of one another before the data.
@@ -54,6 +55,8 @@ pub struct Hardware<T: Real, const W: usize> {
     pub common_wheel_inertia: T,
     /// Known external torque, share.
     pub torque_scale: T,
+    /// Rate of the clock that stamps the samples, share: positive where it is fast.
+    pub clock: T,
     /// Turn of gyro and wheels as one against the axes of the tensor, about each axis, rad. No motion shows it: it
     /// turns the tensor and enters its covariance alone.
     pub mount_rad: [T; 3],
@@ -61,7 +64,7 @@ pub struct Hardware<T: Real, const W: usize> {
 
 crate::persist!([T: Real, const W: usize] Hardware<T, W> {
     gyro_scale, gyro_axes_rad, delay_s, delay_sigma_s, wheel_inertia, wheel_axis_rad, common_wheel_inertia, torque_scale,
-    mount_rad
+    clock, mount_rad
 });
 
 impl<T: Real, const W: usize> Hardware<T, W> {
@@ -77,14 +80,23 @@ impl<T: Real, const W: usize> Hardware<T, W> {
             wheel_axis_rad: [none; W],
             common_wheel_inertia: none,
             torque_scale: none,
+            clock: none,
             mount_rad: [none; 3],
         }
     }
 
-    /// Every parameter that acts on motion or reading, with one sigma in [`Parameter::unit`], zero included: gyro,
-    /// wheels by number, time offset, torque, common spin inertia.
+    /// One sigma of a parameter that a clock's error is part of, of its own one and the clock's.
+    pub(crate) fn with_clock(&self, parameter: Parameter, own: T) -> T {
+        let of_clock = self.clock * T::lit(parameter.by_clock());
+        if of_clock == T::zero() { own } else { (own * own + of_clock * of_clock).sqrt() }
+    }
+
+    /// Every parameter that acts on motion or reading, with one sigma in [`Parameter::unit`], that of the clock included,
+    /// and zero included: gyro, wheels by number, time offset, torque, common spin inertia.
     pub fn parameters(&self) -> impl Iterator<Item = (Parameter, T)> {
-        let scale = [0, 1, 2].map(|axis| (Parameter::GyroScale(axis), self.gyro_scale));
+        let with_clock =
+            |parameter, sigma| (parameter, self.with_clock(parameter, sigma));
+        let scale = [0, 1, 2].map(|axis| with_clock(Parameter::GyroScale(axis), self.gyro_scale));
         let axes = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
             .map(|(axis, about)| (Parameter::GyroAxes(axis, about), self.gyro_axes_rad));
         let (inertia, tilt) = (self.wheel_inertia, self.wheel_axis_rad);
@@ -95,8 +107,8 @@ impl<T: Real, const W: usize> Hardware<T, W> {
             });
         let common = [
             (Parameter::Delay, self.delay_sigma_s),
-            (Parameter::TorqueScale, self.torque_scale),
-            (Parameter::CommonWheelInertia, self.common_wheel_inertia),
+            with_clock(Parameter::TorqueScale, self.torque_scale),
+            with_clock(Parameter::CommonWheelInertia, self.common_wheel_inertia),
         ];
         scale.into_iter().chain(axes).chain(wheels).chain(common)
     }
@@ -113,6 +125,7 @@ impl<T: Real, const W: usize> Hardware<T, W> {
         up_to("hardware.delay_sigma_s", self.delay_sigma_s, LARGEST_DELAY_S)?;
         sigma("hardware.common_wheel_inertia", self.common_wheel_inertia)?;
         sigma("hardware.torque_scale", self.torque_scale)?;
+        sigma("hardware.clock", self.clock)?;
         for value in self.mount_rad {
             sigma("hardware.mount_rad", value)?;
         }
@@ -189,6 +202,21 @@ impl Parameter {
             Self::ModalInertia(..) => "modal inertia",
             Self::ModeFrequency(_) => "mode frequency",
             Self::ModeDamping(_) => "mode damping",
+        }
+    }
+
+    /// Value that a clock's error of one gives the parameter.
+    ///
+    /// In the time of a clock that is fast by ε, `dω/dt = (1 + ε) ω'`, and the motion is
+    /// `(1 + ε) (J ω' + h') + ω × (J ω + h) = τ`. That of a gyro's scale error s, of spin inertias by c and of a torque by t,
+    /// for the rate `z = (1 + s) ω`, is `(1 + s) (J z' + (1 + s) (1 + c) h') + z × (J z + (1 + s) (1 + c) h) = (1 + s)² (1 + t) τ`: the same for
+    /// s = ε, c = −ε and t = −2 ε, to first order.
+    pub const fn by_clock(self) -> f64 {
+        match self {
+            Self::GyroScale(_) => 1.0,
+            Self::CommonWheelInertia => -1.0,
+            Self::TorqueScale => -2.0,
+            _ => 0.0,
         }
     }
 

@@ -58,17 +58,16 @@ fn hardware_source(craft: &Craft, capacity: usize) -> String {
     };
     let has_wheels = !craft.wheels.is_empty();
     let common = if has_wheels { stated.common_spin_inertia_sigma } else { 0.0 };
-    // As in host-sim: a clock that is fast by ε shows all rates as too large by ε.
-    let clock = stated.clock_sigma;
     let fields = [
-        ("gyro_scale", float(stated.gyro_scale_sigma.hypot(clock))),
+        ("gyro_scale", float(stated.gyro_scale_sigma)),
         ("gyro_axes_rad", float(stated.gyro_axes_sigma_rad)),
         ("delay_s", float(stated.gyro_delay_s)),
         ("delay_sigma_s", float(stated.gyro_delay_sigma_s)),
         ("wheel_inertia", of_wheels(&stated.wheel_spin_inertia_sigma)),
         ("wheel_axis_rad", of_wheels(&stated.wheel_axis_sigma_rad)),
         ("common_wheel_inertia", float(common)),
-        ("torque_scale", float(stated.torque_scale_sigma.hypot(clock))),
+        ("torque_scale", float(stated.torque_scale_sigma)),
+        ("clock", float(stated.clock_sigma)),
         ("mount_rad", floats(&stated.mount_sigma_rad)),
     ];
     let fields: Vec<_> = fields.iter().map(|(field, value)| format!("{field}: {value}")).collect();

@@ -62,9 +62,7 @@ fn main() -> Result<ExitCode> {
         let mut of_scenarios = Vec::new();
         for scenario in &ideal {
             let scenario = scenario.as_ref().map_err(|error| anyhow::anyhow!("{error}"))?;
-            let cell =
-                case.of(scenario).map(|scenario| Cell::fly(&scenario, &flown)).transpose()?;
-            of_scenarios.push(cell);
+            of_scenarios.push(Cell::of_case(case, scenario, &flown)?);
         }
         print(case.name, &case.level, of_scenarios)?;
     }

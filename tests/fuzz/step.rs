@@ -103,6 +103,7 @@ impl Case {
             wheel_axis_rad: [share(0.1); WHEELS],
             common_wheel_inertia: share(0.1),
             torque_scale: share(0.2),
+            clock: share(0.01),
             mount_rad: [share(0.1); 3],
         }
     }

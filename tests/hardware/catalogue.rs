@@ -2,6 +2,7 @@
 //!
 //! Levels are those of data sheets and beyond: a gyro's scale factor from 0.1 % (calibrated) to 3 %, a wheel's spin
 //! inertia from 0.3 to 3 %. The edit states the level, unless the row is about an imperfection that no key states.
+//! A torque of the environment is drawn for each flight, since its sigma is that of all orbits and dipoles.
 
 use host_sim::input::Scenario;
 use host_sim::input::craft::Mode;
@@ -9,6 +10,8 @@ use host_sim::input::scenario::hardware::{
     GyroErrors, Orbit, Pulse, TachometerErrors, TachometerKind, TrueMode, WheelErrors,
 };
 use nalgebra::Vector3;
+use rand::RngExt;
+use rand_pcg::Pcg64;
 
 /// Scenarios of the catalogue: wheels that swing, wheels that slew, thrusters.
 pub const SCENARIOS: [&str; 3] = ["cubesat-pyramid", "microsat-slew", "stsat3-spin-up"];
@@ -21,8 +24,11 @@ const DEG_PER_HOUR: f64 = std::f64::consts::PI / 180.0 / 3600.0;
 /// One revolution per minute, rad/s.
 const RPM: f64 = std::f64::consts::TAU / 60.0;
 
-/// Edit of an ideal scenario.
-type Edit = Box<dyn Fn(&mut Scenario) + Send + Sync>;
+/// Stream of the generator for imperfections that are drawn here.
+const DRAWN_STREAM: u128 = 0x0e27;
+
+/// Edit of an ideal scenario for a flight of this seed.
+type Edit = Box<dyn Fn(&mut Scenario, u64) + Send + Sync>;
 
 /// An imperfection at a level.
 pub struct Case {
@@ -32,18 +38,20 @@ pub struct Case {
     pub level: String,
     /// True for wheels, false for external torque; none for any scenario.
     pub needs_wheels: Option<bool>,
+    /// True where each flight has an imperfection of its own.
+    pub is_drawn: bool,
     edit: Edit,
 }
 
 impl Case {
-    /// The scenario with the imperfection; none where it does not apply.
-    pub fn of(&self, ideal: &Scenario) -> Option<Scenario> {
+    /// The scenario with the imperfection, as drawn for the flight of a seed; none where it does not apply.
+    pub fn of(&self, ideal: &Scenario, seed: u64) -> Option<Scenario> {
         let has_wheels = !ideal.wheels.is_empty();
         if self.needs_wheels.is_some_and(|needs| needs != has_wheels) {
             return None;
         }
         let mut scenario = ideal.clone();
-        (self.edit)(&mut scenario);
+        (self.edit)(&mut scenario, seed);
         Some(scenario)
     }
 }
@@ -67,8 +75,23 @@ impl Rows {
         level: impl Into<String>,
         edit: impl Fn(&mut Scenario) + Send + Sync + 'static,
     ) {
-        let (name, needs_wheels, level) = (self.name, self.needs_wheels, level.into());
-        self.rows.push(Case { name, level, needs_wheels, edit: Box::new(edit) });
+        self.push(level.into(), false, Box::new(move |scenario, _| edit(scenario)));
+    }
+
+    fn add_drawn(
+        &mut self,
+        level: impl Into<String>,
+        edit: impl Fn(&mut Scenario, &mut Pcg64) + Send + Sync + 'static,
+    ) {
+        let drawn = move |scenario: &mut Scenario, seed: u64| {
+            edit(scenario, &mut Pcg64::new(seed.into(), DRAWN_STREAM));
+        };
+        self.push(level.into(), true, Box::new(drawn));
+    }
+
+    fn push(&mut self, level: String, is_drawn: bool, edit: Edit) {
+        let (name, needs_wheels) = (self.name, self.needs_wheels);
+        self.rows.push(Case { name, level, needs_wheels, is_drawn, edit });
     }
 }
 
@@ -136,6 +159,8 @@ fn delays(rows: &mut Rows) {
         rows.add(format!("{ms} ms"), move |s| {
             s.true_hardware.gyro.lag_s = ms * 1e-3;
             s.hardware.gyro_delay_sigma_s = ms * 1e-3;
+            // The filter reduces an amplitude by (ω τ)² / 2; 0.2 Hz are the fastest drive of the pyramid.
+            s.hardware.gyro_scale_sigma = 0.5 * (std::f64::consts::TAU * 0.2 * ms * 1e-3).powi(2);
         });
     }
     rows.group("gyro late", None);
@@ -181,6 +206,8 @@ fn tachometers(rows: &mut Rows) {
     }
     rows.group("tachometer period", Some(true)).add("6/turn, 1 µs", |s| {
         s.true_hardware.tachometer.kind = TachometerKind::Period { resolution_s: 1e-6 };
+        // The mean over the last edge interval is 0.5 to 1.5 of it old: 7 ms at 150 rad/s.
+        s.hardware.gyro_delay_sigma_s = 7e-3;
     });
     rows.group("tachometer rounded", Some(true));
     for rpm in [1.0, 3.0, 10.0] {
@@ -221,6 +248,31 @@ fn wheels(rows: &mut Rows) {
     }
 }
 
+/// Field of the Earth at 500 km, T, root mean square over an inclined orbit.
+const FIELD_T: f64 = 3.5e-5;
+
+/// Unit vector of any direction, with equal probability.
+fn direction(random: &mut Pcg64) -> Vector3<f64> {
+    let z: f64 = random.random_range(-1.0..=1.0);
+    let azimuth = random.random_range(0.0..std::f64::consts::TAU);
+    let across = (1.0 - z * z).sqrt();
+    Vector3::new(across * azimuth.cos(), across * azimuth.sin(), z)
+}
+
+/// Any circular orbit at 500 km, without a torque.
+fn orbit(random: &mut Pcg64) -> Orbit {
+    Orbit {
+        altitude_km: 500.0,
+        inclination_rad: random.random_range(0.0..std::f64::consts::PI),
+        phase_rad: random.random_range(0.0..std::f64::consts::TAU),
+        gravity_gradient: false,
+        dipole_a_m2: Vector3::zeros(),
+        air_density_kg_m3: 0.0,
+        drag_area_m2: 0.0,
+        pressure_centre_m: Vector3::zeros(),
+    }
+}
+
 fn torques(rows: &mut Rows) {
     let ask = |s: &mut Scenario, sigma: f64| {
         s.hardware.torque_sigma_n_m = Some(sigma);
@@ -230,20 +282,10 @@ fn torques(rows: &mut Rows) {
     for torque in [1e-7, 1e-6, 1e-5, 1e-4] {
         rows.add(format!("{torque:.0e} N m"), move |s| ask(s, torque));
     }
-    let orbit = |dipole: f64| Orbit {
-        altitude_km: 500.0,
-        inclination_rad: 1.7,
-        phase_rad: 0.4,
-        gravity_gradient: dipole == 0.0,
-        dipole_a_m2: Vector3::new(dipole, -0.6 * dipole, 0.5 * dipole),
-        air_density_kg_m3: 0.0,
-        drag_area_m2: 0.0,
-        pressure_centre_m: Vector3::zeros(),
-    };
     rows.group("residual dipole", None);
     for times in [1.0, 3.0, 10.0] {
-        rows.add(format!("{times} ×"), move |s| {
-            // 0.01, 0.1 and 0.3 A m² for 5, 50 and 150 kg.
+        rows.add_drawn(format!("{times} ×"), move |s, random| {
+            // 0.01, 0.1 and 0.3 A m² for 5, 50 and 150 kg, in any direction.
             let moment = s.spacecraft.inertia_kg_m2[0];
             let dipole = if moment < 1.0 {
                 0.01
@@ -252,14 +294,16 @@ fn torques(rows: &mut Rows) {
             } else {
                 0.3
             };
-            s.true_hardware.orbit = Some(orbit(times * dipole));
-            ask(s, times * dipole * 4e-5);
-            // A dipole of length 1.27 in a field of 35 µT, RMS of an axis over all directions.
-            s.hardware.varying_torque_sigma_n_m = times * dipole * 2e-5;
+            let dipole = times * dipole;
+            s.true_hardware.orbit =
+                Some(Orbit { dipole_a_m2: direction(random) * dipole, ..orbit(random) });
+            // In a field of 25 to 50 µT: mean square of an axis over all directions.
+            ask(s, dipole * FIELD_T / 3f64.sqrt());
+            s.hardware.varying_torque_sigma_n_m = dipole * FIELD_T * (2.0f64 / 9.0).sqrt();
         });
     }
-    rows.group("gravity gradient", None).add("500 km", move |s| {
-        s.true_hardware.orbit = Some(orbit(0.0));
+    rows.group("gravity gradient", None).add_drawn("500 km", move |s, random| {
+        s.true_hardware.orbit = Some(Orbit { gravity_gradient: true, ..orbit(random) });
         let spread = 0.3 * s.spacecraft.inertia_kg_m2[2];
         let torque = 1.5 * 1.1e-3 * 1.1e-3 * spread;
         ask(s, torque);

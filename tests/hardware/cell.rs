@@ -8,6 +8,8 @@ use host_sim::campaign::{Campaign, CampaignRun, Truths};
 use host_sim::estimation::{EstimatorName, Precision};
 use host_sim::input::Scenario;
 
+use super::catalogue::Case;
+
 /// Largest share of silent lies.
 pub const MOST_LIES: f64 = 0.01;
 /// Range of the mean NEES.
@@ -44,21 +46,28 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// Flies a case on a scenario; none where it does not apply.
+    ///
+    /// # Errors
+    /// As of a campaign.
+    pub fn of_case(case: &Case, ideal: &Scenario, flown: &Flown) -> Result<Option<Self>> {
+        if !case.is_drawn {
+            return case.of(ideal, flown.seed).map(|it| Self::fly(&it, flown)).transpose();
+        }
+        let mut runs = Vec::new();
+        for seed in flown.seed..flown.seed + flown.runs {
+            let Some(scenario) = case.of(ideal, seed) else { return Ok(None) };
+            runs.extend(runs_of(&scenario, &Flown { seed, runs: 1, ..*flown })?);
+        }
+        Ok(Some(Self::of(&runs)))
+    }
+
     /// Flies a scenario.
     ///
     /// # Errors
     /// As of a campaign.
     pub fn fly(scenario: &Scenario, flown: &Flown) -> Result<Self> {
-        let truths = Truths::simulate(scenario)?;
-        let campaign = Campaign {
-            scenario,
-            truths: &truths,
-            estimator: flown.estimator,
-            precision: flown.precision,
-            first_seed: flown.seed,
-            runs: flown.runs,
-        };
-        Ok(Self::of(&campaign.run_all(&AtomicBool::new(false), || ())?))
+        Ok(Self::of(&runs_of(scenario, flown)?))
     }
 
     /// Figures of these flights.
@@ -97,4 +106,17 @@ impl Cell {
         }
         missed
     }
+}
+
+fn runs_of(scenario: &Scenario, flown: &Flown) -> Result<Vec<CampaignRun>> {
+    let truths = Truths::simulate(scenario)?;
+    let campaign = Campaign {
+        scenario,
+        truths: &truths,
+        estimator: flown.estimator,
+        precision: flown.precision,
+        first_seed: flown.seed,
+        runs: flown.runs,
+    };
+    Ok(campaign.run_all(&AtomicBool::new(false), || ())?)
 }

@@ -25,6 +25,7 @@ pub const HARDWARE: Hardware<f64, 1> = Hardware {
     wheel_axis_rad: [3.5e-3],
     common_wheel_inertia: 5e-3,
     torque_scale: 0.02,
+    clock: 0.0,
     mount_rad: [0.0; 3],
 };
 pub const DISTURBANCE: Disturbance<f64> =
@@ -138,6 +139,7 @@ pub fn stated() -> (Hardware<f32, 1>, Disturbance<f32>) {
         wheel_axis_rad: h.wheel_axis_rad.map(|x| x as f32),
         common_wheel_inertia: h.common_wheel_inertia as f32,
         torque_scale: h.torque_scale as f32,
+        clock: h.clock as f32,
         mount_rad: [0.0; 3],
     };
     let (torque, bias) = (DISTURBANCE.torque_n_m as f32, DISTURBANCE.gyro_bias_rad_s as f32);

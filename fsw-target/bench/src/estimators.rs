@@ -48,6 +48,7 @@ const HARDWARE: Hardware<f32, WHEELS> = Hardware {
     wheel_axis_rad: [3.5e-3; WHEELS],
     common_wheel_inertia: 0.0,
     torque_scale: 0.0,
+    clock: 0.0,
     mount_rad: [0.0; 3],
 };
 

@@ -30,6 +30,7 @@ const NO_HARDWARE: Hardware<f32, WHEELS> = Hardware {
     wheel_axis_rad: [0.0; WHEELS],
     common_wheel_inertia: 0.0,
     torque_scale: 0.0,
+    clock: 0.0,
     mount_rad: [0.0; 3],
 };
 
@@ -126,10 +127,19 @@ impl SelectedEstimator {
             wheel_axis_rad,
             common_wheel_inertia,
             torque_scale,
+            clock,
             mount_rad,
         } = hardware;
         let of_hardware =
-            [gyro_scale, gyro_axes_rad, delay_s, delay_sigma_s, common_wheel_inertia, torque_scale];
+            [
+                gyro_scale,
+                gyro_axes_rad,
+                delay_s,
+                delay_sigma_s,
+                common_wheel_inertia,
+                torque_scale,
+                clock,
+            ];
         let mut sum = checkpoint::mix(u32::from(prior.is_some()), u32::from(self.prior.is_some()));
         let priors = [prior, &self.prior].into_iter().flatten();
         let of_priors = priors.flat_map(|prior| [&prior.inertia_kg_m2, &prior.sigma_kg_m2]);

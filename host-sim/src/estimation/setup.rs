@@ -64,17 +64,16 @@ impl Setup<'_> {
         let common = if has_wheels { stated.common_spin_inertia_sigma } else { 0.0 };
         // A mean over the interval before its time stamp is half an interval old.
         let averaging_s = if stated.gyro_averaged { 0.5 * self.sample_period_s } else { 0.0 };
-        // A clock that is fast by ε shows all rates as too large by ε: `J (1 + ε) ω̇ + ω × J ω = τ` in its time.
-        let clock = stated.clock_sigma;
         Hardware {
-            gyro_scale: T::lit(stated.gyro_scale_sigma.hypot(clock)),
+            gyro_scale: T::lit(stated.gyro_scale_sigma),
             gyro_axes_rad: T::lit(stated.gyro_axes_sigma_rad),
             delay_s: T::lit(stated.gyro_delay_s + averaging_s),
             delay_sigma_s: T::lit(stated.gyro_delay_sigma_s),
             wheel_inertia: std::array::from_fn(|i| of_wheel(&stated.wheel_spin_inertia_sigma, i)),
             wheel_axis_rad: std::array::from_fn(|i| of_wheel(&stated.wheel_axis_sigma_rad, i)),
             common_wheel_inertia: T::lit(common),
-            torque_scale: T::lit(stated.torque_scale_sigma.hypot(clock)),
+            torque_scale: T::lit(stated.torque_scale_sigma),
+            clock: T::lit(stated.clock_sigma),
             mount_rad: stated.mount_sigma_rad.map(T::lit),
         }
     }

@@ -307,14 +307,47 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
                     self.holds_hardware && place >= self.groups.hardware
                 };
                 let sigma = if is_held { sigma * T::lit(HELD) } else { sigma };
-                // A place that is not in use has an empty column, and any weight pins it.
-                let weight = if sigma > T::zero() { variance / (sigma * sigma) } else { T::one() };
-                let column = FIRST_GROUP + 3 * place + i;
                 let mut row = [T::zero(); U];
+                let column = FIRST_GROUP + 3 * place + i;
                 row[column] = T::one();
-                add(&row, -point.value(column), weight);
+                let variance_of_row = match self.groups.by_clock(column, &places) {
+                    Some(by_clock) => {
+                        let of_row = self.beside_clock(&mut row, column, by_clock, &places);
+                        if is_held { of_row * T::lit(HELD * HELD) } else { of_row }
+                    }
+                    None => sigma * sigma,
+                };
+                // A place that is not in use has an empty column, and any weight pins it.
+                let is_unknown = variance_of_row > T::zero();
+                let weight = if is_unknown { variance / variance_of_row } else { T::one() };
+                let y = (column..U).fold(T::zero(), |y, k| y - row[k] * point.value(k));
+                add(&row, y, weight);
             }
         }
+    }
+
+    /// Subtracts from the row of an unknown what the unknowns after it tell of the clock's error. Returns the variance of
+    /// the difference. The rows of all such unknowns are their joint prior: for `vₖ = aₖ c + eₖ` with variances `C` of c and
+    /// `σₖ²` of eₖ, `E[c | vⱼ, j > k] = Σ aⱼ vⱼ / σⱼ² / (1 / C + Σ aⱼ² / σⱼ²)`.
+    #[inline(never)]
+    fn beside_clock(
+        &self,
+        row: &mut [T; U],
+        column: usize,
+        (by, rest): (T, T),
+        places: &core::ops::Range<usize>,
+    ) -> T {
+        let mut information = T::one() / (self.groups.clock * self.groups.clock);
+        for (k, of_column) in row.iter_mut().enumerate().skip(column + 1) {
+            if let Some((by, rest)) = self.groups.by_clock(k, places) {
+                *of_column = by / rest;
+                information += by * by / rest;
+            }
+        }
+        for of_column in row.iter_mut().skip(column + 1) {
+            *of_column *= -by / information;
+        }
+        rest + by * by / information
     }
 
     /// Sigma of the newest bias for that of the first one, rad/s.
@@ -446,14 +479,10 @@ mod tests {
     };
     const UNIT: f64 = 1.0 / 9.0;
 
-    /// A fit without blocks ends at the prior, with its covariance.
-    #[test]
-    fn without_blocks_the_prior_is_the_estimate() {
-        let mut point = Point::<f64, 9>::sphere(crate::math::Vec3::zeros());
-        let groups = Groups::none();
-        let beliefs = Beliefs {
-            groups: &groups,
-            prior: Some(&PRIOR),
+    fn of_nothing<const U: usize>(groups: &Groups<f64>) -> Beliefs<'_, f64, U> {
+        Beliefs {
+            groups,
+            prior: None,
             past: None,
             unit_per_kg_m2: UNIT,
             noise_rad_s: 1e-3,
@@ -461,7 +490,15 @@ mod tests {
             holds_modes: false,
             bias_walked_rad_s: 0.0,
             has_varying_torque: false,
-        };
+        }
+    }
+
+    /// A fit without blocks ends at the prior, with its covariance.
+    #[test]
+    fn without_blocks_the_prior_is_the_estimate() {
+        let mut point = Point::<f64, 9>::sphere(crate::math::Vec3::zeros());
+        let groups = Groups::none();
+        let beliefs = Beliefs { prior: Some(&PRIOR), ..of_nothing(&groups) };
         let mut covariance = Mat::<f64, 6, 6>::zeros();
         for _ in 0..20 {
             let mut factor = SquareRootInformation::<f64, 9>::default();
@@ -494,6 +531,42 @@ mod tests {
         let share = (0.05f64 / 9.0).powi(2);
         for (k, times) in [1.0, 1.0, 2.0, 2.0, 2.0, 3.0].into_iter().enumerate() {
             assert!((variances[3 + k] - 1e-4 - times * share).abs() < 1e-12);
+        }
+    }
+
+    /// Rows on hardware with a clock's error are the inverse of the covariance `diag(σ²) + C a aᵀ`.
+    #[test]
+    fn a_clock_correlates_scale_factors_wheels_and_torque() {
+        const U: usize = 15;
+        let (clock, own) = (3e-3, [2e-3, 4e-3]);
+        let mut groups = Groups::none();
+        groups.hardware = 0;
+        groups.clock = clock;
+        let with_clock = |own: f64, by: f64| own.hypot(by * clock);
+        let common = [5e-3, with_clock(own[0], 2.0), with_clock(0.0, 1.0)];
+        groups.place[0] = Some((Group::Common, Belief::Within(common)));
+        groups.place[1] = Some((Group::GyroScale, Belief::Within([with_clock(own[1], 1.0); 3])));
+        let beliefs = Beliefs { groups: &groups, noise_rad_s: 1e-4, ..of_nothing(&groups) };
+        let point = Point::<f64, U>::sphere(crate::math::Vec3::zeros());
+        let mut factor = SquareRootInformation::<f64, U>::default();
+        for column in (0..3).chain(shape_of(U)..U) {
+            let mut row = [0.0; U];
+            row[column] = 1.0;
+            factor.fold(&row, 0.0, 1.0);
+        }
+        beliefs.add_hardware(&mut factor, &point);
+        let by = [0.0, -2.0, -1.0, 1.0, 1.0, 1.0];
+        let variance = [common[0], own[0], 1e-3 * clock, own[1], own[1], own[1]];
+        for i in 0..6 {
+            let mut unit = [0.0; U];
+            unit[FIRST_GROUP + i] = 1.0;
+            let covariance = factor.solve_normal(&unit).unwrap();
+            for k in 0..6 {
+                let diagonal = if i == k { variance[i] * variance[i] } else { 0.0 };
+                let expected = diagonal + clock * clock * by[i] * by[k];
+                let found = covariance[FIRST_GROUP + k] * 1e-8;
+                assert!((found - expected).abs() < 1e-9 * clock * clock, "{i} {k} {found} {expected}");
+            }
         }
     }
 }

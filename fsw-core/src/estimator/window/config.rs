@@ -3,7 +3,7 @@
 use super::unknowns::{Belief, GROUPS, GROUPS_OF_MODE, Group, Groups, MOST_MODES, groups_of};
 use crate::error::{ConfigError, Invalid};
 use crate::gate;
-use crate::hardware::{Hardware, Mode};
+use crate::hardware::{Hardware, Mode, Parameter};
 use crate::math::range::{not_negative, positive};
 use crate::math::scalar::Real;
 use crate::prior::Prior;
@@ -215,10 +215,14 @@ impl<T: Real, const W: usize> Config<T, W> {
         let (group, sigma) = match index {
             0 => {
                 // Without wheels the scale of the torque is that of the inertia: see `considered_scale`.
-                let torque_scale = if W > 0 { h.torque_scale } else { T::zero() };
-                (Group::Common, [h.delay_sigma_s, torque_scale, h.common_wheel_inertia])
+                let of_drive = |parameter, own| {
+                    if W > 0 { h.with_clock(parameter, own) } else { T::zero() }
+                };
+                let torque_scale = of_drive(Parameter::TorqueScale, h.torque_scale);
+                let wheels = of_drive(Parameter::CommonWheelInertia, h.common_wheel_inertia);
+                (Group::Common, [h.delay_sigma_s, torque_scale, wheels])
             }
-            1 => (Group::GyroScale, [h.gyro_scale; 3]),
+            1 => (Group::GyroScale, [h.with_clock(Parameter::GyroScale(0), h.gyro_scale); 3]),
             2 => (Group::GyroUpper, [h.gyro_axes_rad; 3]),
             3 => (Group::GyroLower, [h.gyro_axes_rad; 3]),
             _ => {
@@ -249,6 +253,7 @@ impl<T: Real, const W: usize> Config<T, W> {
     pub(super) fn set_groups<const U: usize>(&self, groups: &mut Groups<T>) {
         groups.place = [None; GROUPS];
         groups.delay_s = self.hardware.delay_s;
+        groups.clock = self.hardware.clock;
         let tau = T::lit(core::f64::consts::TAU);
         groups.modes = self.modes.map(|mode| {
             mode.map_or([T::zero(); 2], |mode| [tau * mode.frequency_hz, mode.damping])

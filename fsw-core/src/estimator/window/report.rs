@@ -259,9 +259,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         let systematic = self.systematic(source, unit_per_kg_m2, sigma, &solution.covariance);
         let has_scale = past.is_some() || self.stretch().has_drive();
-        if !solution.report(&alone, has_scale, estimate) {
-            return false;
-        }
+        solution.report(&alone, has_scale, estimate);
         let is_considered = self.config.hardware.mount_rad != [T::zero(); 3]
             || self.config.considered_scale() > T::zero();
         let has_hardware = groups_of(U) > 0 && self.groups.has_hardware() || systematic.is_some();
@@ -274,6 +272,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         if is_considered {
             self.add_considered(estimate);
+        }
+        // Last: beside a large common error the rounding of the sum exceeds small variances.
+        if !is_finite_with_floor(estimate) {
+            return false;
         }
         // At the estimate, with the information of the data.
         alone.point = solution.point;
@@ -696,14 +698,13 @@ impl<T: Real, const U: usize> Solution<T, U> {
         estimate.covariance_kg2_m4 += covariance;
     }
 
-    /// Inertia and covariance, for the solution of the data alone; false where a number is not finite.
+    /// Inertia and covariance, for the solution of the data alone.
     #[inline(never)]
-    fn report(&mut self, alone: &Self, has_scale: bool, estimate: &mut Estimate<T>) -> bool {
+    fn report(&mut self, alone: &Self, has_scale: bool, estimate: &mut Estimate<T>) {
         let trace = self.trace_kg_m2();
         estimate.inertia = Inertia::new(self.point.over_trace().map(|n| n * trace));
         self.add_curvature(alone, has_scale);
         self.of_elements(&mut estimate.covariance_kg2_m4);
-        is_finite_with_floor(estimate)
     }
 
     /// Directions that the covariance of the data alone observes, and the status. `covariance` is overwritten.

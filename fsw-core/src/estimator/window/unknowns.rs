@@ -31,6 +31,8 @@
 //! torque: without them the sensitivity to the scale is zero in every bit, and no rounding of six
 //! large columns can suggest that the scale was observed.
 
+use core::ops::Range;
+
 use crate::hardware::Parameter;
 use crate::math::{Vec3, scalar::Real};
 
@@ -44,6 +46,8 @@ pub const MOST_MODES: usize = 2;
 pub const GROUPS_OF_MODE: usize = 3;
 /// Further groups at most: torque, bias, drag, those of the modes, four of gyro and clock, eight wheels.
 pub const GROUPS: usize = 15 + GROUPS_OF_MODE * MOST_MODES;
+/// Sigma of an unknown beside its part by the clock, over that part, at least.
+const LEAST_BESIDE_CLOCK: f64 = 1e-3;
 /// Unknowns at most.
 pub const MOST_UNKNOWNS: usize = 9 + 3 * GROUPS;
 
@@ -157,11 +161,13 @@ pub struct Groups<T: Real> {
     pub hardware: usize,
     /// Known time offset of the gyro, s.
     pub delay_s: T,
+    /// One sigma of the clock's rate, share, part of the sigmas of [`Parameter::by_clock`].
+    pub clock: T,
     /// Stated undamped frequency, rad/s, and damping ratio of each mode; zero for none.
     pub modes: [[T; 2]; MOST_MODES],
 }
 
-crate::persist!([T: Real] Groups<T> { place, hardware, delay_s, modes } if |this| this.hardware <= GROUPS);
+crate::persist!([T: Real] Groups<T> { place, hardware, delay_s, clock, modes } if |this| this.hardware <= GROUPS);
 
 impl<T: Real> Groups<T> {
     /// No groups.
@@ -171,6 +177,7 @@ impl<T: Real> Groups<T> {
             place: const { [None; GROUPS] },
             hardware: GROUPS,
             delay_s: T::zero(),
+            clock: T::zero(),
             modes: [[T::zero(); 2]; MOST_MODES],
         }
     }
@@ -189,6 +196,22 @@ impl<T: Real> Groups<T> {
             Some(Some((_, Belief::Zero))) => true,
             _ => false,
         }
+    }
+
+    /// Error of the clock as part of an unknown in these places, by column: its value by an error of one, and the
+    /// variance of the rest. None where it has no part.
+    pub fn by_clock(&self, column: usize, places: &Range<usize>) -> Option<(T, T)> {
+        let (place, component) = (column.checked_sub(FIRST_GROUP)? / 3, column % 3);
+        if self.clock == T::zero() || !places.contains(&place) || !self.is_active(place, component) {
+            return None;
+        }
+        let Some(Some((group, Belief::Within(sigma)))) = self.place.get(place) else { return None };
+        let by = T::lit(group.parameter(component)?.by_clock());
+        let (sigma, of_clock) = (*sigma.get(component)?, by * self.clock);
+        // The clock alone leaves no variance, and a weight has to be finite.
+        let least = of_clock * T::lit(LEAST_BESIDE_CLOCK);
+        let rest = (sigma * sigma - of_clock * of_clock).max(least * least);
+        (by != T::zero()).then_some((by, rest))
     }
 
     /// Sigma of an unknown of the hardware or of a mode before the data; none for the others.

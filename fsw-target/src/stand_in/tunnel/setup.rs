@@ -56,6 +56,8 @@ record! {
         common_wheel_inertia: f32, "1";
         /// Known external torque, share.
         torque_scale: f32, "1";
+        /// Rate of the clock, share.
+        clock: f32, "1";
         /// Turn of all sensors as one, about each axis.
         mount_rad: [f32; 3], "rad";
     }
@@ -72,6 +74,7 @@ impl From<&Stated> for Hardware<f32, WHEELS> {
             wheel_axis_rad: stated.wheel_axis_rad,
             common_wheel_inertia: stated.common_wheel_inertia,
             torque_scale: stated.torque_scale,
+            clock: stated.clock,
             mount_rad: stated.mount_rad,
         }
     }
