@@ -94,8 +94,7 @@ impl<T: Real, const W: usize> Hardware<T, W> {
     /// Every parameter that acts on motion or reading, with one sigma in [`Parameter::unit`], that of the clock included,
     /// and zero included: gyro, wheels by number, time offset, torque, common spin inertia.
     pub fn parameters(&self) -> impl Iterator<Item = (Parameter, T)> {
-        let with_clock =
-            |parameter, sigma| (parameter, self.with_clock(parameter, sigma));
+        let with_clock = |parameter, sigma| (parameter, self.with_clock(parameter, sigma));
         let scale = [0, 1, 2].map(|axis| with_clock(Parameter::GyroScale(axis), self.gyro_scale));
         let axes = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)]
             .map(|(axis, about)| (Parameter::GyroAxes(axis, about), self.gyro_axes_rad));

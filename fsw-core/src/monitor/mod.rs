@@ -7,12 +7,14 @@
 //! | [`spikes`] | squared test ratio of each innovation | accept, reject, lock out |
 //! | [`shift`] | innovations and their variances | accept, coast, lock out |
 //! | [`whiteness`] | innovations and their variances | white or not |
+//! | [`curvature`] | residuals of blocks, and their mean rates | part of the residuals along the second derivative of the rate |
 //! | [`observability`] | covariance, range before the data | observed directions, 0 to 6 |
 //! | [`nearest_physical`] | tensor, covariance | nearest tensor that a body can have |
 //!
 //! No module here depends on an estimator. An estimator owns the state of its monitors and decides
 //! on the reaction.
 
+pub mod curvature;
 pub mod innovation;
 pub mod nearest_physical;
 pub mod observability;

@@ -130,16 +130,15 @@ impl SelectedEstimator {
             clock,
             mount_rad,
         } = hardware;
-        let of_hardware =
-            [
-                gyro_scale,
-                gyro_axes_rad,
-                delay_s,
-                delay_sigma_s,
-                common_wheel_inertia,
-                torque_scale,
-                clock,
-            ];
+        let of_hardware = [
+            gyro_scale,
+            gyro_axes_rad,
+            delay_s,
+            delay_sigma_s,
+            common_wheel_inertia,
+            torque_scale,
+            clock,
+        ];
         let mut sum = checkpoint::mix(u32::from(prior.is_some()), u32::from(self.prior.is_some()));
         let priors = [prior, &self.prior].into_iter().flatten();
         let of_priors = priors.flat_map(|prior| [&prior.inertia_kg_m2, &prior.sigma_kg_m2]);

@@ -565,7 +565,10 @@ mod tests {
                 let diagonal = if i == k { variance[i] * variance[i] } else { 0.0 };
                 let expected = diagonal + clock * clock * by[i] * by[k];
                 let found = covariance[FIRST_GROUP + k] * 1e-8;
-                assert!((found - expected).abs() < 1e-9 * clock * clock, "{i} {k} {found} {expected}");
+                assert!(
+                    (found - expected).abs() < 1e-9 * clock * clock,
+                    "{i} {k} {found} {expected}"
+                );
             }
         }
     }

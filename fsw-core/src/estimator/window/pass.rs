@@ -24,6 +24,7 @@ use super::unknowns::{FIRST_GROUP, Group, Groups, Point, groups_of, shape_of};
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
+use crate::monitor::curvature::Curvature;
 use crate::monitor::whiteness::Whiteness;
 
 /// K: u² of three normal residuals exceeds its square by chance once in 900 blocks (chi-square).
@@ -79,11 +80,13 @@ pub struct Residuals<T: Real> {
     histogram: [u16; OCTAVES],
     /// Groups of recursive residuals, over the unit of the histogram.
     pub whiteness: Whiteness<T, LEVELS>,
+    /// Residuals at the solution along the curvature of the rate.
+    pub curvature: Curvature<T>,
 }
 
 crate::persist!([T: Real] Residuals<T> {
     blocks, rows, squares, products, cost, low, run, longest, sum, rise, is_contradicted, last, histogram,
-    whiteness
+    whiteness, curvature
 } if |this| this.squares >= T::zero());
 
 /// Run of blocks at reduced weight, with gaps of up to three blocks.
@@ -134,6 +137,7 @@ impl<T: Real> Residuals<T> {
             last: [[RecursiveResidual::nothing(); 3]; LAGS],
             histogram: [0; OCTAVES],
             whiteness: Whiteness::default(),
+            curvature: Curvature::none(),
         }
     }
 
@@ -411,7 +415,8 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             self.walk_torque(turn_against_field(turn, span.block.duration_s));
         }
         let crossing = self.trajectory.cross(span);
-        let apart = span.block.rate_rad_s - self.trajectory.mean_rate_rad_s(&crossing);
+        let mean_rate_rad_s = self.trajectory.mean_rate_rad_s(&crossing);
+        let apart = span.block.rate_rad_s - mean_rate_rad_s;
         let rows: [[T; U]; 3] =
             core::array::from_fn(|axis| self.trajectory.mean_sensitivity(&crossing, axis));
         let judged = Vec3::from_fn(|axis, _| {
@@ -441,6 +446,13 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             *value.at_mut(axis, 0) = left.residual() * one_over;
         }
         self.residuals.whiteness.add_value(&value);
+        // At the solution, where the torque does not walk: a fit that follows the blocks takes up a part of a slow error.
+        let of_fit = if is_torque_walking {
+            value
+        } else {
+            judged * ((of_innovation * robust).sqrt() * one_over)
+        };
+        self.residuals.curvature.add(&mean_rate_rad_s, span.block.duration_s, &of_fit);
         self.next += 1;
         let square = (self.residuals.squares - before).max(T::zero());
         self.residuals.watch(square / (self.watch_rad_s * self.watch_rad_s), self.next);

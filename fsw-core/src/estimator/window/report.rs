@@ -598,11 +598,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         Some(is_small && is_found && self.are_groups_white(&front.pass) && front.is_settled)
     }
 
-    /// True where groups of residuals have the size of white noise.
+    /// True where groups of residuals have the size of white noise, and none of it along the curvature of the rate.
     fn are_groups_white(&self, pass: &Pass<T, W, U, M>) -> bool {
         let share = self.reference_rad_s() / pass.unit_rad_s;
         let explained = self.explained(pass) / (pass.unit_rad_s * pass.unit_rad_s);
-        pass.residuals.whiteness.is_white_beside(share * share, explained) != Some(false)
+        let Residuals { rows, whiteness, curvature, .. } = &pass.residuals;
+        whiteness.is_white_beside(share * share, explained) != Some(false)
+            && curvature.is_white(*rows, share * share, explained)
     }
 
     /// Statistics of a window that ends with this front.

@@ -202,7 +202,8 @@ impl<T: Real> Groups<T> {
     /// variance of the rest. None where it has no part.
     pub fn by_clock(&self, column: usize, places: &Range<usize>) -> Option<(T, T)> {
         let (place, component) = (column.checked_sub(FIRST_GROUP)? / 3, column % 3);
-        if self.clock == T::zero() || !places.contains(&place) || !self.is_active(place, component) {
+        if self.clock == T::zero() || !places.contains(&place) || !self.is_active(place, component)
+        {
             return None;
         }
         let Some(Some((group, Belief::Within(sigma)))) = self.place.get(place) else { return None };

@@ -1,0 +1,199 @@
+//! Curvature: residuals in proportion to the second derivative of the rate, as an appendage, a liquid or a filter leaves
+//! them.
+//!
+//! Input: mean rate ω of successive blocks by the model, residuals ν of the same blocks, white and of unit variance if the
+//! model is right. Output: chi-square of nine degrees of freedom.
+//!
+//! # Model error
+//!
+//! An oscillator on the body with the frequency Ω and the modal inertia M, driven below its frequency, has the relative
+//! momentum `−M (ω + ω̈/Ω² + …)`. The first term is part of the inertia tensor. The second one adds `J⁻¹ M ω̈ / Ω²` to the rate.
+//! A low-pass filter of time constant τ subtracts `τ ω̇` and adds `τ² ω̈`: the former is a time offset. So
+//!
+//! ```text
+//! ν = K x + white,   x = ω̈ − B ω,   B = Σ ω̈ ωᵀ (Σ ω ωᵀ)⁻¹
+//! ```
+//!
+//! with an unknown matrix K. The part of ω̈ along ω is removed, since errors of the tensor take it up. Errors that are
+//! slow and small beside the noise have little correlation from one residual to the next, and all of it with x.
+//!
+//! # Statistic
+//!
+//! For `A = Σ ν xᵀ` and `S = Σ x xᵀ`
+//!
+//! ```text
+//! χ² = tr(A S⁻¹ Aᵀ)
+//! ```
+//!
+//! is chi-square of nine degrees of freedom: the score of K = 0. Residuals of a fit have no part along the columns of its
+//! unknowns. The larger part of x along these, the smaller the statistic of a correct model. Where the motion is weak about an axis, `S + ε tr(S)` with a small ε
+//! takes the place of S, which makes the statistic smaller.
+
+use super::whiteness::chi_square;
+use crate::math::{Mat, Vec3, inverse_symmetric, scalar::Real};
+
+/// ε: rounding of the sums in single precision over some hundred blocks.
+const LEAST: f64 = 1e-5;
+/// Normal variable that chance exceeds once in 1,000, as of the groups of [`whiteness`](super::whiteness).
+const RARE: f64 = 3.09;
+/// Size of an effect that is still called white, over the noise of a block.
+const SMALL: f64 = 0.03;
+/// Largest difference of the durations of successive blocks, as a share.
+const UNEQUAL: f64 = 0.01;
+
+/// Sums over blocks of equal duration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Curvature<T: Real> {
+    /// Rates of the last block and of the one before it, and the residual of the last one.
+    rate_rad_s: [Vec3<T>; 2],
+    residual: Vec3<T>,
+    duration_s: T,
+    /// Blocks of this duration so far, up to two.
+    blocks: u8,
+    /// `Σ ω ωᵀ`, `Σ ω̈ ωᵀ`, `Σ ω̈ ω̈ᵀ`.
+    of_rates: Mat<T, 3, 3>,
+    mixed: Mat<T, 3, 3>,
+    of_curvatures: Mat<T, 3, 3>,
+    /// `Σ ν ωᵀ`, `Σ ν ω̈ᵀ`.
+    with_rates: Mat<T, 3, 3>,
+    with_curvatures: Mat<T, 3, 3>,
+}
+
+crate::persist!([T: Real] Curvature<T> {
+    rate_rad_s, residual, duration_s, blocks, of_rates, mixed, of_curvatures, with_rates, with_curvatures
+} if |this| this.blocks <= 2);
+
+impl<T: Real> Curvature<T> {
+    /// No blocks.
+    pub fn none() -> Self {
+        let (vector, matrix) = (Vec3::zeros(), Mat::zeros());
+        Self {
+            rate_rad_s: [vector; 2],
+            residual: vector,
+            duration_s: T::zero(),
+            blocks: 0,
+            of_rates: matrix,
+            mixed: matrix,
+            of_curvatures: matrix,
+            with_rates: matrix,
+            with_curvatures: matrix,
+        }
+    }
+
+    /// Adds a block: mean rate by the model, duration and residual of each axis over its sigma.
+    #[inline(never)]
+    pub fn add(&mut self, rate_rad_s: &Vec3<T>, duration_s: T, residual: &Vec3<T>) {
+        let is_equal = (duration_s - self.duration_s).abs() <= duration_s * T::lit(UNEQUAL);
+        let [last, before] = self.rate_rad_s;
+        if !is_equal {
+            self.blocks = 0;
+        }
+        if self.blocks == 2 {
+            let per = T::one() / (duration_s * duration_s);
+            let curvature = (rate_rad_s - last - (last - before)) * per;
+            self.of_rates += last * last.transpose();
+            self.mixed += curvature * last.transpose();
+            self.of_curvatures += curvature * curvature.transpose();
+            self.with_rates += self.residual * last.transpose();
+            self.with_curvatures += self.residual * curvature.transpose();
+        }
+        self.blocks = self.blocks.saturating_add(1).min(2);
+        self.rate_rad_s = [*rate_rad_s, last];
+        (self.residual, self.duration_s) = (*residual, duration_s);
+    }
+
+    /// χ² for residuals of unit variance; zero where the sums do not determine it.
+    #[inline(never)]
+    pub fn chi_square(&self) -> T {
+        let Some(inverse) = inverse_symmetric(&with_floor(&self.of_rates)) else {
+            return T::zero();
+        };
+        let by_rate = self.mixed * inverse;
+        let along = by_rate * self.mixed.transpose();
+        let beside = with_floor(&self.of_curvatures) - along;
+        let sums = self.with_curvatures - self.with_rates * by_rate.transpose();
+        let Some(inverse) = inverse_symmetric(&beside) else { return T::zero() };
+        let square = (sums * inverse).component_mul(&sums).sum();
+        if square > T::zero() { square } else { T::zero() }
+    }
+
+    /// True where the residuals, of this variance, have no part along the curvature, beside a mean square of `explained` that
+    /// lasts over all rows.
+    pub fn is_white(&self, rows: u32, variance: T, explained: T) -> bool {
+        let small = variance * T::lit(SMALL * SMALL) + explained;
+        self.chi_square() <= chi_square::<T>(9, RARE) * variance + T::count(rows) * small
+    }
+}
+
+/// The matrix with ε of its trace added to each diagonal element.
+fn with_floor<T: Real>(m: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
+    let floor = (m[(0, 0)] + m[(1, 1)] + m[(2, 2)]) * T::lit(LEAST);
+    Mat::from_fn(|i, k| if i == k { m[(i, k)] + floor } else { m[(i, k)] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::test_hardware::normal;
+    use std::vec::Vec;
+
+    const BLOCKS: usize = 150;
+    const PERIOD_S: f32 = 0.4;
+
+    /// Rate about three axes with two frequencies each.
+    fn rate(k: usize) -> Vec3<f32> {
+        let t = k as f32 * PERIOD_S;
+        Vec3::from_fn(|axis, _| {
+            let a = axis as f32;
+            0.05 * (t * (0.3 + 0.05 * a)).sin() + 0.02 * (t * (1.1 - 0.1 * a) + a).cos()
+        })
+    }
+
+    fn of(seed: u64, gain: f32) -> Curvature<f32> {
+        let mut noise = normal(seed + 1);
+        let mut sums = Curvature::none();
+        for k in 1..=BLOCKS {
+            let apart = rate(k + 1) + rate(k - 1) - rate(k) * 2.0;
+            let noise = Vec3::from_fn(|_, _| noise() as f32);
+            sums.add(&rate(k), PERIOD_S, &(noise + apart * (gain / (PERIOD_S * PERIOD_S))));
+        }
+        sums
+    }
+
+    /// Mean and variance of chi-square of nine degrees of freedom, within four sampling errors of 400 flights.
+    #[test]
+    fn noise_alone_has_nine_degrees_of_freedom() {
+        let all: Vec<f32> = (0..400).map(|seed| of(seed, 0.0).chi_square()).collect();
+        let mean = all.iter().sum::<f32>() / 400.0;
+        let variance = all.iter().map(|x| (x - mean).powi(2)).sum::<f32>() / 400.0;
+        assert!((mean - 9.0).abs() < 4.0 * (18.0f32 / 400.0).sqrt(), "{mean}");
+        // The variance of 2 · 9 has a sampling error of √(2/n + κ/n) with the excess kurtosis κ = 12/9.
+        assert!((variance - 18.0).abs() < 4.0 * 18.0 * (3.33f32 / 400.0).sqrt(), "{variance}");
+    }
+
+    /// An effect of half the noise, seen in 150 blocks.
+    #[test]
+    fn an_appendage_is_found() {
+        let rows = 3 * BLOCKS as u32;
+        let root_mean_square = 0.02 * 1.1 * 1.1 * 0.7;
+        let found = |gain| (0..50).filter(|seed| !of(*seed, gain).is_white(rows, 1.0, 0.0)).count();
+        assert_eq!(found(0.0), 0);
+        assert!(found(0.5 / root_mean_square) >= 48);
+    }
+
+    /// Motion about one axis, at rest and with unequal blocks: finite, and no statement.
+    #[test]
+    fn weak_motion_says_nothing() {
+        let mut one_axis = Curvature::<f32>::none();
+        let mut unequal = Curvature::<f32>::none();
+        let mut rest = Curvature::<f32>::none();
+        for k in 0..100 {
+            let residual = Vec3::new(1.0, -1.0, 0.5);
+            one_axis.add(&Vec3::new(rate(k)[0], 0.0, 0.0), PERIOD_S, &(residual * 0.1));
+            unequal.add(&rate(k), PERIOD_S * (1 + k % 2) as f32, &residual);
+            rest.add(&Vec3::zeros(), PERIOD_S, &residual);
+        }
+        assert!(one_axis.chi_square().is_finite() && one_axis.is_white(300, 1.0, 0.0));
+        assert_eq!((unequal.chi_square(), rest.chi_square()), (0.0, 0.0));
+    }
+}
