@@ -244,6 +244,12 @@ impl<T: Real, const W: usize> Averager<T, W> {
             return None;
         }
         let block = self.block_to(wheels_end);
+        self.begin_block(last);
+        block
+    }
+
+    /// Begins the block after one that ended with the interval of this reading.
+    fn begin_block(&mut self, last: Reading<T, W>) {
         let o = Vec3::zeros();
         *self = Self {
             before: last,
@@ -259,7 +265,6 @@ impl<T: Real, const W: usize> Averager<T, W> {
             impulse_integral: o,
             ..*self
         };
-        block
     }
 
     /// Adds the impulse of a torque that goes straight from one value to another, N m, and its

@@ -120,33 +120,8 @@ impl<T: Real, const W: usize> Config<T, W> {
     pub fn validate<const U: usize, const C: usize, const M: usize>(
         &self,
     ) -> Result<(), ConfigError> {
-        let mut places = groups_of(U);
-        for (field, value) in [
-            ("gyro_noise_rad_s", self.gyro_noise_rad_s),
-            ("disturbance_torque_n_m", self.disturbance_torque_n_m),
-            ("gyro_bias_rad_s", self.gyro_bias_rad_s),
-            ("drag_per_s", self.drag_per_s),
-        ] {
-            let Some(value) = value else { continue };
-            positive(field, value)?;
-            if field == "gyro_noise_rad_s" {
-                continue;
-            }
-            places = places.checked_sub(1).ok_or(ConfigError { field, reason: Invalid::NoRoom })?;
-        }
-        not_negative("varying_torque_n_m", self.varying_torque_n_m)?;
-        if self.varying_torque_n_m > T::zero() && self.disturbance_torque_n_m.is_none() {
-            let (field, reason) = ("disturbance_torque_n_m", Invalid::NotPositive);
-            return Err(ConfigError { field, reason });
-        }
-        not_negative("bias_walk_rad_s_sqrt_s", self.bias_walk_rad_s_sqrt_s)?;
-        not_negative("bias_instability_rad_s", self.bias_instability_rad_s)?;
-        let is_walking =
-            self.bias_walk_rad_s_sqrt_s > T::zero() || self.bias_instability_rad_s > T::zero();
-        if is_walking && self.gyro_bias_rad_s.is_none() {
-            // A walk begins at a bias of this sigma.
-            return Err(ConfigError { field: "gyro_bias_rad_s", reason: Invalid::NotPositive });
-        }
+        let mut places = self.places_beside_asked::<U>()?;
+        self.validate_walks()?;
         for mode in self.modes.iter().flatten() {
             mode.validate()?;
             places = places
@@ -171,6 +146,45 @@ impl<T: Real, const W: usize> Config<T, W> {
             prior.validate()?;
         }
         self.gate.validate()
+    }
+
+    /// Places of U unknowns beside torque, bias and drag, where these are asked for.
+    ///
+    /// # Errors
+    /// Names a sigma that is out of its range, or one whose group has no place.
+    fn places_beside_asked<const U: usize>(&self) -> Result<usize, ConfigError> {
+        if let Some(noise) = self.gyro_noise_rad_s {
+            positive("gyro_noise_rad_s", noise)?;
+        }
+        let mut places = groups_of(U);
+        for (field, value) in [
+            ("disturbance_torque_n_m", self.disturbance_torque_n_m),
+            ("gyro_bias_rad_s", self.gyro_bias_rad_s),
+            ("drag_per_s", self.drag_per_s),
+        ] {
+            let Some(value) = value else { continue };
+            positive(field, value)?;
+            places = places.checked_sub(1).ok_or(ConfigError { field, reason: Invalid::NoRoom })?;
+        }
+        Ok(places)
+    }
+
+    /// # Errors
+    /// Names a walk that is out of its range, or whose unknown is not asked for: it begins at a value of that sigma.
+    fn validate_walks(&self) -> Result<(), ConfigError> {
+        not_negative("varying_torque_n_m", self.varying_torque_n_m)?;
+        if self.varying_torque_n_m > T::zero() && self.disturbance_torque_n_m.is_none() {
+            let (field, reason) = ("disturbance_torque_n_m", Invalid::NotPositive);
+            return Err(ConfigError { field, reason });
+        }
+        not_negative("bias_walk_rad_s_sqrt_s", self.bias_walk_rad_s_sqrt_s)?;
+        not_negative("bias_instability_rad_s", self.bias_instability_rad_s)?;
+        let is_walking =
+            self.bias_walk_rad_s_sqrt_s > T::zero() || self.bias_instability_rad_s > T::zero();
+        if is_walking && self.gyro_bias_rad_s.is_none() {
+            return Err(ConfigError { field: "gyro_bias_rad_s", reason: Invalid::NotPositive });
+        }
+        Ok(())
     }
 
     /// One sigma of an error that scales all that drives the body, share: it scales the tensor, and no motion shows

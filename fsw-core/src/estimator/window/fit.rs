@@ -204,37 +204,48 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         self.is_near = decrement < T::lit(NEAR) + self.rounding(beliefs);
         let is_settled = decrement < T::lit(SETTLED)
             || self.is_near && !is_falling && decrement > T::lit(0.3) * self.last_decrement;
-        let is_first = self.pass.scale_rad_s > beliefs.noise_rad_s * T::lit(0.5 * UNKNOWN_SCALE);
-        if (is_settled || self.passes >= MOST_HELD_PASSES) && self.holds_hardware {
-            return self.release(self.pass.point);
-        }
-        if M > 0
-            && (is_settled || self.passes >= MOST_HELD_PASSES)
-            && self.shows_modes(beliefs, decrement)
-        {
-            self.pass.holds_modes = false;
-            return self.release(self.pass.point);
-        }
-        if is_settled && is_first {
-            // Once more, with weights.
-            return Next::Pass(self.pass.point);
-        }
-        if is_settled && beliefs.has_varying_torque {
-            self.has_walk = true;
-            return Next::Pass(self.pass.point);
-        }
-        if is_settled && !self.is_final && decrement > T::lit(SETTLED) {
-            self.is_final = true;
-            return Next::Final;
-        }
-        if is_settled || self.is_final || self.passes >= MOST_PASSES {
-            return Next::End { is_settled: is_settled || self.is_final };
+        if let Some(next) = self.at_minimum(beliefs, decrement, is_settled) {
+            return next;
         }
         if !self.is_repeated {
             self.last_decrement = decrement;
         }
         self.is_repeated = false;
         self.step(step, beliefs, wheels)
+    }
+
+    /// What follows a descent that has settled, or that has had passes enough: unknowns that were held are released, weights
+    /// and a walk of the torque join, or it ends. None where it goes on.
+    #[inline(never)]
+    fn at_minimum(
+        &mut self,
+        beliefs: &Beliefs<'_, T, U>,
+        decrement: T,
+        is_settled: bool,
+    ) -> Option<Next<T, U>> {
+        let is_first = self.pass.scale_rad_s > beliefs.noise_rad_s * T::lit(0.5 * UNKNOWN_SCALE);
+        let may_release = is_settled || self.passes >= MOST_HELD_PASSES;
+        if may_release && self.holds_hardware {
+            return Some(self.release(self.pass.point));
+        }
+        if M > 0 && may_release && self.shows_modes(beliefs, decrement) {
+            self.pass.holds_modes = false;
+            return Some(self.release(self.pass.point));
+        }
+        if is_settled && is_first {
+            // Once more, with weights.
+            return Some(Next::Pass(self.pass.point));
+        }
+        if is_settled && beliefs.has_varying_torque {
+            self.has_walk = true;
+            return Some(Next::Pass(self.pass.point));
+        }
+        if is_settled && !self.is_final && decrement > T::lit(SETTLED) {
+            self.is_final = true;
+            return Some(Next::Final);
+        }
+        let ends = is_settled || self.is_final || self.passes >= MOST_PASSES;
+        ends.then_some(Next::End { is_settled: is_settled || self.is_final })
     }
 
     /// True where modes that are held would explain more than noise does, beyond the decrement of the step with them held.

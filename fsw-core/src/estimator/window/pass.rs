@@ -406,6 +406,27 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         })
     }
 
+    /// Residuals at the solution for those at the point, rad/s.
+    #[inline(always)]
+    fn at_solution(&self, rows: &[[T; U]; 3], apart: &Vec3<T>) -> Vec3<T> {
+        Vec3::from_fn(|axis, _| {
+            let explained = rows[axis].iter().zip(&self.offset);
+            explained.fold(apart.at(axis, 0), |left, (s, step)| left - *s * *step)
+        })
+    }
+
+    /// Adds the rows of a block to the factor. Returns their recursive residuals in units of `unit_rad_s`.
+    #[inline(always)]
+    fn fold(&mut self, rows: &[[T; U]; 3], apart: &Vec3<T>, weight: T) -> Vec3<T> {
+        let (mut value, one_over) = (Vec3::zeros(), T::one() / self.unit_rad_s);
+        for (axis, row) in rows.iter().enumerate() {
+            let left = self.factor.add_weighted(row, apart.at(axis, 0), weight);
+            self.residuals.add(axis, left);
+            *value.at_mut(axis, 0) = left.residual() * one_over;
+        }
+        value
+    }
+
     /// Takes in the next block.
     #[inline(never)]
     pub fn take(&mut self, span: &Span<T, W>) {
@@ -419,10 +440,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         let apart = span.block.rate_rad_s - mean_rate_rad_s;
         let rows: [[T; U]; 3] =
             core::array::from_fn(|axis| self.trajectory.mean_sensitivity(&crossing, axis));
-        let judged = Vec3::from_fn(|axis, _| {
-            let explained = rows[axis].iter().zip(&self.offset);
-            explained.fold(apart.at(axis, 0), |left, (s, step)| left - *s * *step)
-        });
+        let judged = self.at_solution(&rows, &apart);
         let n = span.block.weight;
         if groups_of(U) > 0
             && let Some(variance) = self.drift.advance(span.block.duration_s)
@@ -439,18 +457,13 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         self.drift.update(&judged, of_innovation * robust);
         let weight = n * robust;
         let before = self.residuals.squares;
-        let (mut value, one_over) = (Vec3::zeros(), T::one() / self.unit_rad_s);
-        for (axis, row) in rows.iter().enumerate() {
-            let left = self.factor.add_weighted(row, apart.at(axis, 0), weight);
-            self.residuals.add(axis, left);
-            *value.at_mut(axis, 0) = left.residual() * one_over;
-        }
+        let value = self.fold(&rows, &apart, weight);
         self.residuals.whiteness.add_value(&value);
         // At the solution, where the torque does not walk: a fit that follows the blocks takes up a part of a slow error.
         let of_fit = if is_torque_walking {
             value
         } else {
-            judged * ((of_innovation * robust).sqrt() * one_over)
+            judged * ((of_innovation * robust).sqrt() / self.unit_rad_s)
         };
         self.residuals.curvature.add(&mean_rate_rad_s, span.block.duration_s, &of_fit);
         self.next += 1;

@@ -438,26 +438,30 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         }
     }
 
-    /// A block before its first step. Not inlined: the frames of its courses and of a step must not add up.
-    #[inline(never)]
-    fn enter(&self, span: &Span<T, W>) -> Crossing<T, W, U> {
-        let (block, model) = (&span.block, &self.model);
-        let dt = block.duration_s;
-        // Motion is as fast as the body turns, or as wheels of much momentum make it nutate.
-        let nutation = model.inverse * self.momentum;
-        let drive = span.drive_within(model.delay_s);
-        let wheels = drive.wheels.map(|momenta| model.axes * momenta);
-        let rate = model.rate_of(&self.momentum, &wheels[0]);
-        let turn_square = rate.dot(&rate).max(nutation.dot(&nutation)) * (dt * dt);
+    /// Steps across a block in which the body turns by an angle of this square, rad², in `duration_s`.
+    #[inline(always)]
+    fn steps_of(&self, turn_square: T, duration_s: T) -> u32 {
         let mut steps = 1;
         while steps < MOST_STEPS
             && turn_square > T::lit(STEP_TURN * STEP_TURN) * T::count(steps * steps)
         {
             steps += 1;
         }
-        if M > 0 {
-            steps = steps.max(self.model.steps_of_modes(dt));
-        }
+        if M > 0 { steps.max(self.model.steps_of_modes(duration_s)) } else { steps }
+    }
+
+    /// A block before its first step. Not inlined: the frames of its courses and of a step must not add up.
+    #[inline(never)]
+    fn enter(&self, span: &Span<T, W>) -> Crossing<T, W, U> {
+        let (block, model) = (&span.block, &self.model);
+        let dt = block.duration_s;
+        let drive = span.drive_within(model.delay_s);
+        let wheels = drive.wheels.map(|momenta| model.axes * momenta);
+        // Motion is as fast as the body turns, or as wheels of much momentum make it nutate.
+        let nutation = model.inverse * self.momentum;
+        let rate = model.rate_of(&self.momentum, &wheels[0]);
+        let turn_square = rate.dot(&rate).max(nutation.dot(&nutation)) * (dt * dt);
+        let steps = self.steps_of(turn_square, dt);
         let share = T::one() / T::count(steps);
         let mean_beyond = drive.beyond * model.torque_share;
         let known_torque = drive.impulse * (model.torque_share / dt);
@@ -532,9 +536,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
             }
             let next = slope * part(k + 1);
             let sums = if k < LOW_ORDERS { &mut low } else { &mut high };
-            sums.change += next;
-            sums.mean += next * part(k + 2);
-            sums.slope += slope;
+            sums.add(&next, part(k + 2), &slope);
             coefficient = g.get(k).map_or(next, |g| next + g);
         }
         let change = low.change + high.change;
@@ -546,12 +548,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         crossing.momentum += mean;
         let rate_at_start = rotated(inverse, &(self.momentum + g0 - w0));
         crossing.rate += rate_at_start + crossing.rate_change * half;
-        if crossing.done == 0 {
-            crossing.bend = first_slope;
-        }
-        if crossing.done + 1 == crossing.steps {
-            crossing.bend -= low.slope + high.slope;
-        }
+        crossing.bend_between(&first_slope, &(low.slope + high.slope));
         self.move_by(change);
     }
 
@@ -610,15 +607,36 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
                 by_drive_change.as_ref(),
             );
         }
+        self.differentiate_by_inertia(
+            crossing,
+            &carry,
+            &series,
+            &by_drive,
+            by_drive_change.as_ref(),
+        );
+        crossing.done += 1;
+    }
+
+    /// Columns of shape and scale across a step.
+    #[inline(always)]
+    fn differentiate_by_inertia(
+        &mut self,
+        crossing: &mut Crossing<T, W, U>,
+        carry: &Mat<T, 3, 3>,
+        series: &Mat<T, 3, 3>,
+        by_drive: &Mat<T, 3, 3>,
+        by_drive_change: Option<&Mat<T, 3, 3>>,
+    ) {
+        let (w, duration_s) = (crossing.mean_rate, crossing.step_s);
         let sum = &mut crossing.sensitivity;
         let mut put = |column: &mut Vec3<T>, c: usize, pushed: Vec3<T>| {
-            carry_column(&carry, &pushed, column, &mut sum[c]);
+            carry_column(carry, &pushed, column, &mut sum[c]);
         };
-        let mut pushed = by_shape::<T, _>(&columns_of_the_regressor(&by_drive, &w));
+        let mut pushed = by_shape::<T, _>(&columns_of_the_regressor(by_drive, &w));
         let mut by_scale = by_drive * crossing.mean_drive;
         if let Some(by_change) = by_drive_change {
             let more =
-                by_shape::<T, _>(&columns_of_the_regressor(&by_change, &crossing.rate_change));
+                by_shape::<T, _>(&columns_of_the_regressor(by_change, &crossing.rate_change));
             for k in 0..5 {
                 pushed[k] += more[k];
             }
@@ -631,7 +649,6 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         let torque = crossing.known_torque + crossing.mean_beyond.cross(&w);
         let c = scale_of(U);
         put(&mut self.sensitivity[c], c, by_scale + series * (torque * duration_s));
-        crossing.done += 1;
     }
 
     /// Matrices of a step of D.
@@ -780,20 +797,13 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
                 }
                 Some(Group::Common) => {
                     let axes = &self.model.axes;
-                    let slope = axes * change * (-T::one() / crossing.step_s);
-                    let bend = axes
-                        * crossing.of_wheel[2]
-                        * (-(crossing.share + crossing.share) / crossing.duration_s);
-                    let torque =
-                        crossing.known_torque + crossing.mean_beyond.cross(&crossing.mean_rate);
-                    // The same sums as of the scale: without wheels both columns are proportional to rounding.
-                    let mut by_torque =
-                        series * (torque * crossing.step_s) - by_drive * crossing.mean_beyond;
+                    let [slope, bend] = crossing.slope_of_drive(axes, &change);
+                    let common = pushed_by(axes * mean, axes * change);
+                    let mut by_torque = crossing.by_torque(series, by_drive);
                     if let Some(by_change) = by_drive_change {
                         by_torque -= by_change * crossing.beyond_change;
                     }
                     let per_share = x / self.model.torque_share;
-                    let common = pushed_by(axes * mean, axes * change);
                     [pushed_by(slope, bend), by_torque * per_share, common]
                 }
                 _ => continue,
@@ -1011,6 +1021,32 @@ struct Drive<T: Real, const W: usize> {
 }
 
 impl<T: Real, const W: usize, const U: usize> Crossing<T, W, U> {
+    /// Notes the slope of m at the start of the first step, and at the end of the last one.
+    #[inline(always)]
+    fn bend_between(&mut self, first: &Vec3<T>, last: &Vec3<T>) {
+        if self.done == 0 {
+            self.bend = *first;
+        }
+        if self.done + 1 == self.steps {
+            self.bend -= last;
+        }
+    }
+
+    /// `−ḣ` of wheels with these axes, mean over the present step and its change, for a change of their momenta.
+    #[inline(always)]
+    fn slope_of_drive(&self, axes: &Mat<T, 3, W>, change: &Momenta<T, W>) -> [Vec3<T>; 2] {
+        let bend = -(self.share + self.share) / self.duration_s;
+        [axes * change * (-T::one() / self.step_s), axes * self.of_wheel[2] * bend]
+    }
+
+    /// Push of the known torque across the present step, without the change of the drive. The same sums as of the scale:
+    /// without wheels both columns are proportional to rounding.
+    #[inline(always)]
+    fn by_torque(&self, series: &Mat<T, 3, 3>, by_drive: &Mat<T, 3, 3>) -> Vec3<T> {
+        let torque = self.known_torque + self.mean_beyond.cross(&self.mean_rate);
+        series * (torque * self.step_s) - by_drive * self.mean_beyond
+    }
+
     /// Coefficients of x w and x g in the step's share of time, `[w₀ w₁ w₂ g₀ g₁ g₂]`; notes mean, change
     /// and ends of the drive.
     pub(super) fn within_step(&mut self, scale: T) -> [Vec3<T>; 6] {
@@ -1060,6 +1096,16 @@ struct Sums<T: Real> {
     mean: Vec3<T>,
     /// Slope at the end.
     slope: Vec3<T>,
+}
+
+impl<T: Real> Sums<T> {
+    /// Adds an order: its coefficient, its share of the mean, and its slope at the end.
+    #[inline(always)]
+    fn add(&mut self, coefficient: &Vec3<T>, of_mean: T, slope: &Vec3<T>) {
+        self.change += coefficient;
+        self.mean += coefficient * of_mean;
+        self.slope += slope;
+    }
 }
 
 /// Coefficient of the product of two polynomials, `Σᵢ pₖ₋ᵢ × uᵢ`, for p up to pₖ.
