@@ -30,7 +30,7 @@
 //! use fsw_core::estimator::window::Window;
 //!
 //! // Four wheels, single precision, bytes.
-//! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 44 * 1024);
+//! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 45 * 1024);
 //! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 49 * 1024);
 //! assert!(size_of::<JointEkfUd<f32, 4>>() <= 2816);
 //! assert!(size_of::<JointEkfUd<f32, 4, 24>>() <= 6400);

@@ -9,6 +9,7 @@
 //! delay                 ∂z/∂d      = −ω̇
 //! wheel errors, p       J Ṡ = A S − ω × ∂h/∂p − ∂ḣ/∂p,   ∂h/∂p = Iₛ Ω a, Iₛ Ω e₁, Iₛ Ω e₂, or Σ Iₛ Ω a
 //! torque scale          J Ṡ = A S + τ_commanded
+//! clock                 J Ṡ = A S − J ω̇ − ḣ,   in its time, from (1 + ε) (J ω' + h') + ω × (J ω + h) = τ
 //! mode, element k       J Ṡ = A S − E_k ξ̈ − ω × E_k ξ̇,   ξ̈ + 2 ζ Ω ξ̇ + Ω² ξ = −ω̇
 //! ```
 //!
@@ -53,6 +54,8 @@ pub(crate) enum Error {
     WheelAxis(usize, usize),
     CommonWheelInertia,
     TorqueScale,
+    /// Rate of the clock that stamps the samples.
+    Clock,
     GyroScale(usize),
     /// Row and column of `E`.
     GyroAxes(usize, usize),
@@ -73,6 +76,7 @@ impl Error {
             }
             Self::CommonWheelInertia => "common_spin_inertia".to_owned(),
             Self::TorqueScale => "torque_scale".to_owned(),
+            Self::Clock => "clock".to_owned(),
             Self::GyroScale(axis) => format!("gyro_scale_{}", AXES[axis]),
             Self::GyroAxes(row, column) => format!("gyro_axes_{}{}", AXES[row], AXES[column]),
             Self::Delay => "delay".to_owned(),
@@ -108,6 +112,7 @@ pub(crate) fn errors(scenario: &Scenario) -> Vec<(Error, f64)> {
         all.push((Error::CommonWheelInertia, stated.common_spin_inertia_sigma));
     }
     all.push((Error::TorqueScale, stated.torque_scale_sigma));
+    all.push((Error::Clock, stated.clock_sigma));
     all.extend([0, 1, 2].map(|axis| (Error::GyroScale(axis), stated.gyro_scale_sigma)));
     let tilts = OFF_DIAGONAL.map(|(row, column)| Error::GyroAxes(row, column));
     all.extend(tilts.map(|error| (error, stated.gyro_axes_sigma_rad)));
@@ -218,13 +223,13 @@ impl<'a> HardwareSensitivities<'a> {
         DMatrix::from_fn(3, columns.len(), |row, index| columns[index][row])
     }
 
-    /// Torque that one sigma-less unit of an error adds to `J Ṡ − A S`, N m.
+    /// Torque that one sigma-less unit of an error adds to `J Ṡ − A S`, N m, for accelerations of body and wheels.
     fn torque_n_m(
         &self,
         error: Error,
         time_s: f64,
         motion: &Motion,
-        slopes: &[f64],
+        (acceleration, slopes): (&Vector3<f64>, &[f64]),
     ) -> Vector3<f64> {
         let wheels = self.craft.wheels();
         let of_wheel = |index: usize, direction: &Vector3<f64>| {
@@ -242,6 +247,12 @@ impl<'a> HardwareSensitivities<'a> {
                 all.map(|(index, motor)| of_wheel(index, &motor.wheel.axis)).sum()
             }
             Error::TorqueScale => self.scenario.torque.at(time_s),
+            Error::Clock => {
+                let of_wheels = wheels.iter().zip(slopes).map(|(motor, slope)| {
+                    motor.wheel.axis * (motor.wheel.spin_inertia_kg_m2 * *slope)
+                });
+                -(self.craft.inertia_kg_m2(time_s) * acceleration) - of_wheels.sum::<Vector3<f64>>()
+            }
             Error::GyroScale(_) | Error::GyroAxes(..) | Error::Delay => Vector3::zeros(),
         }
     }
@@ -279,7 +290,11 @@ impl Equations for HardwareSensitivities<'_> {
             torques.extend(modal.column_iter().map(|column| -column * unit));
         }
         let dynamic = self.errors.iter().filter(|(error, _)| error.is_dynamic());
-        torques.extend(dynamic.map(|(error, _)| self.torque_n_m(*error, time_s, &motion, &slopes)));
+        torques.extend(
+            dynamic.map(|(error, _)| {
+                self.torque_n_m(*error, time_s, &motion, (&acceleration, &slopes))
+            }),
+        );
         write_columns(&by_rate, &inverse, &torques, self.first_column(), state, derivative);
     }
 }
@@ -497,5 +512,38 @@ mod tests {
             .map(|k| Vector3::from(columns.fixed_view::<3, 1>(0, 9 + k)) * elements[k])
             .sum::<Vector3<f64>>();
         assert!((difference - column).norm() < 1e-4 * column.norm(), "{difference} {column}");
+    }
+
+    /// A clock's error is one of scale factors, spin inertias and torque, beside the rate at the start.
+    #[test]
+    fn a_clock_is_a_scale_of_gyro_wheels_and_torque() {
+        let text = "name = 'clocked'\nduration_s = 10\n[spacecraft]\n\
+             inertia_kg_m2 = [3, 4, 5, 0.1, 0.2, -0.1]\nrate_rad_s = [0.02, -0.03, 0.05]\n\
+             [gyro]\nrate_hz = 10\nnoise_rad_s = 1e-4\nscale_sigma = 0.01\nclock_sigma = 0.01\n\
+             [wheels]\ncommon_spin_inertia_sigma = 0.01\n\
+             [[wheel]]\naxis = [1, 2, 2]\nspin_inertia_kg_m2 = 1e-3\nspeed_rad_s = 100\n\
+             torque = { kind = 'multisine', amplitude_n_m = [0.02], frequency_hz = [0.2], phase_rad = [1] }\n\
+             [torque]\nkind = 'multisine'\nscale_sigma = 0.05\n\
+             amplitude_n_m = [[0.1], [0.2], [0.15]]\nfrequency_hz = [[0.2], [0.3], [0.15]]\n\
+             phase_rad = [[0], [1], [2]]\n";
+        let scenario = Scenario::from_toml("s.toml", text, Path::new("")).unwrap();
+        let craft = Spacecraft::new(&scenario);
+        let equations = HardwareSensitivities::new(&craft, &scenario).unwrap();
+        let names: Vec<String> = equations.errors.iter().map(|(error, _)| error.name()).collect();
+        assert_eq!(names[..3], ["common_spin_inertia", "torque_scale", "clock"]);
+        let state = equations.from_motion(craft.initial_state());
+        let state = advance(&equations, 0.0, 10.0, state).unwrap();
+        let columns = equations.of_reading(10.0, &state);
+        let column = |k: usize| Vector3::from(columns.fixed_view::<3, 1>(0, k));
+        let start = craft.motion(&craft.initial_state()).rate_rad_s;
+        // Rate 3, inertia 6, then the errors.
+        let of_scale: Vector3<f64> =
+            (0..3).map(|axis| column(12 + axis) - column(axis) * start[axis]).sum();
+        let expected = of_scale - column(9) - column(10) * 2.0;
+        assert!(
+            (column(11) - expected).norm() < 1e-6 * column(11).norm(),
+            "{} {expected}",
+            column(11)
+        );
     }
 }
