@@ -8,11 +8,13 @@
 //! | [`shift`] | innovations and their variances | accept, coast, lock out |
 //! | [`whiteness`] | innovations and their variances | white or not |
 //! | [`observability`] | covariance, range before the data | observed directions, 0 to 6 |
+//! | [`health`] | outcomes, estimates: the verdicts of the others | nominal, degraded, lost |
 //! | [`nearest_physical`] | tensor, covariance | nearest tensor that a body can have |
 //!
 //! No module here depends on an estimator. An estimator owns the state of its monitors and decides
 //! on the reaction.
 
+pub mod health;
 pub mod innovation;
 pub mod nearest_physical;
 pub mod observability;

@@ -286,7 +286,10 @@ impl<'a> Lockstep<'a> {
                 self.hardware.wait(us);
                 self.firmware.waited()
             }
-            Request::Captures => self.firmware.captured(&self.hardware.captured()),
+            Request::Captures => {
+                let motors_n_m = self.hardware.motor_torque_n_m();
+                self.firmware.captured(&self.hardware.captured(), motors_n_m)
+            }
             Request::FlashRead { offset, length } => {
                 let mut bytes = vec![0; usize::from(length)];
                 let answer = self.hardware.flash.read(offset, &mut bytes);

@@ -7,6 +7,7 @@ use std::process::Output;
 use assert_cmd::Command;
 use embedded_hal_nb::{nb, serial};
 use fsw_core::Status;
+use fsw_core::monitor::health::Health;
 use fsw_core::outcome::OutcomeCounts;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::Downlink;
@@ -46,6 +47,9 @@ fn estimate(jxx_kg_m2: f32) -> EstimateReport {
         estimator: EstimatorId::Window,
         status: Status::Converged,
         outcome: None,
+        health: Health::Nominal,
+        health_driver: None,
+        wheel_follows: [true; 4],
         physical: true,
         projected: false,
         residuals_white: None,
