@@ -16,6 +16,9 @@
 //! | status `diverged` | lost | `model` | [`innovation`](super::innovation), fits |
 //! | state or covariance not finite, covariance not positive | lost | `numbers` | the estimators, [`is_covariance`] |
 //!
+//! Evidence of an estimate, other than its numbers, counts once all estimates over [`HYSTERESIS`] samples have some: in the
+//! middle of a fit, `window` reports for a second what the next pass refutes. It holds until an estimate without evidence.
+//!
 //! A worse level begins with its evidence. A better one needs [`HYSTERESIS`] samples in a row without evidence of the
 //! present one. Nominal is therefore left at most once in 32 samples, and any 32 samples in a row have at most three
 //! changes: for the better, to degraded, to lost.
@@ -107,7 +110,7 @@ impl Driver {
     }
 }
 
-/// Health of one estimator, in 16 bytes.
+/// Health of one estimator, in some twenty bytes.
 ///
 /// ```
 /// use fsw_core::monitor::health::{Driver, HYSTERESIS, Health, HealthMonitor};
@@ -134,8 +137,10 @@ pub struct HealthMonitor {
     refused: u32,
     /// Verdict on the last refused sample.
     refusal: Option<Driver>,
-    /// Evidence of the last estimate, which holds until the next one.
+    /// Evidence of the last estimate, once it counts.
     of_estimate: Option<Driver>,
+    /// Samples since the first estimate of a series with evidence, up to 255; none without.
+    suspect: Option<u8>,
     /// A wheel does not follow its command.
     is_wheel_wrong: bool,
     /// Samples in a row without evidence of the present level, up to [`HYSTERESIS`].
@@ -147,6 +152,7 @@ impl HealthMonitor {
     /// Adds the outcome of a sample.
     pub fn step(&mut self, outcome: &Outcome) {
         let event = self.event(outcome);
+        self.suspect = self.suspect.map(|samples| samples.saturating_add(1));
         let refusal = match outcome {
             Outcome::Coasting(Coasting::Rejected(_) | Coasting::NoAttitude(_)) => {
                 Some(Driver::Gate)
@@ -178,9 +184,11 @@ impl HealthMonitor {
     pub fn estimate<T: Real>(&mut self, estimate: &Estimate<T>) {
         let is_converged = estimate.status == Status::Converged;
         self.has_converged |= is_converged;
-        self.of_estimate = if !is_covariance(&estimate.covariance_kg2_m4) {
-            Some(Driver::Numbers)
-        } else if estimate.status == Status::Diverged {
+        if !is_covariance(&estimate.covariance_kg2_m4) {
+            (self.suspect, self.of_estimate) = (None, Some(Driver::Numbers));
+            return;
+        }
+        let evidence = if estimate.status == Status::Diverged {
             Some(Driver::Model)
         } else if estimate.residuals_white == Some(false) {
             Some(Driver::Residuals)
@@ -189,6 +197,9 @@ impl HealthMonitor {
         } else {
             None
         };
+        self.suspect = evidence.and(self.suspect.or(Some(0)));
+        let counts = self.suspect.is_some_and(|samples| u32::from(samples) >= HYSTERESIS);
+        self.of_estimate = evidence.filter(|_| counts);
     }
 
     /// Notes the result of a check of the wheels against their commands, true if one does not follow it: for flight
@@ -213,7 +224,7 @@ impl HealthMonitor {
         if matches!(why, Reset::Changed | Reset::Diverged) {
             // The earlier estimate is discarded: convergence begins again.
             self.has_converged = false;
-            self.of_estimate = None;
+            (self.suspect, self.of_estimate) = (None, None);
         }
         match why {
             Reset::FirstSample | Reset::Aligned => None,
@@ -306,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn estimate_is_evidence_until_the_next_one() {
+    fn estimates_are_evidence_once_they_last() {
         let converged = of_status(Status::Converged);
         let mut indefinite = converged;
         indefinite.covariance_kg2_m4[(0, 1)] = 2.0 * indefinite.covariance_kg2_m4[(0, 0)];
@@ -327,7 +338,15 @@ mod tests {
                 Health::Nominal,
                 "not converged yet"
             );
+            // A series shorter than the hysteresis is none; numbers that are not valid count at once.
+            let at_once = if driver == Driver::Numbers { health } else { Health::Nominal };
             monitor.estimate(&converged);
+            monitor.estimate(&estimate);
+            assert_eq!(run(&mut monitor, Outcome::Updated, HYSTERESIS - 1), at_once);
+            monitor.estimate(&converged);
+            assert_eq!(run(&mut monitor, Outcome::Updated, HYSTERESIS), Health::Nominal);
+            monitor.estimate(&estimate);
+            run(&mut monitor, Outcome::Updated, HYSTERESIS);
             monitor.estimate(&estimate);
             assert_eq!(run(&mut monitor, Outcome::Updated, 100), health);
             assert_eq!(monitor.driver(), Some(driver));
