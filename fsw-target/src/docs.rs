@@ -15,6 +15,7 @@
 pub mod board {}
 
 /// [board module]: crate::board
+/// [wheel check]: crate::flight::wheel_check
 ///
 #[doc = include_str!("../docs/porting.md")]
 pub mod porting {}

@@ -380,6 +380,63 @@ mod tests {
         }
     }
 
+    /// Samples at 10 Hz, and wheels that stand still under a motor torque.
+    #[derive(Default)]
+    struct StuckWheels {
+        time_us: u64,
+        torque_n_m: f32,
+    }
+
+    impl DataReady for StuckWheels {
+        fn take_us(&mut self) -> Option<u64> {
+            self.time_us += 100_000;
+            Some(self.time_us)
+        }
+
+        fn has_newer(&mut self) -> bool {
+            false
+        }
+
+        fn discard(&mut self) {}
+
+        fn overruns(&self) -> u32 {
+            0
+        }
+    }
+
+    impl WheelTachometers<2> for StuckWheels {
+        type Error = &'static str;
+
+        fn speed_rad_s(&mut self) -> Result<[f32; 2], &'static str> {
+            Ok([100.0; 2])
+        }
+
+        fn motor_torque_n_m(&mut self) -> [Option<f32>; 2] {
+            [None, Some(self.torque_n_m)]
+        }
+    }
+
+    #[test]
+    fn wheel_that_ignores_its_command_is_named_and_degrades_the_health() {
+        use crate::flight::wheel_check::Config;
+        use fsw_core::monitor::health::{Driver, Health};
+        for (torque_n_m, is_wrong) in [(0.0, false), (1e-3, true)] {
+            let wheels = StuckWheels { torque_n_m, ..StuckWheels::default() };
+            let data_ready = StuckWheels::default();
+            let sensors = Sensors { data_ready, gyro: HEALTHY, wheels, torque: HEALTHY };
+            let mut flight = FlightLoop::new(Recorder::default(), sensors);
+            let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+            flight.check_wheels(WheelCheck::new(Config::default(), &axes, &[2e-5; 2]));
+            for _ in 0..10 {
+                let _ = flight.tick();
+            }
+            assert_eq!(flight.wheels_follow(), [true, !is_wrong]);
+            let (_, health) = flight.estimator_and_health();
+            let expected = (Health::Degraded, Some(Driver::Wheel));
+            assert_eq!((health.health(), health.driver()) == expected, is_wrong);
+        }
+    }
+
     #[test]
     fn rejected_samples_are_counted_by_reason() {
         let mut flight =
