@@ -68,7 +68,7 @@ fn tables_of(page: &str) -> Vec<Table> {
 /// Cells of a row of a table; `None` for another line.
 fn cells(line: &str) -> Option<Vec<String>> {
     let row = line.trim().strip_prefix('|')?.strip_suffix('|')?;
-    Some(row.split('|').map(|cell| normal(cell)).collect())
+    Some(row.split('|').map(normal).collect())
 }
 
 /// One space between words.

@@ -21,10 +21,9 @@
 //! tachometer that misses the share k of the motion (1: stuck or dead, 0.1: a tenth of the edges) is outside after
 //! `r Iₛ / ((k − s) |u| − d)` seconds and three samples; not at all where its torque is below `d / (k − s)`. A motor off by m changes k by m.
 //!
-//! One wrong speed at the begin of a stretch spoils all of it. The first stretch outside therefore makes a suspect alone, and
-//! begins again at the present reading; the second one in a row finds the fault, after twice that time. A suspect, and a
-//! wheel that was found, follows its command again after a stretch within the limits of at least the impulse at which it
-//! left them.
+//! One wrong speed at the begin of a stretch is an error of all of it. The first stretch outside the limits is therefore no
+//! fault yet, and the next begins at the present reading; the second one in a row is a fault, after twice that time. Either
+//! ends with a stretch within the limits of at least the impulse at which the last one left them.
 
 use fsw_core::Vec3;
 
@@ -223,7 +222,7 @@ mod tests {
             for flown in 0..samples {
                 self.k += 1;
                 // Five seconds a half-wave.
-                let torque = if self.k / 50 % 2 == 0 { TORQUE_N_M } else { -TORQUE_N_M };
+                let torque = if (self.k / 50).is_multiple_of(2) { TORQUE_N_M } else { -TORQUE_N_M };
                 let drag = 1e-5 * self.speed_rad_s.signum();
                 let body = Vec3::new(0.02 * (self.k as f32 * 0.3).sin(), 0.0, 0.0);
                 self.speed_rad_s += (self.motor * torque - drag) / SPIN_KG_M2 * PERIOD_S;
@@ -251,7 +250,8 @@ mod tests {
     /// look like 7 %, which the tolerance of 5 % and the drag hide: that one has its nominal torque.
     #[test]
     fn faults_are_found_by_wheel_in_the_stated_time() {
-        let faults: [(&str, f32, fn(f32) -> f32, u64); 5] = [
+        type Read = fn(f32) -> f32;
+        let faults: [(&str, f32, Read, u64); 5] = [
             ("stuck", 1.03, |_| 300.0, 10),
             ("dead line", 1.03, |_| 0.0, 10),
             ("reversed", 1.03, |speed| -speed, 10),

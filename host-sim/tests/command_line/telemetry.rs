@@ -162,7 +162,11 @@ fn text_has_one_line_per_packet() {
             "  outcomes.accepted 6001  outcomes.spike 2  outcomes.gap_resets 1  ",
         ),
         (2, "    12.345680 s  checkpoint 0", "  index 0  parts 9  bytes 3"),
-        (3, "    12.345681 s  estimate 1", "  status converged  health nominal  wheel_follows yes yes "),
+        (
+            3,
+            "    12.345681 s  estimate 1",
+            "  status converged  health nominal  wheel_follows yes yes ",
+        ),
     ] {
         assert!(lines[line].starts_with(start) && lines[line].contains(within), "{text}");
     }
