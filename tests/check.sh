@@ -124,6 +124,14 @@ heading "Bare metal: fsw-core for $TARGET"
 cargo target build --package fsw-core --profile firmware
 cargo target build --package fsw-core --profile firmware --features defmt
 
+heading "Advisories of the dependencies"
+if cargo deny --version >/dev/null 2>&1; then
+    cargo deny check
+else
+    skipped="$skipped advisories"
+    echo "skipped: cargo-deny is not installed; licences, duplicates and sources are tested above"
+fi
+
 heading "Documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
 

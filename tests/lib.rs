@@ -1,4 +1,4 @@
-//! Parts shared by the tests of the pages and by the programs `accuracy`, `field` and `upsets`. The tests of the project are
+//! Parts shared by the tests of the pages and by the programs `accuracy`, `field`, `sbom` and `upsets`. The tests of the project are
 //! one target per file or folder beside this library.
 
 pub mod accuracy;
@@ -8,4 +8,5 @@ pub mod fuzz;
 pub mod hardware;
 pub mod manoeuvre;
 pub mod program;
+pub mod supply;
 pub mod upsets;

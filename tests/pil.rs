@@ -79,6 +79,7 @@ fn wheel_slew_has_the_same_bits_on_firmware_and_host() -> Result<()> {
     let flown = fly_plan(&Plan { scenario: "microsat-slew", ..SPIN_UP })??;
     // The tachometers need three readings before the first speed.
     assert_eq!((flown.compared, flown.outcomes.accepted, flown.wheel_failures), (1501, 1498, 3));
+    assert_eq!(flown.wheel_doubts, 0, "healthy tachometers follow their commands");
     assert_eq!(flown.estimator.estimate().status, Status::Converged);
     Ok(())
 }
@@ -119,6 +120,7 @@ fn imperfect_gyro_and_wheels_have_the_same_bits_on_firmware_and_host() -> Result
     for estimator in [EstimatorId::Window, EstimatorId::JointEkf] {
         let flown = fly_plan(&Plan { scenario: SCENARIO, estimator, ..SPIN_UP })??;
         assert_eq!((flown.compared, flown.estimator.selected()), (601, estimator));
+        assert_eq!(flown.wheel_doubts, 0, "spin inertia off by its sigma");
         let estimate = flown.estimator.estimate();
         assert_eq!(estimate.status, Status::Converged, "{}", estimator.name());
         assert!(estimate.sigma_random_kg_m2.is_some(), "{}", estimator.name());

@@ -268,6 +268,93 @@ mod tests {
         samples.map(|sample| gate.check(&sample)).collect()
     }
 
+    /// Bits of every sign and exponent with the mantissas 0, 1, the largest quiet and signalling ones, and the neighbours
+    /// of the range.
+    fn classes(range_rad_s: f32) -> Vec<f32> {
+        let mantissas = [0, 1, 0x003f_ffff, 0x0040_0000, 0x007f_ffff];
+        let heads = (0..1 << 9).map(|head: u32| head << 23);
+        let bits = heads.flat_map(|head| mantissas.map(|mantissa| head | mantissa));
+        let near = [range_rad_s.to_bits() - 1, range_rad_s.to_bits(), range_rad_s.to_bits() + 1];
+        let near = near.into_iter().flat_map(|bits| [bits, bits | 1 << 31]);
+        bits.chain(near).map(f32::from_bits).collect()
+    }
+
+    /// A sample whose numbers are these: rates, wheel speed, torques.
+    fn of_numbers(time_us: u64, numbers: &[f32; 7]) -> Sample<f32, 1> {
+        let [x, y, z, speed, a, b, c] = *numbers;
+        Sample {
+            time_us,
+            rate_rad_s: Vec3::new(x, y, z),
+            wheel_speed_rad_s: [speed],
+            torque_n_m: Vec3::new(a, b, c),
+            attitude: None,
+        }
+    }
+
+    /// The verdict by bits: an exponent of ones is not finite, and magnitudes compare as integers.
+    fn expected(last_us: Option<u64>, sample: (u64, &[f32; 7]), config: &Config<f32>) -> Verdict {
+        let magnitude = |number: &f32| number.to_bits() & 0x7fff_ffff;
+        let (time_us, numbers) = sample;
+        if numbers.iter().any(|number| magnitude(number) >= 0xff << 23) {
+            return Verdict::Rejected(Rejection::NotFinite);
+        }
+        if numbers[..3].iter().any(|rate| magnitude(rate) >= config.range_rad_s.to_bits()) {
+            return Verdict::Rejected(Rejection::OutOfRange);
+        }
+        let Some(last_us) = last_us else { return Verdict::First };
+        match time_us.checked_sub(last_us) {
+            None | Some(0) => Verdict::Rejected(Rejection::OutOfOrder),
+            Some(elapsed_us) if elapsed_us <= config.max_gap_us => Verdict::After { elapsed_us },
+            Some(_) => Verdict::Gap,
+        }
+    }
+
+    /// Every class of numbers in each of seven places, and every pair of 25 classes in two places, at each class of time
+    /// stamps: 435,000 samples.
+    #[test]
+    fn every_class_of_numbers_and_stamps_has_its_verdict() {
+        let config = Config { range_rad_s: 8.75_f32, max_gap_us: 1_000_000, stuck_after: 0 };
+        let (classes, usable) = (classes(config.range_rad_s), [0.1, 0.2, 0.3, 4.0, 0.0, 0.0, 0.0]);
+        let last_us = 2_000_000;
+        let stamps = [
+            0,
+            last_us - 1,
+            last_us,
+            last_us + 1,
+            last_us + 1_000_000,
+            last_us + 1_000_001,
+            u64::MAX,
+        ];
+        let check = |numbers: &[f32; 7]| {
+            for time_us in stamps {
+                for last_us in [None, Some(last_us)] {
+                    let mut gate = Gate::new(config);
+                    if let Some(last_us) = last_us {
+                        gate.check(&of_numbers(last_us, &usable));
+                    }
+                    let found = gate.check(&of_numbers(time_us, numbers));
+                    let expected = expected(last_us, (time_us, numbers), &config);
+                    assert_eq!(found, expected, "{numbers:?} at {time_us} after {last_us:?}");
+                }
+            }
+        };
+        for place in 0..7 {
+            for class in &classes {
+                let mut numbers = usable;
+                numbers[place] = *class;
+                check(&numbers);
+            }
+        }
+        let few: Vec<f32> = classes.iter().copied().step_by(classes.len() / 24).collect();
+        for (a, b) in (0..7).flat_map(|a| (0..a).map(move |b| (a, b))) {
+            for (first, second) in few.iter().flat_map(|x| few.iter().map(move |y| (x, y))) {
+                let mut numbers = usable;
+                (numbers[a], numbers[b]) = (*first, *second);
+                check(&numbers);
+            }
+        }
+    }
+
     const DAY_US: u64 = 86_400_000_000;
     const LATE: Verdict = Verdict::Rejected(Rejection::OutOfOrder);
 

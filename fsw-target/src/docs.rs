@@ -2,6 +2,7 @@
 //! [porting]: self::porting
 //! [security]: self::security
 //! [robustness]: self::robustness
+//! [verification]: self::verification
 //! [budgets]: self::budgets
 //! [link]: crate::link
 //!
@@ -14,6 +15,7 @@
 pub mod board {}
 
 /// [board module]: crate::board
+/// [wheel check]: crate::flight::wheel_check
 ///
 #[doc = include_str!("../docs/porting.md")]
 pub mod porting {}
@@ -29,6 +31,12 @@ pub mod security {}
 ///
 #[doc = include_str!("../docs/robustness.md")]
 pub mod robustness {}
+
+/// [budgets]: self::budgets
+/// [robustness]: self::robustness
+///
+#[doc = include_str!("../docs/verification.md")]
+pub mod verification {}
 
 #[doc = include_str!("../docs/budgets.md")]
 pub mod budgets {}

@@ -24,6 +24,7 @@ pub mod scenarios {}
 /// [logs]: crate::docs::logs
 /// [diagnose]: crate::docs::diagnose
 /// [report]: crate::docs::report
+/// [table]: fsw_core::monitor::health
 ///
 #[doc = include_str!("../docs/replay.md")]
 pub mod replay {}
@@ -59,6 +60,7 @@ pub mod manoeuvres {}
 
 /// [scenarios]: crate::docs::scenarios
 /// [report]: crate::docs::report
+/// [health]: fsw_core::monitor::health
 ///
 #[doc = include_str!("../docs/faults.md")]
 pub mod faults {}

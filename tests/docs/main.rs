@@ -15,6 +15,7 @@ mod command;
 mod folder;
 mod output;
 mod page;
+mod verification;
 mod workspace;
 
 use std::process::Command as Process;
@@ -99,6 +100,15 @@ fn outputs_are_those_of_the_commands() {
 }
 
 #[test]
+fn every_promise_has_a_test_a_number_and_a_command() {
+    let (tables, workspace) = (verification::tables(), Workspace::load());
+    assert!(tables.len() > 5, "{} tables", tables.len());
+    let complaints: Vec<String> =
+        tables.iter().flat_map(|table| table.complaints(&workspace)).collect();
+    assert!(complaints.is_empty(), "\n{}\n", complaints.join("\n"));
+}
+
+#[test]
 fn links_lead_to_files() {
     on_each_page(|page| {
         let is_local = |link: &&String| !link.contains("://") && !link.starts_with('#');
@@ -115,7 +125,9 @@ fn paths_in_the_text_exist() {
         let is_path = |code: &&String| {
             folders.iter().any(|folder| code.starts_with(folder)) && !code.contains(' ')
         };
-        let missing = |code: &&String| !repository().join(code.as_str()).exists();
+        // A test is a path and a function.
+        let path = |code: &str| code.split("::").next().unwrap_or_default().to_owned();
+        let missing = |code: &&String| !repository().join(path(code)).exists();
         let missing = page.code.iter().filter(is_path).filter(missing);
         missing.map(|path| format!("`{path}` does not exist")).collect()
     });

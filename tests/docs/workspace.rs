@@ -93,7 +93,8 @@ impl Workspace {
                 | "--workspace"
                 | "--no-deps"
                 | "--open"
-                | "--lib" => {}
+                | "--lib"
+                | "--doc" => {}
                 // Part of the names of tests.
                 filter if verb == "test" && !filter.starts_with('-') => {}
                 other => return Err(format!("an unknown flag `{other}`")),

@@ -9,12 +9,14 @@
 //! | [`whiteness`] | innovations and their variances | white or not |
 //! | [`curvature`] | residuals of blocks, and their mean rates | part of the residuals along the second derivative of the rate |
 //! | [`observability`] | covariance, range before the data | observed directions, 0 to 6 |
+//! | [`health`] | outcomes, estimates: the verdicts of the others | nominal, degraded, lost |
 //! | [`nearest_physical`] | tensor, covariance | nearest tensor that a body can have |
 //!
 //! No module here depends on an estimator. An estimator owns the state of its monitors and decides
 //! on the reaction.
 
 pub mod curvature;
+pub mod health;
 pub mod innovation;
 pub mod nearest_physical;
 pub mod observability;

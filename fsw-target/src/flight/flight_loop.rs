@@ -5,6 +5,8 @@
 //! It may be called from the main loop or from an exception.
 
 use crate::flight::sensors::{DataReady, Gyro, TorqueCommand, WheelTachometers};
+use crate::flight::wheel_check::WheelCheck;
+use fsw_core::monitor::health::HealthMonitor;
 use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Estimator, Outcome, Sample};
 
@@ -62,6 +64,9 @@ pub struct FlightLoop<E, D, G, S, Q, const W: usize> {
     estimator: E,
     sensors: Sensors<D, G, S, Q>,
     counters: Counters,
+    health: HealthMonitor,
+    /// None: wheels are not judged.
+    wheel_check: Option<WheelCheck<W>>,
 }
 
 impl<E, D, G, S, Q, const W: usize> FlightLoop<E, D, G, S, Q, W>
@@ -74,7 +79,13 @@ where
 {
     /// The flight loop before its first sample.
     pub fn new(estimator: E, sensors: Sensors<D, G, S, Q>) -> Self {
-        Self { estimator, sensors, counters: Counters::default() }
+        let (counters, health) = (Counters::default(), HealthMonitor::default());
+        Self { estimator, sensors, counters, health, wheel_check: None }
+    }
+
+    /// Checks the tachometers against the commanded motor torques from the next sample on.
+    pub fn check_wheels(&mut self, check: WheelCheck<W>) {
+        self.wheel_check = Some(check);
     }
 
     /// Reads and steps the pending gyro sample, if there is one. Its time is that of the announcement less
@@ -97,6 +108,7 @@ where
             Ok(speed_rad_s) => speed_rad_s,
             Err(error) => {
                 count(&mut self.counters.wheels_failed);
+                self.wheel_check.iter_mut().for_each(WheelCheck::interrupt);
                 return Tick::WheelsFailed(error);
             }
         };
@@ -106,11 +118,17 @@ where
         }
         let time_us = time_us.saturating_sub(self.sensors.gyro.delay_us().into());
         let torque_n_m = self.sensors.torque.torque_n_m();
+        if let Some(check) = &mut self.wheel_check {
+            let motors_n_m = self.sensors.wheels.motor_torque_n_m();
+            check.add(time_us, &rate_rad_s, &wheel_speed_rad_s, &motors_n_m);
+            self.health.note_wheels(check.follow().contains(&false));
+        }
 
         let attitude = None; // not measured, and not used by an estimator of the roster
         let sample = Sample { time_us, rate_rad_s, wheel_speed_rad_s, torque_n_m, attitude };
         let outcome = self.estimator.step(&sample);
         self.counters.outcomes.add(&outcome);
+        self.health.step(&outcome);
         Tick::Stepped { time_us, outcome }
     }
 
@@ -122,6 +140,16 @@ where
     /// The estimator, for telecommands.
     pub fn estimator_mut(&mut self) -> &mut E {
         &mut self.estimator
+    }
+
+    /// The estimator and its health, for reports.
+    pub fn estimator_and_health(&mut self) -> (&E, &mut HealthMonitor) {
+        (&self.estimator, &mut self.health)
+    }
+
+    /// True for each wheel whose speed follows its commanded torque, or is not judged.
+    pub fn wheels_follow(&self) -> [bool; W] {
+        self.wheel_check.as_ref().map_or([true; W], WheelCheck::follow)
     }
 
     /// The sensors.
@@ -349,6 +377,63 @@ mod tests {
             let mut flight = FlightLoop::new(Recorder::default(), sensors);
             assert_eq!(flight.tick(), expected, "stamped before the delay of the gyro");
             newer.set(false);
+        }
+    }
+
+    /// Samples at 10 Hz, and wheels that stand still under a motor torque.
+    #[derive(Default)]
+    struct StuckWheels {
+        time_us: u64,
+        torque_n_m: f32,
+    }
+
+    impl DataReady for StuckWheels {
+        fn take_us(&mut self) -> Option<u64> {
+            self.time_us += 100_000;
+            Some(self.time_us)
+        }
+
+        fn has_newer(&mut self) -> bool {
+            false
+        }
+
+        fn discard(&mut self) {}
+
+        fn overruns(&self) -> u32 {
+            0
+        }
+    }
+
+    impl WheelTachometers<2> for StuckWheels {
+        type Error = &'static str;
+
+        fn speed_rad_s(&mut self) -> Result<[f32; 2], &'static str> {
+            Ok([100.0; 2])
+        }
+
+        fn motor_torque_n_m(&mut self) -> [Option<f32>; 2] {
+            [None, Some(self.torque_n_m)]
+        }
+    }
+
+    #[test]
+    fn wheel_that_ignores_its_command_is_named_and_degrades_the_health() {
+        use crate::flight::wheel_check::Config;
+        use fsw_core::monitor::health::{Driver, Health};
+        for (torque_n_m, is_wrong) in [(0.0, false), (1e-3, true)] {
+            let wheels = StuckWheels { torque_n_m, ..StuckWheels::default() };
+            let data_ready = StuckWheels::default();
+            let sensors = Sensors { data_ready, gyro: HEALTHY, wheels, torque: HEALTHY };
+            let mut flight = FlightLoop::new(Recorder::default(), sensors);
+            let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+            flight.check_wheels(WheelCheck::new(Config::default(), &axes, &[2e-5; 2]));
+            for _ in 0..10 {
+                let _ = flight.tick();
+            }
+            assert_eq!(flight.wheels_follow(), [true, !is_wrong]);
+            let (_, health) = flight.estimator_and_health();
+            let expected = (Health::Degraded, Some(Driver::Wheel));
+            assert_eq!((health.health(), health.driver()) == expected, is_wrong);
         }
     }
 

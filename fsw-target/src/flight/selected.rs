@@ -158,6 +158,11 @@ impl SelectedEstimator {
         sum
     }
 
+    /// The spacecraft as configured.
+    pub fn craft(&self) -> &Craft<WHEELS> {
+        &self.craft
+    }
+
     /// The estimator that is stepped.
     pub fn selected(&self) -> EstimatorId {
         self.slot.id().unwrap_or(EstimatorId::FIRST)

@@ -91,6 +91,13 @@ pub trait WheelTachometers<const W: usize> {
     /// Speed of each wheel about its spin axis, relative to the body, rad/s.
     fn speed_rad_s(&mut self) -> Result<[f32; W], Self::Error>;
 
+    /// Mean commanded torque of each motor on its wheel since the last reading of the speeds, about the spin axis, N m;
+    /// `None` where this computer does not know it. With it, each sensor is checked against the motion of its wheel
+    /// ([`wheel_check`](crate::flight::wheel_check)).
+    fn motor_torque_n_m(&mut self) -> [Option<f32>; W] {
+        [None; W]
+    }
+
     /// True for each wheel that had a speed at the last reading, or is not fitted.
     fn are_valid(&self) -> [bool; W] {
         [true; W]

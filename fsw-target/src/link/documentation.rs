@@ -9,6 +9,7 @@ use super::telemetry::{
 };
 use super::wire::{About, Coded, Shape, Value, Visitor};
 use crate::runtime::failure::Kind as FailureKind;
+use fsw_core::monitor::health::{Driver, Health};
 use fsw_core::{Outcome, Status};
 use fsw_roster::EstimatorId;
 use std::string::String;
@@ -84,6 +85,8 @@ fn codes_match_the_types() {
         words::<EstimatorId>(),
         words::<Status>(),
         words::<Outcome>(),
+        words::<Health>(),
+        words::<Driver>(),
         words::<HardwareError>(),
         words::<ResetCause>(),
         words::<FailureKind>(),

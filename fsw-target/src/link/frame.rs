@@ -163,6 +163,61 @@ mod tests {
         assert_eq!(receive::<8>(line), [Err(FrameError::Oversized), Ok([1, 2, 3].to_vec())]);
     }
 
+    /// The packet of a frame's content, by the definition of COBS; `None` if the last group is incomplete.
+    fn unstuffed(content: &[u8]) -> Option<Vec<u8>> {
+        let (mut packet, mut rest) = (Vec::new(), content);
+        while let Some((code, after)) = rest.split_first() {
+            let group = after.get(..usize::from(*code) - 1)?;
+            packet.extend(group);
+            rest = &after[group.len()..];
+            if *code < 0xff && !rest.is_empty() {
+                packet.push(0);
+            }
+        }
+        Some(packet)
+    }
+
+    /// All 16.6 million contents of one to three bytes: the packet or the error of the definition, one for a frame, the
+    /// stuffing of that packet, and an intact frame after it.
+    #[test]
+    fn every_short_frame_is_that_of_the_definition() {
+        let next = frame(&[5, 0, 6]);
+        let mut receiver = FrameReceiver::<8>::new();
+        let check = |receiver: &mut FrameReceiver<8>, content: &[u8]| {
+            let mut found: Option<Found> = None;
+            for byte in content.iter().chain(&[0]) {
+                if let Some(outcome) = receiver.push(*byte) {
+                    assert!(found.is_none(), "two outcomes of {content:?}");
+                    found = Some(outcome.map(<[u8]>::to_vec));
+                }
+            }
+            match (found, unstuffed(content)) {
+                (Some(Ok(packet)), Some(expected)) => {
+                    assert_eq!(packet, expected, "{content:?}");
+                    if !packet.is_empty() {
+                        assert_eq!(frame(&packet)[1..], [content, &[0]].concat(), "{content:?}");
+                    }
+                }
+                (Some(Err(_)), None) => {}
+                (None, Some(expected)) if expected.is_empty() => {}
+                other => panic!("{content:?}: {other:?}"),
+            }
+        };
+        for a in 1..=255 {
+            check(&mut receiver, &[a]);
+            for b in 1..=255 {
+                check(&mut receiver, &[a, b]);
+                for c in 1..=255 {
+                    check(&mut receiver, &[a, b, c]);
+                }
+                let after: Vec<Found> = (next.iter())
+                    .filter_map(|byte| receiver.push(*byte).map(|found| found.map(<[u8]>::to_vec)))
+                    .collect();
+                assert_eq!(after, [Ok([5, 0, 6].to_vec())], "after {a} {b}");
+            }
+        }
+    }
+
     #[test]
     fn zeros_between_frames_are_ignored() {
         assert_eq!(receive::<8>([0; 100]), []);

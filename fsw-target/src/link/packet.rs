@@ -383,6 +383,32 @@ mod tests {
         }
     }
 
+    /// Every single bit, every pair of bits and every burst of up to 16 bits of a telecommand: the checksum detects them.
+    #[test]
+    fn every_pair_and_burst_of_wrong_bits_is_detected() {
+        let good = bytes(&TELECOMMAND, &[11, 0x3a, 0x83, 0x12, 0x6f, 0xbb, 0x03, 0x12, 0x6f]);
+        let bits = 8 * good.len();
+        let rejected = |wrong: &[usize]| {
+            let mut packet = good.clone();
+            for bit in wrong {
+                packet[bit / 8] ^= 0x80 >> (bit % 8);
+            }
+            assert!(parse(&packet).is_err(), "bits {wrong:?}");
+        };
+        for first in 0..bits {
+            rejected(&[first]);
+            for second in first + 1..bits {
+                rejected(&[first, second]);
+            }
+        }
+        for burst in 1..=u16::MAX {
+            let pattern: Vec<usize> = (0..16).filter(|bit| burst >> bit & 1 == 1).collect();
+            for first in (0..bits - 15).step_by(5) {
+                rejected(&pattern.iter().map(|bit| first + bit).collect::<Vec<_>>());
+            }
+        }
+    }
+
     #[test]
     fn half_of_all_counts_is_ahead() {
         let ahead = |count, last| is_ahead(u14::new(count), u14::new(last));

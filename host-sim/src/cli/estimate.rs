@@ -3,7 +3,9 @@
 use super::Failure;
 use super::notes::Notes;
 use crate::diagnosis::innovations;
-use crate::estimation::{EstimationResult, EstimatorName, Method, Setup, estimate_log, key};
+use crate::estimation::{
+    EstimationResult, EstimatorName, HealthHistory, Method, Setup, estimate_log, key,
+};
 use crate::fault::Computer;
 use crate::input::craft::hardware::DATA_SHEET;
 use crate::input::log::LogRow;
@@ -38,9 +40,10 @@ pub(super) fn estimate(
             "gyro.noise_rad_s is not given; estimated from the residuals: {noise:.3e} rad/s"
         ));
     }
-    let mut history = Vec::new();
+    let (mut history, mut health) = (Vec::new(), HealthHistory::default());
     let estimator = Computer::with(&setup, faults, seed).map_err(failure)?;
     let result = estimate_log(rows, estimator, |row, outcome, estimator| {
+        health.step(row.time_us, outcome, estimator);
         if keep_history {
             history.push(HistoryRow::new(row, outcome, estimator));
         }
@@ -50,7 +53,7 @@ pub(super) fn estimate(
         history.iter_mut().zip(all).for_each(|(row, innovation)| row.set_innovation(innovation));
     }
     note_assumptions(method.estimator, craft, &result, &mut notes);
-    let mut report = ReplayReport::new(method, rows.len(), &result);
+    let mut report = ReplayReport::new(method, rows.len(), &result).with_health(&health);
     let assumed = &craft.hardware.assumed;
     report.hardware.iter_mut().for_each(|parameter| parameter.mark_assumed(assumed));
     report.notes = notes.into_list();

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use fsw_core::monitor::health::{Health, HealthMonitor};
 use fsw_core::{Coasting, Estimate, Outcome, Reset, Status};
 
 use super::{Computer, Timed};
@@ -39,6 +40,11 @@ pub struct Record {
     last: Option<(Score, Check)>,
     /// Every number that the estimator reported was finite.
     is_finite: bool,
+    /// Health by the time of its change, µs since the first sample.
+    health: BTreeMap<u64, Health>,
+    monitor: HealthMonitor,
+    /// Time of the first converged estimate, µs.
+    converged_us: Option<u64>,
 }
 
 /// Conditions of a flight.
@@ -71,6 +77,9 @@ impl Record {
             resets: 0,
             last: None,
             is_finite: true,
+            health: BTreeMap::new(),
+            monitor: HealthMonitor::default(),
+            converged_us: None,
         };
         // A panic leaves the estimator and the last check unfinished; neither is used afterwards.
         let flown = catch_unwind(AssertUnwindSafe(|| {
@@ -105,6 +114,8 @@ impl Record {
             }
             Outcome::Updated | Outcome::Coasting(_) => {}
         }
+        self.monitor.step(&outcome);
+        self.health.insert(sample.elapsed_us, self.monitor.health());
         self.is_finite &= estimator.rate_rad_s().iter().all(|rate| rate.is_finite());
         let due = sample.elapsed_us / CHECK_US;
         if self.checks.last_key_value().is_some_and(|(last, _)| *last >= due) {
@@ -113,6 +124,10 @@ impl Record {
         let truth_kg_m2 = conditions.scenario.inertia_at_kg_m2(sample.elapsed_us as f64 * 1e-6);
         let estimate = estimator.estimate();
         self.is_finite &= is_finite(&estimate);
+        self.monitor.estimate(&estimate);
+        if estimate.status == Status::Converged {
+            self.converged_us.get_or_insert(sample.elapsed_us);
+        }
         let score = Reference { truth_kg_m2, ..*conditions.reference }.score(&estimate);
         self.checks.insert(due, Check::new(&estimate, &score));
     }
@@ -149,6 +164,38 @@ impl Record {
     }
 }
 
+impl Record {
+    /// Health at this time.
+    fn health_at(&self, us: u64) -> Health {
+        self.health.range(..=us).next_back().map_or(Health::Nominal, |(_, health)| *health)
+    }
+
+    /// True for a flight that is not nominal at some time after its first convergence.
+    pub fn is_degraded(&self) -> bool {
+        let after = self.converged_us.map(|from| self.health.range(from..));
+        after.into_iter().flatten().any(|(_, health)| *health != Health::Nominal)
+    }
+
+    /// Time from `start_us` until the health is worse than that of the clean flight, s.
+    fn degraded_s(&self, clean: &Self, start_us: u64) -> Option<f64> {
+        let mut after = self.health.range(start_us..);
+        let (us, _) = after.find(|(us, health)| **health > clean.health_at(**us))?;
+        Some((us - start_us) as f64 * 1e-6)
+    }
+
+    /// Time from `end_us` until the health is that of the clean flight for good, s; none if it is not at the end.
+    fn nominal_s(&self, clean: &Self, end_us: u64) -> Option<f64> {
+        let is_worse = |us: u64, health: Health| health > clean.health_at(us);
+        let worse = self.health.iter().rev().find(|(us, health)| is_worse(**us, **health));
+        let (last, _) = self.health.last_key_value()?;
+        match worse {
+            Some((us, _)) if us == last => None,
+            Some((us, _)) => Some(us.saturating_sub(end_us) as f64 * 1e-6),
+            None => Some(0.0),
+        }
+    }
+}
+
 impl Check {
     fn new(estimate: &Estimate<f64>, score: &Score) -> Self {
         Self {
@@ -179,6 +226,11 @@ pub struct Judged {
     /// Time from the start of the fault to the first event or report that the clean flight does not
     /// have, s.
     pub detection_s: Option<f64>,
+    /// Time from the start of the fault until the health is worse than that of the clean flight, s.
+    pub degraded_s: Option<f64>,
+    /// Time from the end of the fault until the health is that of the clean flight for good, s; none if it is not at
+    /// the end.
+    pub nominal_s: Option<f64>,
     /// The final estimate is a silent lie.
     pub is_silent: bool,
     /// Time from the start of the fault to the last silently wrong estimate in flight, s; zero without.
@@ -224,6 +276,8 @@ impl Judged {
             panicked: record.panicked(),
             is_finite: record.is_finite,
             detection_s: detection_s(record, clean, start_us),
+            degraded_s: record.degraded_s(clean, start_us),
+            nominal_s: record.nominal_s(clean, end_us),
             is_silent: record.is_silent() && !clean.is_silent(),
             wrong_s,
             recovery_s: right_from.filter(|_| score.is_some()),

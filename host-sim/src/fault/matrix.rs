@@ -65,6 +65,15 @@ pub struct Row {
     pub detection_worst_s: Option<f64>,
     /// Clean flights that report a fault.
     pub false_alarms: usize,
+    /// Runs in which the health is worse than in the clean flight; clean flights that are not nominal at some time after
+    /// their convergence.
+    pub degraded: usize,
+    /// Longest time from the start of the fault until then.
+    pub degraded_s: Option<f64>,
+    /// Runs that end with the health of the clean flight.
+    pub nominal: usize,
+    /// Longest time from the end of the fault until that health for good, of these runs.
+    pub nominal_s: Option<f64>,
     /// Runs that end converged.
     pub converged: usize,
     /// Runs whose final estimate is a silent lie.
@@ -95,6 +104,7 @@ struct Task {
     run: u64,
     method: usize,
     false_alarm: bool,
+    is_degraded: bool,
     flights: Vec<Judged>,
 }
 
@@ -155,7 +165,13 @@ impl Matrix<'_> {
         }
         // The clean flight is compared with itself, which hides its own silent lie.
         flights[0].is_silent = clean.is_silent();
-        Ok(Task { run, method, false_alarm: clean.has_alarm(), flights })
+        Ok(Task {
+            run,
+            method,
+            false_alarm: clean.has_alarm(),
+            is_degraded: clean.is_degraded(),
+            flights,
+        })
     }
 
     /// Cells of one estimator, from its tasks in the order of the runs.
@@ -166,6 +182,7 @@ impl Matrix<'_> {
         };
         let mut clean = rows(0);
         clean.false_alarms = tasks.iter().filter(|task| task.false_alarm).count();
+        clean.degraded = tasks.iter().filter(|task| task.is_degraded).count();
         clean.judge(None, None);
         let bound = clean.over_bound;
         let mut cells = vec![Cell { method, fault: None, row: clean }];
@@ -198,6 +215,10 @@ impl Row {
             detection_s: detections.get(detections.len() / 2).copied(),
             detection_worst_s: detections.last().copied(),
             false_alarms: 0,
+            degraded: count(&|f| f.degraded_s.is_some()),
+            degraded_s: longest(&mut flights.iter().filter_map(|f| f.degraded_s)),
+            nominal: count(&|f| f.nominal_s.is_some()),
+            nominal_s: longest(&mut flights.iter().filter_map(|f| f.nominal_s)),
             converged: count(&|f| f.status == Some(Status::Converged)),
             silent: count(&|f| f.is_silent),
             silent_in_flight: count(&|f| f.wrong_s > 0.0),

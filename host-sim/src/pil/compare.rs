@@ -125,6 +125,7 @@ fn text(value: Option<Value>) -> String {
 mod tests {
     use super::*;
     use fsw_core::estimator::window::{Config, Window};
+    use fsw_core::monitor::health::HealthMonitor;
     use fsw_core::{Outcome, WheelArray};
     use fsw_target::flight::selected::EstimatorId;
     use fsw_target::link::packet::SequenceCount;
@@ -135,7 +136,8 @@ mod tests {
     fn estimate() -> EstimateReport {
         let wheels = WheelArray::new([], []).unwrap();
         let window = Window::<f32, 0, 64, 9>::new(Config::new(1e-4), wheels).unwrap();
-        EstimateReport::of(EstimatorId::Window, &window, 0, Some(Outcome::Updated))
+        let (id, outcome) = (EstimatorId::Window, Some(Outcome::Updated));
+        EstimateReport::of(id, &window, 0, outcome, &mut HealthMonitor::default(), [true; 4])
     }
 
     fn packet(estimate: EstimateReport) -> Received {

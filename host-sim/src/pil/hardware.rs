@@ -13,7 +13,7 @@ use super::flash::FlashModel;
 use super::mission::Mission;
 use super::setup;
 use crate::input::Scenario;
-use crate::input::scenario::SimulatedGyro;
+use crate::input::scenario::{SimulatedGyro, SimulatedWheel};
 use crate::sensor::bmi088::{BusFault, Chip, Wire};
 use crate::sensor::encoder::{Captures, EncoderData};
 use crate::sensor::gyro::Gyro;
@@ -35,6 +35,8 @@ pub struct Announced {
 /// Hardware of one flight. The same mission gives the same bits.
 pub struct Hardware<'a> {
     scenario: &'a Scenario,
+    /// Wheels as they are.
+    wheels: Vec<SimulatedWheel>,
     flight: &'a Flight,
     instants: &'a [Instant],
     /// Motion through the chip's filter. Its bandwidth is known from the first sample on.
@@ -62,6 +64,7 @@ impl<'a> Hardware<'a> {
         let errors = &mission.scenario.true_hardware.gyro;
         Self {
             scenario: mission.scenario,
+            wheels: mission.scenario.true_wheels(),
             flight: mission.flight,
             instants,
             observed: None,
@@ -132,6 +135,22 @@ impl<'a> Hardware<'a> {
     /// Advances the chip's time during a wait of its driver, µs.
     pub fn wait(&mut self, us: u32) {
         self.wire.chip().elapse_us(u64::from(us));
+    }
+
+    /// Mean torque of each motor on its wheel since the last sample, N m: `Iₛ (ΔΩ + a · Δω) / Δt`, since the motor alone
+    /// changes the axial momentum of a wheel. Zero before the second sample.
+    pub fn motor_torque_n_m(&self) -> [f32; WHEELS] {
+        let at = |back: usize| self.instants.get(self.announced.checked_sub(back)?);
+        let (Some(now), Some(before)) = (at(1), at(2)) else { return [0.0; WHEELS] };
+        let elapsed_s = (now.time_us - before.time_us) as f64 * 1e-6;
+        let rate_rad_s = now.rate_rad_s - before.rate_rad_s;
+        let torque_n_m = |index: usize| {
+            let wheel = &self.wheels.get(index)?.wheel;
+            let speeds = (now.wheel_speed_rad_s.get(index)?, before.wheel_speed_rad_s.get(index)?);
+            let change_rad_s = speeds.0 - speeds.1 + wheel.axis.dot(&rate_rad_s);
+            Some((wheel.spin_inertia_kg_m2 * change_rad_s / elapsed_s) as f32)
+        };
+        std::array::from_fn(|index| torque_n_m(index).unwrap_or(0.0))
     }
 
     /// Captures of the wheels' timer.

@@ -107,18 +107,27 @@ struct Counts {
     events: Events,
     gyro_failures: u32,
     wheel_failures: u32,
+    wheel_doubts: u32,
     stack_high_water_bytes: u32,
 }
 
 impl Counts {
     fn into_flight(self, estimator: SelectedEstimator, compared: usize) -> PilFlight {
-        let Self { outcomes, events, gyro_failures, wheel_failures, stack_high_water_bytes } = self;
+        let Self {
+            outcomes,
+            events,
+            gyro_failures,
+            wheel_failures,
+            wheel_doubts,
+            stack_high_water_bytes,
+        } = self;
         PilFlight {
             estimator,
             outcomes,
             events,
             gyro_failures,
             wheel_failures,
+            wheel_doubts,
             compared,
             stack_high_water_bytes,
         }
@@ -252,6 +261,9 @@ impl<'a> Lockstep<'a> {
     /// Compares the telemetry received with that expected.
     fn compare(&mut self) -> Result<(), PilFailed> {
         for received in self.firmware.telemetry().map_err(|error| self.failed(error))? {
+            if let Telemetry::Estimate(estimate) = &received.telemetry {
+                self.counts.wheel_doubts += u32::from(estimate.wheel_follows.contains(&false));
+            }
             if let Telemetry::Status(status) = &received.telemetry {
                 let stack = &mut self.counts.stack_high_water_bytes;
                 *stack = (*stack).max(status.stack_high_water_bytes);
@@ -286,7 +298,10 @@ impl<'a> Lockstep<'a> {
                 self.hardware.wait(us);
                 self.firmware.waited()
             }
-            Request::Captures => self.firmware.captured(&self.hardware.captured()),
+            Request::Captures => {
+                let motors_n_m = self.hardware.motor_torque_n_m();
+                self.firmware.captured(&self.hardware.captured(), motors_n_m)
+            }
             Request::FlashRead { offset, length } => {
                 let mut bytes = vec![0; usize::from(length)];
                 let answer = self.hardware.flash.read(offset, &mut bytes);

@@ -75,6 +75,8 @@ pub struct PilFlight {
     pub gyro_failures: u32,
     /// Samples skipped because a tachometer could not be read.
     pub wheel_failures: u32,
+    /// Estimate reports in which a wheel did not follow its commanded torque.
+    pub wheel_doubts: u32,
     /// Samples compared: all of the flight.
     pub compared: usize,
     /// Largest use of the firmware's stack by its telemetry, bytes.

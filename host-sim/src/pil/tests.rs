@@ -143,6 +143,7 @@ fn tunnel_and_direct_connection_give_the_same_flight() {
     assert_eq!(flown.compared, 121);
     // The tachometers need three readings before the first speed.
     assert_eq!((flown.outcomes.accepted, flown.wheel_failures, flown.gyro_failures), (118, 3, 0));
+    assert_eq!(flown.wheel_doubts, 0);
     assert_eq!(flown.estimator.selected(), EstimatorId::JointEkf);
 }
 

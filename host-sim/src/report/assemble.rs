@@ -2,13 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use fsw_core::monitor::health::{Driver, Health};
 use fsw_core::{Innovation, Outcome, Status as CoreStatus};
 
 use super::history::{AccelerationRow, HistoryRow};
 use super::json::{
-    CrlbReport, EffectRow, HardwareResult, ReplayReport, RunReport, Spikes, Status, matrix,
+    CrlbReport, EffectRow, HardwareResult, HealthChange, ReplayReport, RunReport, Spikes, Status,
+    matrix,
 };
-use crate::estimation::{AnyEstimator, EstimationResult, Method, largest_systematic};
+use crate::estimation::{
+    self, AnyEstimator, EstimationResult, HealthHistory, Method, largest_systematic,
+};
 use crate::input::Scenario;
 use crate::input::log::LogRow;
 use crate::truth::{Bound, Effect, Flight, TorqueEffect};
@@ -84,9 +88,30 @@ impl ReplayReport {
                 count: events.spikes_us.len() as u64,
                 first_s: seconds(&events.spikes_us[..events.spikes_us.len().min(Spikes::LISTED)]),
             },
+            health: Health::Nominal.name().to_owned(),
+            health_driver: None,
+            health_changes: Vec::new(),
             explanations: Vec::new(),
             skipped_rows: BTreeMap::new(),
             notes: Vec::new(),
+        }
+    }
+}
+
+impl ReplayReport {
+    /// The same with the health over the log.
+    pub fn with_health(self, health: &HealthHistory) -> Self {
+        let driver = |driver: Option<Driver>| driver.map(|driver| driver.name().to_owned());
+        let change = |change: &estimation::HealthChange| HealthChange {
+            t_s: change.time_us as f64 / 1e6,
+            health: change.health.name().to_owned(),
+            driver: driver(change.driver),
+        };
+        Self {
+            health: health.health().name().to_owned(),
+            health_driver: driver(health.driver()),
+            health_changes: health.changes().iter().map(change).collect(),
+            ..self
         }
     }
 }

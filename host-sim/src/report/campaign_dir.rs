@@ -115,7 +115,7 @@ fn cells(cells: &[FaultCell]) -> Frame {
     text("precision", |cell| Some(cell.precision.clone()));
     text("fault", |cell| cell.fault.clone());
     text("missed", |cell| Some(cell.missed.join("; ")));
-    let counts: [Named<u64>; 9] = [
+    let counts: [Named<u64>; 11] = [
         ("runs", |cell| cell.runs),
         ("panics", |cell| cell.panics),
         ("not_finite", |cell| cell.not_finite),
@@ -125,15 +125,19 @@ fn cells(cells: &[FaultCell]) -> Frame {
         ("silent_lies", |cell| cell.silent_lies),
         ("silent_in_flight", |cell| cell.silent_in_flight),
         ("recovered", |cell| cell.recovered),
+        ("degraded", |cell| cell.degraded),
+        ("nominal", |cell| cell.nominal),
     ];
     for (name, count) in counts {
         frame.add(name, Cells::Count(cells.iter().map(|cell| Some(count(cell))).collect()));
     }
-    let numbers: [Named<Option<f64>>; 8] = [
+    let numbers: [Named<Option<f64>>; 10] = [
         ("detection_s", |cell| cell.detection_s),
         ("detection_worst_s", |cell| cell.detection_worst_s),
         ("silent_worst_s", |cell| Some(cell.silent_worst_s)),
         ("recovery_worst_s", |cell| cell.recovery_worst_s),
+        ("degraded_worst_s", |cell| cell.degraded_worst_s),
+        ("nominal_worst_s", |cell| cell.nominal_worst_s),
         ("nees_during", |cell| cell.nees_during),
         ("nees_after", |cell| cell.nees_after),
         ("rmse_over_bound", |cell| cell.rmse_over_bound),

@@ -7,6 +7,7 @@ use std::process::Output;
 use assert_cmd::Command;
 use embedded_hal_nb::{nb, serial};
 use fsw_core::Status;
+use fsw_core::monitor::health::Health;
 use fsw_core::outcome::OutcomeCounts;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::Downlink;
@@ -46,6 +47,9 @@ fn estimate(jxx_kg_m2: f32) -> EstimateReport {
         estimator: EstimatorId::Window,
         status: Status::Converged,
         outcome: None,
+        health: Health::Nominal,
+        health_driver: None,
+        wheel_follows: [true; 4],
         physical: true,
         projected: false,
         residuals_white: None,
@@ -158,7 +162,11 @@ fn text_has_one_line_per_packet() {
             "  outcomes.accepted 6001  outcomes.spike 2  outcomes.gap_resets 1  ",
         ),
         (2, "    12.345680 s  checkpoint 0", "  index 0  parts 9  bytes 3"),
-        (3, "    12.345681 s  estimate 1", "  estimator window  status converged  physical yes"),
+        (
+            3,
+            "    12.345681 s  estimate 1",
+            "  status converged  health nominal  wheel_follows yes yes ",
+        ),
     ] {
         assert!(lines[line].starts_with(start) && lines[line].contains(within), "{text}");
     }
@@ -225,7 +233,7 @@ fn with_a_key_only_packets_with_its_tag_are_printed() {
 #[test]
 fn damaged_packets_are_noted_and_the_others_printed() {
     let mut damaged = line();
-    damaged[41] ^= 1; // first byte of jxx
+    damaged[48] ^= 1; // first byte of jxx
     // Within the disturbance torque: at the zeros behind it every byte ends a group.
     let output = telemetry(&damaged[..damaged.len() - 60], &[]);
     assert!(output.status.success());

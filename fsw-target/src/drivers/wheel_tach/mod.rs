@@ -64,6 +64,11 @@ pub trait CaptureTimer<const W: usize> {
 
     /// Edges of each wheel, all for the same instant.
     fn captured(&mut self) -> Result<[Captured; W], Self::Error>;
+
+    /// [`WheelTachometers::motor_torque_n_m`], by a board that commands the motors.
+    fn motor_torque_n_m(&mut self) -> [Option<f32>; W] {
+        [None; W]
+    }
 }
 
 /// Design and mounting of the wheels' sensors.
@@ -195,6 +200,15 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTachometers<W> for WheelTach<C, W>
             }
         }
         missing.map_or(Ok(speed_rad_s), Err)
+    }
+
+    /// Of the timer. A wheel with an assumed speed is not judged.
+    fn motor_torque_n_m(&mut self) -> [Option<f32>; W] {
+        let mut torque_n_m = self.timer.motor_torque_n_m();
+        for (torque_n_m, assumed) in torque_n_m.iter_mut().zip(&self.assumed_rad_s) {
+            *torque_n_m = torque_n_m.filter(|_| assumed.is_none());
+        }
+        torque_n_m
     }
 
     fn are_valid(&self) -> [bool; W] {

@@ -50,6 +50,7 @@ use crate::flight::selected::SelectedEstimator;
 use crate::flight::sensors::{DataReady, TorqueCommand, WheelTachometers};
 use crate::flight::sensors::{RateGyro, StartFault};
 use crate::flight::supervisor::{Stage, Supervisor, Task};
+use crate::flight::wheel_check::{self, WheelCheck};
 use crate::link::command::{Command, MAX_COMMAND};
 use crate::link::frame::MAX_FRAME;
 use crate::link::telemetry::{
@@ -204,7 +205,17 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.complete(Stage::CountersErased);
         self.start_gyro();
         self.complete(Stage::GyroStarted);
+        self.check_wheels();
         self.flight.estimator_mut().seal();
+    }
+
+    /// Checks the wheels of the craft against their commands from the first sample on.
+    #[inline(never)]
+    fn check_wheels(&mut self) {
+        let craft = self.estimator().craft();
+        let (axes, spin_inertia_kg_m2) = (&craft.wheel_axes, &craft.spin_inertia_kg_m2);
+        let check = WheelCheck::new(wheel_check::Config::default(), axes, spin_inertia_kg_m2);
+        self.flight.check_wheels(check);
     }
 
     /// Feeds the watchdog after a stage of the start.
@@ -452,9 +463,11 @@ impl<'a, P: Parts> Computer<'a, P> {
             Some((time_us, outcome)) => (time_us, Some(outcome)),
             None => (0, None),
         };
-        let estimator = self.checked();
-        let id = estimator.selected();
-        let report = EstimateReport::of(id, estimator, sample_time_us, outcome);
+        self.checked();
+        let wheels = self.flight.wheels_follow();
+        let (estimator, health) = self.flight.estimator_and_health();
+        let (estimator, id) = (estimator.get(), estimator.get().selected());
+        let report = EstimateReport::of(id, estimator, sample_time_us, outcome, health, wheels);
         self.send(&report);
     }
 

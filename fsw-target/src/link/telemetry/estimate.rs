@@ -1,10 +1,12 @@
 //! Estimate report: result of the selected estimator.
 
+use crate::flight::craft::WHEELS;
 use crate::link::packet::ESTIMATE;
 use crate::link::wire::{codes, record};
 use fsw_core::attitude::NoAttitude;
 use fsw_core::gate::Rejection;
 use fsw_core::hardware::{Finding, Parameter};
+use fsw_core::monitor::health::{Driver, Health, HealthMonitor};
 use fsw_core::{Coasting, Estimator, Outcome, Reset, Status};
 use fsw_roster::EstimatorId;
 
@@ -19,6 +21,12 @@ record! {
         status: Status, "–";
         /// Outcome of the last sample.
         outcome: Option<Outcome>, "–";
+        /// Health: the estimator's service, by outcomes, residuals, covariance and wheels.
+        health: Health, "–";
+        /// Evidence of the last change of `health` for the worse; absent before the first.
+        health_driver: Option<Driver>, "–";
+        /// True for each wheel whose speed follows its commanded motor torque, or whose command is unknown.
+        wheel_follows: [bool; WHEELS], "–";
         /// True if a rigid body can have this tensor.
         physical: bool, "–";
         /// True if the data alone gives an impossible tensor, and the estimate is the nearest physical one.
@@ -60,17 +68,20 @@ report!(EstimateReport, ESTIMATE);
 
 impl EstimateReport {
     /// Report of `estimator` after the sample at `sample_time_us` with this outcome. Costs a 6 × 6
-    /// eigenproblem, as [`Estimator::estimate`] does.
+    /// eigenproblem, as [`Estimator::estimate`] does. `health` takes in the estimate: it shows from the next sample on.
     #[inline(never)]
     pub fn of<E: Estimator<f32, W>, const W: usize>(
         id: EstimatorId,
         estimator: &E,
         sample_time_us: u64,
         outcome: Option<Outcome>,
+        health: &mut HealthMonitor,
+        wheel_follows: [bool; WHEELS],
     ) -> Self {
         // In sequence: their stacks do not add up.
         let hardware = OfHardware::of(estimator);
         let estimate = estimator.estimate();
+        health.estimate(&estimate);
         let has_errors = estimate.sigma_random_kg_m2.is_some();
         let (largest, number) = match hardware.largest {
             Some((parameter, _)) => {
@@ -84,6 +95,9 @@ impl EstimateReport {
             estimator: id,
             status: estimate.status,
             outcome,
+            health: health.health(),
+            health_driver: health.driver(),
+            wheel_follows,
             physical: estimate.inertia.check().is_ok(),
             projected: estimate.projected,
             residuals_white: estimate.residuals_white,
@@ -234,6 +248,24 @@ codes! { Outcome {
     39 "reset_interrupted" => Reset(Reset::Interrupted);
 } }
 
+codes! { Health {
+    0 "nominal" => Nominal;
+    1 "degraded" => Degraded;
+    2 "lost" => Lost;
+} }
+
+codes! { Driver {
+    0 "gate" => Gate;
+    1 "prediction" => Prediction;
+    2 "gap" => Gap;
+    3 "contradiction" => Contradiction;
+    4 "residuals" => Residuals;
+    5 "excitation" => Excitation;
+    6 "wheel" => Wheel;
+    7 "model" => Model;
+    8 "numbers" => Numbers;
+} }
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -246,6 +278,20 @@ mod tests {
             let of = HardwareError::of(Parameter::GyroAxes(axis, about));
             assert_eq!(of, (HardwareError::GyroAxes, number));
         }
+    }
+
+    #[test]
+    fn health_has_its_names_in_the_core() {
+        assert!(
+            Health::CODES
+                .iter()
+                .all(|(code, word)| Health::of_code(*code).unwrap().name() == *word)
+        );
+        assert!(
+            Driver::CODES
+                .iter()
+                .all(|(code, word)| Driver::of_code(*code).unwrap().name() == *word)
+        );
     }
 
     #[test]

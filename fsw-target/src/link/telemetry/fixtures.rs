@@ -9,6 +9,7 @@ use crate::link::command::Function;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{Coded, Reader, Wire};
 use crate::runtime::failure::Kind;
+use fsw_core::monitor::health::{Driver, Health};
 use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Outcome, Status};
 use fsw_roster::EstimatorId;
@@ -21,6 +22,9 @@ pub fn estimate() -> EstimateReport {
         estimator: EstimatorId::JointEkf,
         status: Status::Converged,
         outcome: Some(Outcome::Updated),
+        health: Health::Degraded,
+        health_driver: Some(Driver::Residuals),
+        wheel_follows: [true, true, false, true],
         physical: true,
         projected: false,
         residuals_white: Some(true),
@@ -97,7 +101,8 @@ fn any_bits<const N: usize>() -> impl Strategy<Value = [f32; N]> {
 
 /// Any report, with any bits in every number.
 pub fn any_estimate() -> impl Strategy<Value = EstimateReport> {
-    let words = (any_of(), any_of(), proptest::option::of(any_of::<Outcome>()));
+    let health = (any_of(), proptest::option::of(any_of()), any::<[bool; 4]>());
+    let words = (any_of(), any_of(), proptest::option::of(any_of::<Outcome>()), health);
     let flags = (any::<[bool; 3]>(), any::<Option<bool>>(), any::<[bool; 6]>());
     let numbers = (any_bits(), any_bits(), any_bits(), any_bits::<2>());
     let optional =
@@ -115,6 +120,9 @@ pub fn any_estimate() -> impl Strategy<Value = EstimateReport> {
                 estimator: words.0,
                 status: words.1,
                 outcome: words.2,
+                health: words.3.0,
+                health_driver: words.3.1,
+                wheel_follows: words.3.2,
                 physical: flags.0[0],
                 projected: flags.0[1],
                 residuals_white: flags.1,

@@ -10,7 +10,7 @@ use crate::link::wire::{Reader, Writer, record};
 use crc::{CRC_16_IBM_3740, Crc};
 
 /// Version of the protocol; changes with the meaning of any message.
-pub const VERSION: u8 = 4;
+pub const VERSION: u8 = 5;
 
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
@@ -66,16 +66,19 @@ record! {
         edges: [u32; WHEELS], "edges";
         /// Count of the timer at that edge.
         last_edge_ticks: [u32; WHEELS], "ticks";
+        /// Mean torque of each motor since the last sample.
+        motor_torque_n_m: [f32; WHEELS], "N m";
     }
 }
 
 impl Captures {
-    /// From captures of all wheels at the same instant.
-    pub fn new(captured: &[Captured; WHEELS]) -> Self {
+    /// From captures of all wheels at the same instant, and the motor torques, N m.
+    pub fn new(captured: &[Captured; WHEELS], motor_torque_n_m: [f32; WHEELS]) -> Self {
         Self {
             now_ticks: captured.first().map_or(0, |captured| captured.now_ticks),
             edges: captured.map(|captured| captured.edges.cast_unsigned()),
             last_edge_ticks: captured.map(|captured| captured.last_edge_ticks),
+            motor_torque_n_m,
         }
     }
 
@@ -162,7 +165,9 @@ mod tests {
             now_ticks: 12,
             lost: false,
         });
-        let sent = packet(&Message::new(CAPTURES, |out| Captures::new(&captured).put(out)));
+        let sent = packet(&Message::new(CAPTURES, |out| {
+            Captures::new(&captured, [1e-3; WHEELS]).put(out)
+        }));
         let (kind, mut fields) = Message::open(&sent).unwrap();
         assert_eq!(kind, CAPTURES);
         assert_eq!(Captures::take(&mut fields).unwrap().of_wheels(), captured);

@@ -75,7 +75,12 @@ where
     P: Port,
     L: Read<u8> + Write<u8>,
 {
-    let timer = Timer { tunnel, ticks_per_s: setup.ticks_per_s, has_wheels: setup.has_wheels() };
+    let timer = Timer {
+        tunnel,
+        ticks_per_s: setup.ticks_per_s,
+        has_wheels: setup.has_wheels(),
+        motor_torque_n_m: [0.0; WHEELS],
+    };
     let sensors = Sensors {
         data_ready: Samples { tunnel },
         gyro: Bmi088::new(Spi::new(Bus { tunnel }), setup.gyro()?),
@@ -179,6 +184,8 @@ pub struct Timer<'a, P> {
     tunnel: &'a Tunnel<P>,
     ticks_per_s: u32,
     has_wheels: bool,
+    /// Of the last captures, N m.
+    motor_torque_n_m: [f32; WHEELS],
 }
 
 impl<P: Port> CaptureTimer<WHEELS> for Timer<'_, P> {
@@ -193,7 +200,12 @@ impl<P: Port> CaptureTimer<WHEELS> for Timer<'_, P> {
             return Ok([Captured::default(); WHEELS]);
         }
         let captures = self.tunnel.request(CAPTURES, |_| (), Captures::take)?;
+        self.motor_torque_n_m = captures.motor_torque_n_m;
         Ok(captures.of_wheels())
+    }
+
+    fn motor_torque_n_m(&mut self) -> [Option<f32>; WHEELS] {
+        self.motor_torque_n_m.map(Some)
     }
 }
 

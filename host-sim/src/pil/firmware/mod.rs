@@ -284,8 +284,13 @@ impl Firmware {
     ///
     /// # Errors
     /// Those of the line.
-    pub fn captured(&mut self, captured: &[Captured; WHEELS]) -> Result<(), LineFailed> {
-        self.reply(tunnel::CAPTURES, |fields| Captures::new(captured).put(fields))
+    pub fn captured(
+        &mut self,
+        captured: &[Captured; WHEELS],
+        motor_torque_n_m: [f32; WHEELS],
+    ) -> Result<(), LineFailed> {
+        let captures = Captures::new(captured, motor_torque_n_m);
+        self.reply(tunnel::CAPTURES, |fields| captures.put(fields))
     }
 
     /// Answers [`Request::FlashRead`].

@@ -118,6 +118,10 @@ impl CaptureTimer<WHEELS> for Ports<'_> {
     fn captured(&mut self) -> Result<[Captured; WHEELS], Infallible> {
         Ok(self.shared.hardware.borrow().captured())
     }
+
+    fn motor_torque_n_m(&mut self) -> [Option<f32>; WHEELS] {
+        self.shared.hardware.borrow().motor_torque_n_m().map(Some)
+    }
 }
 
 impl serial::ErrorType for Ports<'_> {
@@ -251,6 +255,10 @@ impl<P: WheelTachometers<WHEELS>> WheelTachometers<WHEELS> for Logged<'_, P> {
         let readings = &self.ports.shared.readings;
         readings.set(Readings { wheel_speed_rad_s, ..readings.get() });
         Ok(wheel_speed_rad_s)
+    }
+
+    fn motor_torque_n_m(&mut self) -> [Option<f32>; WHEELS] {
+        self.part.motor_torque_n_m()
     }
 
     fn are_valid(&self) -> [bool; WHEELS] {

@@ -75,6 +75,12 @@ pub struct ReplayReport {
     pub changes: Vec<f64>,
     /// Samples rejected because they were too far from the prediction.
     pub spikes: Spikes,
+    /// Health after the last sample: `nominal`, `degraded` or `lost`.
+    pub health: String,
+    /// Evidence of its last change for the worse. Null before the first.
+    pub health_driver: Option<String>,
+    /// Changes of the health; nominal before the first.
+    pub health_changes: Vec<HealthChange>,
     /// Causes that explain the residuals, best first, where `replay` finds them not white or the status is
     /// `diverged`: see `diagnose`.
     pub explanations: Vec<ExplanationReport>,
@@ -82,6 +88,17 @@ pub struct ReplayReport {
     pub skipped_rows: BTreeMap<String, u64>,
     /// Notes on the input and the set-up, one sentence each, as on stderr.
     pub notes: Vec<String>,
+}
+
+/// A change of the health.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HealthChange {
+    /// Time since the first sample, s.
+    pub t_s: f64,
+    /// Health from then on.
+    pub health: String,
+    /// Evidence of the last change for the worse.
+    pub driver: Option<String>,
 }
 
 /// Number of spikes, and the times of the first ones.

@@ -42,6 +42,15 @@ pub struct FaultCell {
     pub detection_worst_s: Option<f64>,
     /// Clean flights that report a fault.
     pub false_alarms: u64,
+    /// Runs whose health is worse than that of the clean flight; clean flights that are not nominal at some time after
+    /// their convergence.
+    pub degraded: u64,
+    /// Longest time from the start of the fault until then.
+    pub degraded_worst_s: Option<f64>,
+    /// Runs that end with the health of the clean flight.
+    pub nominal: u64,
+    /// Longest time from the end of the fault until that health for good, of these runs.
+    pub nominal_worst_s: Option<f64>,
     /// Runs that end converged.
     pub converged: u64,
     /// Runs whose final estimate is converged, not called non-white, and beyond 5 of its sigmas, where that of the

@@ -22,7 +22,7 @@ mod tensor;
 pub use bound::{CrlbReport, EffectRow};
 pub use campaign::McReport;
 pub use design::{DesignReport, FixedRow, LimitRow, TradeReport};
-pub use estimate::{ReplayReport, RunReport, Spikes, Status};
+pub use estimate::{HealthChange, ReplayReport, RunReport, Spikes, Status};
 pub use explanation::{DiagnosisReport, ExplanationReport};
 pub use faults::{FaultCell, FaultsReport};
 pub use hardware::HardwareResult;

@@ -10,7 +10,7 @@ fn keys(document: &Value) -> Vec<&str> {
     keys
 }
 
-const REPLAY_KEYS: [&str; 32] = [
+const REPLAY_KEYS: [&str; 35] = [
     "accepted",
     "changes",
     "covariance_kg2_m4",
@@ -21,6 +21,9 @@ const REPLAY_KEYS: [&str; 32] = [
     "gaps",
     "gyro_bias_rad_s",
     "hardware",
+    "health",
+    "health_changes",
+    "health_driver",
     "inertia_kg_m2",
     "inertia_over_trace",
     "inertia_over_trace_sigma",

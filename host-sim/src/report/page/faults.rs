@@ -40,11 +40,15 @@ pub(in crate::report) fn faults(
 
 /// Table of one estimator.
 fn estimator(cells: &[FaultCell]) -> Markup {
-    const HEADER: [&str; 14] = [
+    const HEADER: [&str; 18] = [
         "fault",
         "survived",
         "detected",
         "after, s",
+        "degraded",
+        "within, s",
+        "nominal",
+        "within, s",
         "converged",
         "silent",
         "in flight, s",

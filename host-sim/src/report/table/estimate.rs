@@ -7,7 +7,7 @@ use super::explanation::explanations;
 use super::hardware::{solved, systematic};
 use crate::input::ELEMENT_NAMES;
 use crate::report::columns::Columns;
-use crate::report::json::{ReplayReport, RunReport, Status, elements};
+use crate::report::json::{HealthChange, ReplayReport, RunReport, Status, elements};
 use crate::report::number::{fixed, significant};
 
 /// Table of a simulated flight: estimate, truth and bound.
@@ -131,6 +131,7 @@ fn summary(report: &ReplayReport) -> String {
     lines += &heading("residual", &residual(report));
     lines += &systematic(report);
     lines += &events(report);
+    lines += &health(report);
     if let Some(torque) = &report.disturbance_torque_n_m {
         lines += &heading("disturbance torque", &format!("{} N m", vector(torque)));
     }
@@ -165,6 +166,26 @@ fn events(report: &ReplayReport) -> String {
         line("spikes", spikes.count as usize, &spikes.first_s, ""),
     ]
     .concat()
+}
+
+/// The health and its first changes; nothing for a log that was nominal throughout.
+fn health(report: &ReplayReport) -> String {
+    /// Most changes in the line.
+    const LISTED: usize = 4;
+    let changes = &report.health_changes;
+    let change = |change: &HealthChange| {
+        let driver = change.driver.as_deref().filter(|_| change.health != "nominal");
+        let driver = driver.map(|driver| format!(" ({driver})")).unwrap_or_default();
+        format!("{}{driver} at {} s", change.health, change.t_s)
+    };
+    let mut listed: Vec<String> = changes.iter().take(LISTED).map(change).collect();
+    if listed.len() < changes.len() {
+        listed.push("…".to_owned());
+    }
+    match listed.is_empty() {
+        true => String::new(),
+        false => heading("health", &format!("{}: {}", report.health, listed.join(", "))),
+    }
 }
 
 /// The first times, as `12.3, 45.6, … s`.
@@ -263,6 +284,12 @@ jyz       0.60160    0.60150  -1.00e-4  -0.0166   0.000860        -0.12  0.00085
         report.element_observed[4] = false;
         report.observed_directions = 5;
         report.status = Status::Partial;
+        let change = |t_s, health: &str| HealthChange {
+            t_s,
+            health: health.to_owned(),
+            driver: Some("gap".to_owned()),
+        };
+        report.health_changes = vec![change(12.3, "degraded"), change(15.5, "nominal")];
         assert_eq!(
             replay(&report),
             "\
@@ -276,6 +303,7 @@ residual            0.0001815 rad/s RMS, white
 gaps                1, at 12.3 s
 changes             7, at 1, 2, 3, 4, 5, … s: the earlier estimate was discarded
 spikes              2, at 12.3, 45.6 s
+health              nominal: degraded (gap) at 12.3 s, nominal at 15.5 s
 disturbance torque  1.50e-6, -2.00e-7, 0 N m
 gyro bias           0.0100, -0.0200, 0.00300 rad/s
 

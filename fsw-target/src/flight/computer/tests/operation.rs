@@ -9,6 +9,7 @@ use crate::link::frame::Frame;
 use crate::link::packet::SequenceCount;
 use crate::link::telemetry::{CheckpointState, Telemetry};
 use crate::stand_in::recording::cubesat_pyramid::{CRAFT, ROWS};
+use fsw_core::monitor::health::HealthMonitor;
 use fsw_core::{Estimator, Status, Vec3};
 use std::vec;
 use std::vec::Vec;
@@ -17,6 +18,7 @@ use std::vec::Vec;
 fn telemetry_equals_the_estimator_bit_for_bit() {
     let mut ground = Ground::new(&ROWS, erased(), Reporting::EachSample);
     let mut reference = SelectedEstimator::new(CRAFT).unwrap();
+    let mut health = HealthMonitor::default();
     for row in &ROWS {
         let outcome = reference.step(&fsw_core::Sample {
             time_us: row.time_us,
@@ -25,9 +27,12 @@ fn telemetry_equals_the_estimator_bit_for_bit() {
             torque_n_m: Vec3::from(row.torque_n_m),
             attitude: None,
         });
+        health.step(&outcome);
         reference.work(SLICES_PER_SAMPLE);
-        let expected =
-            EstimateReport::of(EstimatorId::Window, &reference, row.time_us, Some(outcome));
+        let (time_us, outcome) = (row.time_us, Some(outcome));
+        let id = EstimatorId::Window;
+        let wheels = [true; WHEELS];
+        let expected = EstimateReport::of(id, &reference, time_us, outcome, &mut health, wheels);
         assert_eq!(estimates(&ground.poll(1)), [expected]);
     }
     assert_eq!(reference.estimate().status, Status::Converged);

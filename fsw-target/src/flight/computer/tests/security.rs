@@ -31,7 +31,7 @@ fn status(ground: &mut Ground) -> StatusReport {
 fn image_without_a_key_says_so() {
     let mut open = Ground::new(&ROWS, erased(), Reporting::EachSample);
     let status = open.command(Command::Ping);
-    assert_eq!((status.authentication, status.link_version), (Authentication::Off, 3));
+    assert_eq!((status.authentication, status.link_version), (Authentication::Off, LINK_VERSION));
     assert_eq!(open.command(Command::ChangeKey { slot: 1 }).last_command_done, Some(false));
     assert_eq!(open.command(Command::TagTelemetry(true)).last_command_done, Some(false));
     assert_eq!(open.world.0.counters.borrow()[..], [0xff; COUNTERS], "no counter is stored");
