@@ -2,7 +2,7 @@
 # All checks of the project: format, lints, tests (firmware in QEMU included), instruction budgets,
 # bare-metal builds, documentation. Runs from any folder.
 #
-# Installs missing tools: Rust, the Cortex-M target, QEMU. With RUSTUP_AUTO_INSTALL=0, rustup
+# Installs missing tools: Rust, the Cortex-M target, QEMU, GNU parallel. With RUSTUP_AUTO_INSTALL=0, rustup
 # downloads nothing.
 set -euo pipefail
 
@@ -88,6 +88,14 @@ else
     skipped="$skipped reports-in-a-browser"
     echo "skipped: no chromium; the reports are not opened (Debian: apt-get install chromium)"
 fi
+
+heading "Set-up: GNU parallel"
+if ! have parallel && can_apt; then
+    apt_install parallel
+fi
+# A scheduler that is missing is skipped by its test with a reason. Slurm is used where it is installed.
+have parallel || skipped="$skipped parallel"
+have slurmctld || skipped="$skipped slurm"
 
 heading "Format"
 if cargo fmt --version >/dev/null 2>&1; then

@@ -26,7 +26,7 @@ mod system;
 pub use adapter::{Acceleration, AnyEstimator, any_estimator};
 pub use error::SetUpError;
 pub use events::Events;
-pub use hardware::{key, largest_systematic, name as parameter_name, squared_norm};
+pub use hardware::{key, kind_named, largest_systematic, name as parameter_name, squared_norm};
 pub use name::{EstimatorName, Method, Precision, Properties};
 pub use setup::Setup;
 pub use stream::{EstimationResult, estimate_log, median_period_s};
