@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -70,12 +71,18 @@ class SteppedEstimator:
         precision: str = "f32",
         name: str | None = None,
     ) -> None:
+        self._thread = threading.get_ident()
         self._inner = _native.Estimator(name or self.NAME, source_of(craft), sample_period_s, precision)
+
+    def _own(self) -> _native.Estimator:
+        if threading.get_ident() != self._thread:
+            raise RuntimeError("an estimator belongs to the thread that has made it; make one per thread")
+        return self._inner
 
     def step(self, sample: Sample) -> Outcome:
         """Process one sample."""
         attitude = sample.attitude
-        name, used = self._inner.step(
+        name, used = self._own().step(
             int(sample.time_us),
             [float(x) for x in sample.rate_rad_s],
             [float(x) for x in sample.wheel_speed_rad_s],
@@ -86,16 +93,16 @@ class SteppedEstimator:
 
     def finish(self) -> None:
         """Complete the work that is due on the samples so far: for the end of a record."""
-        self._inner.finish()
+        self._own().finish()
 
     def estimate(self) -> ReplayResult:
         """Estimate after the last sample. It has no history."""
-        return ReplayResult(json.loads(self._inner.estimate()), None)
+        return ReplayResult(json.loads(self._own().estimate()), None)
 
     @property
     def rate_rad_s(self) -> NDArray[np.float64]:
         """Filtered body rate, rad/s."""
-        return np.array(self._inner.rate_rad_s())
+        return np.array(self._own().rate_rad_s())
 
 
 class Window(SteppedEstimator):

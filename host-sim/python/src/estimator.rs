@@ -49,7 +49,7 @@ impl Estimator {
     }
 
     /// Processes a sample: time in µs, body rate in rad/s, wheel speeds in rad/s, external torque in N m, attitude from
-    /// inertial to body axes, scalar last. Returns the outcome, and whether the sample was used.
+    /// inertial to body axes, scalar last. Returns the name of the outcome, and true for a sample that was used.
     #[pyo3(signature = (time_us, rate_rad_s, wheel_speed_rad_s, torque_n_m, attitude=None))]
     fn step(
         &mut self,

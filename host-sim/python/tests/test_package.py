@@ -78,6 +78,22 @@ def test_stepped_estimator_refuses_another_number_of_wheels():
         estimator.estimate().plot()
 
 
+def test_estimator_belongs_to_its_thread():
+    estimator = host_sim.Window(CRAFT, sample_period_s=0.1)
+    raised = []
+
+    def step():
+        try:
+            estimator.step(host_sim.Sample(0, [0.1, 0.2, 0.3], [100.0]))
+        except RuntimeError as error:
+            raised.append(str(error))
+
+    thread = threading.Thread(target=step)
+    thread.start()
+    thread.join()
+    assert raised and "thread" in raised[0]
+
+
 def test_threads_run_during_a_campaign():
     ticks = []
     over = threading.Event()
@@ -113,12 +129,24 @@ def test_ctrl_c_ends_a_campaign():
     assert output == "interrupted\n" and process.returncode == 0
 
 
+def design(folder):
+    """A short manoeuvre of three wheels."""
+    axes = ([1, 0, 0], [0, 1, 0], [0, 0, 1])
+    wheel = "spin_inertia_kg_m2 = 1e-5\nmax_torque_n_m = 1e-3\nmax_speed_rad_s = 600\n"
+    text = "".join(f"[[wheel]]\naxis = {axis}\n{wheel}" for axis in axes)
+    text += "[gyro]\nnoise_rad_s = 1e-4\n[prior]\ninertia_kg_m2 = [0.06, 0.1, 0.12, 0, 0, 0]\n"
+    craft = folder / "design.toml"
+    craft.write_text(text + "sigma_kg_m2 = [0.006, 0.01, 0.012, 0.003, 0.003, 0.003]\n")
+    return host_sim.design(craft, duration_s=10, excursion_deg=2, starts=1)
+
+
 def test_results_have_plots_and_documents(tmp_path):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     run = host_sim.run("cubesat-pyramid")
     campaign = host_sim.mc("cubesat-pyramid", 20, estimator="joint-ekf")
     results = [run, host_sim.replay(CRAFT, LOG), campaign, host_sim.crlb("cubesat-pyramid")]
+    results += [host_sim.diagnose(CRAFT, LOG), design(tmp_path)]
     for number, result in enumerate(results):
         file = tmp_path / f"{number}.png"
         result.plot().savefig(file)
