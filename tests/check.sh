@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# All checks of the project: format, lints, tests (firmware in QEMU included), instruction budgets,
-# bare-metal builds, documentation. Runs from any folder.
+# All checks of the project: format, lints, tests (firmware in QEMU included), the Python package,
+# instruction budgets, bare-metal builds, documentation. Runs from any folder.
 #
-# Installs missing tools: Rust, the Cortex-M target, QEMU. With RUSTUP_AUTO_INSTALL=0, rustup
+# Installs missing tools: Rust, the Cortex-M target, QEMU, Python, GNU parallel. With RUSTUP_AUTO_INSTALL=0, rustup
 # downloads nothing.
 set -euo pipefail
 
@@ -89,6 +89,27 @@ else
     echo "skipped: no chromium; the reports are not opened (Debian: apt-get install chromium)"
 fi
 
+heading "Set-up: Python, GNU parallel"
+has_python() {
+    have python3 &&
+        python3 -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))' 2>/dev/null
+}
+if ! has_python && can_apt; then
+    apt_install python3 python3-venv
+fi
+if has_python; then
+    python3 --version
+else
+    skipped="$skipped python-package"
+    echo "skipped: no Python 3.10 with venv; the wheel is not built (Debian: apt-get install python3-venv)"
+fi
+if ! have parallel && can_apt; then
+    apt_install parallel
+fi
+# A scheduler that is missing is skipped by its test with a reason. Slurm is used where it is installed.
+have parallel || skipped="$skipped parallel"
+have slurmctld || skipped="$skipped slurm"
+
 heading "Format"
 if cargo fmt --version >/dev/null 2>&1; then
     cargo fmt --all --check
@@ -110,6 +131,11 @@ fi
 
 heading "Tests, firmware in QEMU included"
 cargo test --workspace -- --include-ignored 2>&1 | tee "$log"
+
+if has_python; then
+    heading "Python package: wheel, tests, notebook"
+    tests/python.sh
+fi
 
 heading "Fuzzing, a minute"
 cargo run --package tests --bin fuzz -- --seconds 8

@@ -7,6 +7,8 @@
 //! [campaigns]: self::campaigns
 //! [manoeuvres]: self::manoeuvres
 //! [faults]: self::faults
+//! [python]: self::python
+//! [packagers]: self::packagers
 //! [papers]: self::papers
 //! [pil]: self::pil
 //!
@@ -64,6 +66,18 @@ pub mod manoeuvres {}
 ///
 #[doc = include_str!("../docs/faults.md")]
 pub mod faults {}
+
+/// [replay]: crate::docs::replay
+/// [campaigns]: crate::docs::campaigns
+/// [manoeuvres]: crate::docs::manoeuvres
+/// [diagnose]: crate::docs::diagnose
+/// [keys]: crate::input::keys
+///
+#[doc = include_str!("../docs/python.md")]
+pub mod python {}
+
+#[doc = include_str!("../docs/packagers.md")]
+pub mod packagers {}
 
 /// [report]: crate::docs::report
 ///

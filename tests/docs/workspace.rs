@@ -13,7 +13,7 @@ const EXTERNAL: [&str; 6] =
     ["qemu-system-arm", "rustup", "stty", "apt-get", "openssl", "STM32_Programmer_CLI"];
 
 /// Cargo's own verbs that pages use.
-const CARGO_VERBS: [&str; 5] = ["build", "run", "test", "doc", "clippy"];
+const CARGO_VERBS: [&str; 6] = ["build", "run", "test", "doc", "clippy", "package"];
 
 /// Aliases that take an image of fsw-target as their only argument.
 const IMAGE_ALIASES: [&str; 2] = ["board", "qemu"];

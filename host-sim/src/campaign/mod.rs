@@ -1,7 +1,7 @@
 //! Monte Carlo campaign over the gyro noise and the dispersion of a scenario.
 //!
 //! ```text
-//! Scenario ─► truths ─► simulation: log ─► estimation ─► score ─► statistics
+//! Scenario ─► truths ─► simulation: log ─► estimation ─► score ─► tally: statistics
 //! ```
 //!
 //! Run `i` has the seed `first_seed + i`, and every difference between runs follows from the seed.
@@ -10,7 +10,9 @@
 //! Each draws from its own generator, so that the results are independent of the number of threads.
 
 mod score;
+mod shard;
 mod statistics;
+mod tally;
 mod truths;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -27,9 +29,12 @@ use crate::fault::Computer;
 use crate::input::Scenario;
 use crate::simulation::log_of;
 use crate::truth::IntegrationFailed;
+pub(crate) use score::over;
 pub use score::{MAX_CONSISTENT_SIGMAS, MAX_CONVERGED_BOUNDS, MAX_OBSERVED_SHARE};
 pub use score::{Reference, Score, Verdict};
+pub use shard::{InvalidShard, Shard};
 pub use statistics::{Statistics, nees_95, reduce};
+pub use tally::Tally;
 pub use truths::{Truth, Truths};
 
 /// Scenario, estimator and number of runs.

@@ -95,8 +95,6 @@ impl Reference {
     pub fn score<T: Real>(&self, estimate: &Estimate<T>) -> Score {
         let inertia_kg_m2 = estimate.inertia.elements_kg_m2().map(T::to_f64);
         let error: [f64; 6] = std::array::from_fn(|i| inertia_kg_m2[i] - self.truth_kg_m2[i]);
-        let error_over_bound: [Option<f64>; 6] =
-            std::array::from_fn(|i| self.bound_kg_m2[i].map(|bound| error[i] / bound));
         let sigma_kg_m2 = estimate.sigma_kg_m2().map(T::to_f64);
         let nees = nees(&error, &estimate.covariance_kg2_m4.map(T::to_f64));
         let valid_sigma = nees.map(|_| sigma_kg_m2);
@@ -108,10 +106,8 @@ impl Reference {
                 .sigma_random_kg_m2
                 .map_or(sigma_kg_m2, |sigma| sigma.map(T::to_f64)),
             error_kg_m2: error,
-            error_over_bound,
-            error_over_joint_bound: std::array::from_fn(|i| {
-                self.joint_bound_kg_m2[i].map(|bound| error[i] / bound)
-            }),
+            error_over_bound: over(&error, &self.bound_kg_m2),
+            error_over_joint_bound: over(&error, &self.joint_bound_kg_m2),
             nees,
             verdict: self.verdict(estimate.status, &error, valid_sigma.as_ref()),
         }
@@ -144,6 +140,11 @@ impl Reference {
             Verdict::NotConverged
         }
     }
+}
+
+/// Errors over bounds; none without a bound.
+pub(crate) fn over(error_kg_m2: &[f64; 6], bound_kg_m2: &[Option<f64>; 6]) -> [Option<f64>; 6] {
+    std::array::from_fn(|i| bound_kg_m2[i].map(|bound| error_kg_m2[i] / bound))
 }
 
 /// Normalised estimation error squared, `eᵀ P⁻¹ e`, by the Cholesky factor of the symmetric part of

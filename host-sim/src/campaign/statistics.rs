@@ -66,8 +66,8 @@ pub fn reduce<'a>(scores: impl IntoIterator<Item = &'a Score>) -> Statistics {
 }
 
 /// Counts and moments of the scores.
-#[derive(Clone, Copy, Default)]
-struct Sums {
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sums {
     runs: usize,
     unobserved: usize,
     diverged: usize,
@@ -81,7 +81,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, score: &Score) {
+    pub(super) fn add(&mut self, score: &Score) {
         self.runs += 1;
         match score.verdict {
             Verdict::Converged => {}
@@ -111,7 +111,7 @@ impl Sums {
         }
     }
 
-    fn statistics(&self) -> Statistics {
+    pub(super) fn statistics(&self) -> Statistics {
         let used = self.error[0].count;
         let of_all = |moments: Moments| Some(moments).filter(|moments| moments.count == used);
         let bounded = |i: usize| of_all(self.over_bound[i]);
@@ -148,7 +148,7 @@ pub fn nees_95(runs: usize) -> Option<[f64; 2]> {
 }
 
 /// Count, sum and sum of squares.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Moments {
     count: usize,
     sum: f64,

@@ -73,24 +73,64 @@ impl Truths {
     /// spacecraft, `of_runs` are the references averaged.
     pub fn typical(&self, of_runs: impl Iterator<Item = Reference>) -> Reference {
         match self {
+            Self::Shared(_) | Self::PerHardware(_) => self.shared(),
+            Self::PerRun => None,
+        }
+        .unwrap_or_else(|| Typical::of(of_runs).reference())
+    }
+
+    /// Mean of the true elements and RMS of the bounds of the shared truths; none if each run draws its own spacecraft.
+    pub fn shared(&self) -> Option<Reference> {
+        match self {
             Self::Shared(all) | Self::PerHardware(all) => {
-                typical(all.iter().map(|truth| truth.reference).collect())
+                Some(Typical::of(all.iter().map(|truth| truth.reference)).reference())
             }
-            Self::PerRun => typical(of_runs.collect()),
+            Self::PerRun => None,
         }
     }
 }
 
-/// Mean of the true elements and RMS of the bounds; no bound where any reference has none.
-fn typical(all: Vec<Reference>) -> Reference {
-    let mean = |of: &dyn Fn(&Reference) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-    let rms = |of: fn(&Reference) -> &[Option<f64>; 6], i: usize| {
-        let square = |r: &Reference| of(r)[i].map_or(0.0, |bound| bound * bound);
-        all.iter().all(|r| of(r)[i].is_some()).then(|| mean(&square).sqrt())
-    };
-    Reference {
-        truth_kg_m2: std::array::from_fn(|i| mean(&|r| r.truth_kg_m2[i])),
-        bound_kg_m2: std::array::from_fn(|i| rms(|r| &r.bound_kg_m2, i)),
-        joint_bound_kg_m2: std::array::from_fn(|i| rms(|r| &r.joint_bound_kg_m2, i)),
+/// Sums of references: mean of the true elements, RMS of the bounds, no bound where any reference has none.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Typical {
+    count: usize,
+    truth_kg_m2: [f64; 6],
+    /// Sums of squares, kg² m⁴.
+    bound: [Option<f64>; 6],
+    joint_bound: [Option<f64>; 6],
+}
+
+impl Default for Typical {
+    fn default() -> Self {
+        let sums = [Some(0.0); 6];
+        Self { count: 0, truth_kg_m2: [0.0; 6], bound: sums, joint_bound: sums }
+    }
+}
+
+impl Typical {
+    fn of(references: impl Iterator<Item = Reference>) -> Self {
+        let mut sums = Self::default();
+        references.for_each(|reference| sums.add(&reference));
+        sums
+    }
+
+    pub(super) fn add(&mut self, reference: &Reference) {
+        let square = |sum: Option<f64>, bound: Option<f64>| Some(sum? + bound? * bound?);
+        self.count += 1;
+        for i in 0..6 {
+            self.truth_kg_m2[i] += reference.truth_kg_m2[i];
+            self.bound[i] = square(self.bound[i], reference.bound_kg_m2[i]);
+            self.joint_bound[i] = square(self.joint_bound[i], reference.joint_bound_kg_m2[i]);
+        }
+    }
+
+    pub(super) fn reference(&self) -> Reference {
+        let count = self.count as f64;
+        let rms = |sum: Option<f64>| sum.map(|sum| (sum / count).sqrt());
+        Reference {
+            truth_kg_m2: self.truth_kg_m2.map(|sum| sum / count),
+            bound_kg_m2: self.bound.map(rms),
+            joint_bound_kg_m2: self.joint_bound.map(rms),
+        }
     }
 }

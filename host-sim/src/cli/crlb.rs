@@ -24,15 +24,22 @@ pub struct Arguments {
     json: bool,
 }
 
+/// Bound of the scenario, or of that of a seed.
+pub(super) fn bound(
+    scenario: &Scenario,
+    seed: Option<u64>,
+    mut notes: Notes,
+) -> Result<CrlbReport, Failure> {
+    let of_seed = seed.map(|seed| scenario.of_seed(seed));
+    let scenario = of_seed.as_ref().unwrap_or(scenario);
+    note_changes(scenario, &mut notes);
+    let bound = Flight::simulate(scenario)?.bound;
+    let torque = torque_effect(scenario, &bound)?;
+    Ok(CrlbReport::of_bound(scenario, &bound, torque.as_ref()))
+}
+
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = Scenario::load(&arguments.scenario)?;
-    let scenario = match arguments.seed {
-        Some(seed) => scenario.of_seed(seed),
-        None => scenario,
-    };
-    note_changes(&scenario, &mut Notes::default());
-    let bound = Flight::simulate(&scenario)?.bound;
-    let torque = torque_effect(&scenario, &bound)?;
-    let report = CrlbReport::of_bound(&scenario, &bound, torque.as_ref());
+    let report = bound(&scenario, arguments.seed, Notes::default())?;
     print(arguments.json, &report, &table::crlb(&report))
 }

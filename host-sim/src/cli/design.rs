@@ -1,6 +1,7 @@
 //! `design`: a manoeuvre for the estimation of the inertia, within limits of wheels and pointing.
 
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use nalgebra::Vector3;
@@ -10,8 +11,8 @@ use super::progress::{progress_bar, stop_on_ctrl_c};
 use super::{Failure, command_line, print};
 use crate::input::Scenario;
 use crate::manoeuvre::{
-    Criterion, DesignError, Effort, KeepOut, Limits, Progress, Request, Trade, Treatment, accuracy,
-    design, flown, series, subject, trade,
+    Criterion, Design, DesignError, Effort, KeepOut, Limits, Progress, Request, Trade, Treatment,
+    accuracy, design, flown, series, subject, trade,
 };
 use crate::report::{DesignFolder, DesignReport, TradeReport, table, write_trade};
 
@@ -146,17 +147,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         bar.set_position(progress.done as u64);
         bar.set_message(format!(", gain {:.2}", progress.gain));
     };
-    let found = design(&scenario, &request, &stop, &show);
+    let designed = designed(&scenario, &request, &stop, &show, &mut notes);
     bar.finish_and_clear();
-    let found = found.map_err(failed)?;
-    let [completed, starts] = found.starts;
-    if completed < starts {
-        notes.add(format!(
-            "stopped with {completed} of {starts} starts complete; the result is the best so far"
-        ));
-    }
-    let accuracy = accuracy(&scenario, &request, &found.best).map_err(failed)?;
-    let report = DesignReport::new(&scenario, &request, &found, &accuracy);
+    let (found, report) = designed?;
     let text = table::design(&report);
     if let Some(folder) = &arguments.out {
         let of = |manoeuvre| series(&scenario, &request, manoeuvre);
@@ -172,6 +165,34 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .write(folder)?;
     }
     print(arguments.json, &report, &text)
+}
+
+/// The best manoeuvre found until `stop` is set, and its report.
+fn designed(
+    scenario: &Scenario,
+    request: &Request,
+    stop: &AtomicBool,
+    show: &(dyn Fn(Progress) + Sync),
+    notes: &mut Notes,
+) -> Result<(Design, DesignReport), Failure> {
+    let failed = |error: DesignError| Failure::Design { scenario: scenario.name.clone(), error };
+    let found = design(scenario, request, stop, show).map_err(failed)?;
+    let [completed, starts] = found.starts;
+    if completed < starts {
+        notes.add(format!(
+            "stopped with {completed} of {starts} starts complete; the result is the best so far"
+        ));
+    }
+    let accuracy = accuracy(scenario, request, &found.best).map_err(failed)?;
+    let report = DesignReport::new(scenario, request, &found, &accuracy);
+    Ok((found, report))
+}
+
+/// Report of the manoeuvre that the arguments ask for, without printing or writing.
+pub(super) fn report(arguments: &Arguments, stop: &AtomicBool) -> Result<DesignReport, Failure> {
+    let scenario = subject(&arguments.subject, arguments.rate_hz)?;
+    let mut notes = Notes::quiet();
+    designed(&scenario, &arguments.request(), stop, &|_| (), &mut notes).map(|(_, report)| report)
 }
 
 fn note_assumptions(scenario: &Scenario, notes: &mut Notes) {

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{Failure, print};
 use crate::diagnosis::diagnose;
-use crate::input::{Craft, log_file};
+use crate::input::{Craft, RecordedLog, log_file};
 use crate::report::{DiagnosisReport, table};
 
 #[derive(Debug, Args)]
@@ -22,17 +22,26 @@ pub struct Arguments {
     json: bool,
 }
 
+/// Diagnosis of a log as recorded; `file` is its name in errors.
+pub(super) fn diagnosis(
+    file: String,
+    craft: &Craft,
+    mut log: RecordedLog,
+) -> Result<DiagnosisReport, Failure> {
+    log.correct(&craft.hardware);
+    let rows = log.rows.len();
+    let diagnosis = diagnose(craft, &log.rows).ok_or(Failure::TooShort { file, rows })?;
+    Ok(DiagnosisReport::from(&diagnosis))
+}
+
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { craft, log, json } = arguments;
     let file = log.display().to_string();
     let craft = Craft::load(craft)?;
-    let mut log = log_file::load(log, &craft)?;
-    log.correct(&craft.hardware);
+    let log = log_file::load(log, &craft)?;
     for note in &log.notes {
         eprintln!("note: {note}");
     }
-    let rows = log.rows.len();
-    let diagnosis = diagnose(&craft, &log.rows).ok_or(Failure::TooShort { file, rows })?;
-    let report = DiagnosisReport::from(&diagnosis);
+    let report = diagnosis(file, &craft, log)?;
     print(*json, &report, &table::diagnosis(&report))
 }

@@ -5,13 +5,14 @@ use std::io;
 use fsw_target::link::command::CommandError;
 use thiserror::Error;
 
-use crate::campaign::RunFailed;
+use crate::campaign::{RunFailed, Shard};
 use crate::estimation::SetUpError;
 use crate::input::InputError;
 use crate::input::guess::NothingFound;
 use crate::manoeuvre::{DesignError, SubjectError};
 use crate::papers::PapersFailed;
 use crate::report::OutputError;
+use crate::report::shards::ShardError;
 use crate::truth::IntegrationFailed;
 
 /// Exit code of bad input.
@@ -61,6 +62,14 @@ pub(super) enum Failure {
     Integration(#[from] IntegrationFailed),
     #[error("{scenario}: {error}")]
     Campaign { scenario: String, error: RunFailed },
+    #[error("--shard {shard}: the rows are written to a Parquet file; add --out FILE.parquet")]
+    ShardWithoutFile { shard: Shard },
+    #[error("--shard {shard}: {runs} runs have at most {runs} shards; lower N or raise --runs")]
+    SurplusShards { shard: Shard, runs: u64 },
+    #[error("shard {shard}: stopped before its last run; nothing is written: fly it again")]
+    ShardInterrupted { shard: Shard },
+    #[error(transparent)]
+    Shards(#[from] ShardError),
     #[error("stopped before the first run was complete; there is no result")]
     Interrupted,
     #[error(transparent)]
@@ -91,6 +100,10 @@ impl Failure {
             | Self::NoKey { .. }
             | Self::NoDraft { .. }
             | Self::Subject(_)
+            | Self::ShardWithoutFile { .. }
+            | Self::SurplusShards { .. }
+            | Self::Shards(_)
+            | Self::Output(OutputError::Shard(_))
             | Self::Exists { .. } => BAD_INPUT,
             Self::Design { error, .. } if error.is_of_input() => BAD_INPUT,
             Self::OfKind { .. } => OF_KIND,
@@ -102,6 +115,7 @@ impl Failure {
             Self::Integration(_)
             | Self::Campaign { error: RunFailed::Integration(_), .. }
             | Self::Interrupted
+            | Self::ShardInterrupted { .. }
             | Self::Design { .. }
             | Self::Papers(_)
             | Self::Output(_)

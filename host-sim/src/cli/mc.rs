@@ -1,7 +1,8 @@
 //! `mc`: Monte Carlo campaign over gyro noise and dispersion.
 
 use std::path::PathBuf;
-use std::time::Instant;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 
@@ -9,12 +10,14 @@ use super::estimate::{note_changes, note_ignored_disturbances};
 use super::notes::Notes;
 use super::progress::{note_if_stopped, progress_bar, stop_on_ctrl_c};
 use super::{Failure, command_line, print};
-use crate::campaign::{Campaign, Truths};
+use crate::campaign::{Campaign, CampaignRun, Shard, Tally, Truths};
 use crate::estimation::Method;
+use crate::input::scenario::SourceFile;
 use crate::input::{Scenario, plausible, scenario};
 use crate::report::campaign_dir::write_campaign;
-use crate::report::runs::{RunRow, RunsOutput};
-use crate::report::{McReport, table};
+use crate::report::record::{CampaignRecord, CampaignScenario};
+use crate::report::runs::{Receive, Rows, RunRow, RunsOutput, is_parquet};
+use crate::report::{McReport, OutputError, table};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -28,6 +31,9 @@ pub struct Arguments {
     seed: u64,
     #[command(flatten)]
     method: Method,
+    /// Fly shard I of N alone, I from 1 to N, and write its rows into the Parquet file of --out: see merge
+    #[arg(long, value_name = "I/N", requires = "out")]
+    shard: Option<Shard>,
     /// Write a report for the browser, and a row per run as CSV and Parquet, into this folder; a name that ends in .csv
     /// or .parquet: the rows alone
     #[arg(long, value_name = "DIR|FILE")]
@@ -37,45 +43,150 @@ pub struct Arguments {
     json: bool,
 }
 
+/// A campaign that is ready to fly.
+pub(super) struct Prepared<'a> {
+    scenario: &'a Scenario,
+    method: Method,
+    truths: Truths,
+    record: CampaignRecord,
+}
+
+/// The runs of this process.
+pub(super) struct Flown<'a> {
+    scenario: &'a Scenario,
+    runs: Vec<CampaignRun>,
+    drawn_names: Vec<String>,
+    record: CampaignRecord,
+    wall: Duration,
+}
+
+impl<'a> Prepared<'a> {
+    /// Truths and record of a campaign: method, seed, number of runs and shard. `files` are those of the scenario.
+    pub(super) fn new(
+        scenario: &'a Scenario,
+        files: &[SourceFile],
+        (method, seed, runs, shard): (Method, u64, u64, Shard),
+        mut notes: Notes,
+    ) -> Result<Self, Failure> {
+        note_ignored_disturbances(method.estimator, &scenario.craft(), &mut notes);
+        note_changes(scenario, &mut notes);
+        plausible::scenario(scenario).into_iter().for_each(|note| notes.add(note));
+        let truths = Truths::simulate(scenario)?;
+        let notes = notes.into_list();
+        let of = CampaignScenario { scenario, files, truths: &truths, notes: &notes };
+        let record = CampaignRecord::new(&of, method, seed, runs, shard);
+        Ok(Self { scenario, method, truths, record })
+    }
+
+    /// Number of runs to fly.
+    fn runs(&self) -> u64 {
+        let indices = self.record.indices();
+        indices.end - indices.start
+    }
+
+    /// Flies the runs. A stopped campaign is one of fewer runs; a stopped shard is a failure.
+    pub(super) fn fly(
+        self,
+        stop: &AtomicBool,
+        done: impl Fn() + Sync,
+    ) -> Result<Flown<'a>, Failure> {
+        let runs = self.runs();
+        let Self { scenario, method, truths, mut record } = self;
+        let campaign = Campaign {
+            scenario,
+            truths: &truths,
+            estimator: method.estimator,
+            precision: method.precision,
+            first_seed: record.first_seed(),
+            runs,
+        };
+        let begun = Instant::now();
+        let flown = campaign.run_all(stop, done);
+        let wall = begun.elapsed();
+        let failed = |error| Failure::Campaign { scenario: scenario.name.clone(), error };
+        let mut flown = flown.map_err(failed)?;
+        if flown.is_empty() {
+            return Err(Failure::Interrupted);
+        }
+        if (flown.len() as u64) < runs {
+            if let Some(shard) = record.shard().filter(|shard| *shard != Shard::WHOLE) {
+                return Err(Failure::ShardInterrupted { shard });
+            }
+            record.runs = flown.len() as u64;
+        }
+        let first = record.indices().start;
+        flown.iter_mut().for_each(|run| run.index += first);
+        let drawn_names = scenario.drawn_names();
+        Ok(Flown { scenario, runs: flown, drawn_names, record, wall })
+    }
+}
+
+impl Flown<'_> {
+    /// Report of the runs.
+    pub(super) fn report(&self) -> McReport {
+        McReport::new(&self.record, &Tally::of(&self.runs), Some(self.wall))
+    }
+}
+
+impl Rows for Flown<'_> {
+    fn each(&self, receive: &mut Receive<'_>) -> Result<(), OutputError> {
+        self.runs.iter().try_for_each(|run| {
+            receive(&RunRow { run: *run, drawn: self.scenario.drawn_values(run.seed) })
+        })
+    }
+
+    fn drawn_names(&self) -> &[String] {
+        &self.drawn_names
+    }
+}
+
+impl Arguments {
+    /// The shard to fly, checked with the other arguments.
+    fn shard(&self) -> Result<Shard, Failure> {
+        let Some(shard) = self.shard else { return Ok(Shard::WHOLE) };
+        if !self.out.as_deref().is_some_and(is_parquet) {
+            return Err(Failure::ShardWithoutFile { shard });
+        }
+        if shard.count() > self.runs {
+            return Err(Failure::SurplusShards { shard, runs: self.runs });
+        }
+        Ok(shard)
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let Arguments { scenario, runs: requested, seed, method, out, json } = arguments;
+    let Arguments { scenario, runs: requested, seed, method, out, json, .. } = arguments;
+    let shard = arguments.shard()?;
     let sources = scenario::sources(scenario);
     let scenario = Scenario::load(scenario)?;
-    let mut notes = Notes::default();
-    note_ignored_disturbances(method.estimator, &scenario.craft(), &mut notes);
-    note_changes(&scenario, &mut notes);
-    plausible::scenario(&scenario).into_iter().for_each(|note| notes.add(note));
-    let campaign = Campaign {
-        scenario: &scenario,
-        truths: &Truths::simulate(&scenario)?,
-        estimator: method.estimator,
-        precision: method.precision,
-        first_seed: *seed,
-        runs: *requested,
-    };
+    let of = (*method, *seed, *requested, shard);
+    let prepared = Prepared::new(&scenario, &sources?, of, Notes::default())?;
     let stop = stop_on_ctrl_c();
     let out = out.as_deref().map(RunsOutput::create).transpose()?;
 
-    let begun = Instant::now();
-    let bar = progress_bar(*requested, "runs");
-    let runs = campaign.run_all(&stop, || bar.inc(1));
+    let bar = progress_bar(prepared.runs(), "runs");
+    let flown = prepared.fly(&stop, || bar.inc(1));
     bar.finish_and_clear();
-    let wall = begun.elapsed();
-    let runs =
-        runs.map_err(|error| Failure::Campaign { scenario: scenario.name.clone(), error })?;
-    if runs.is_empty() {
-        return Err(Failure::Interrupted);
+    let flown = flown?;
+    if shard == Shard::WHOLE {
+        note_if_stopped(flown.runs.len() as u64, *requested);
     }
-    note_if_stopped(runs.len() as u64, *requested);
-    let report = McReport::new(&campaign, &runs, wall);
-    let rows = || runs.iter().map(RunRow::from).collect::<Vec<_>>();
-    match out {
-        Some(RunsOutput::File(file)) => file.write(&rows())?,
-        Some(RunsOutput::Folder(folder)) => {
-            let command = command_line();
-            write_campaign(folder, &report, &rows(), &command, &notes.into_list(), &sources?)?;
-        }
-        None => {}
-    }
+    let report = flown.report();
+    write(out, &report, &flown, &flown.record, &command_line())?;
     print(*json, &report, &table::mc(&report))
+}
+
+/// Writes the rows of a campaign, or its report.
+pub(super) fn write(
+    out: Option<RunsOutput>,
+    report: &McReport,
+    rows: &dyn Rows,
+    record: &CampaignRecord,
+    command: &str,
+) -> Result<(), OutputError> {
+    match out {
+        Some(RunsOutput::File(file)) => file.write(rows, record),
+        Some(RunsOutput::Folder(folder)) => write_campaign(folder, report, rows, record, command),
+        None => Ok(()),
+    }
 }

@@ -1,4 +1,5 @@
-//! The command line: one file per verb, which parses, calls the library and prints.
+//! The command line: one file per verb, which parses, calls the library and prints. [`verbs`] has those that other
+//! programs call.
 //!
 //! Results go to stdout; errors and notes go to stderr. Exit code 0: complete; 1: a run that could
 //! not finish; 2: bad input; 3: a result of a kind of `--fail-on`. Colours appear on a terminal only, and
@@ -17,6 +18,7 @@ mod key;
 mod list;
 mod manual;
 mod mc;
+mod merge;
 mod notes;
 #[cfg(unix)]
 mod pil;
@@ -25,6 +27,7 @@ mod replay;
 mod run;
 mod tables;
 mod telemetry;
+pub mod verbs;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -84,9 +87,17 @@ enum Verb {
     /// Ctrl-C stops the campaign; the result is of the completed runs. All cores are used, or the
     /// number in the environment variable RAYON_NUM_THREADS; the result is the same.
     #[command(
-        after_help = "Examples:\n  host-sim mc cubesat-pyramid --runs 1000\n  host-sim mc my.toml --runs 1000 --out report\n  host-sim mc my.toml --runs 1000 --out runs.parquet"
+        after_help = "Examples:\n  host-sim mc cubesat-pyramid --runs 1000\n  host-sim mc my.toml --runs 1000 --out report\n  host-sim mc my.toml --runs 1000 --out runs.parquet\n  host-sim mc my.toml --runs 1000 --shard 3/64 --out 3.parquet"
     )]
     Mc(mc::Arguments),
+    /// Report of a campaign that was flown in shards: see mc --shard
+    ///
+    /// The report is that of one process, without its duration, and the same whatever the number of shards
+    /// and the order of the files. A shard given twice counts once; it is refused if the two files differ.
+    #[command(
+        after_help = "Examples:\n  host-sim merge shards/*.parquet\n  host-sim merge shards/*.parquet --out report"
+    )]
+    Merge(merge::Arguments),
     /// Fault matrix: every fault, every estimator, both precisions, compared with the clean flight
     ///
     /// Each run flies without a fault and then with each fault, with the same noise. A cell counts runs
@@ -209,6 +220,7 @@ pub fn main() -> ExitCode {
     let result = match cli.verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Mc(arguments) => mc::run(&arguments),
+        Verb::Merge(arguments) => merge::run(&arguments),
         Verb::Faults(arguments) => faults::run(&arguments),
         Verb::Tables(arguments) => tables::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),

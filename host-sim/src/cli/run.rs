@@ -5,9 +5,11 @@ use clap::Args;
 use super::estimate::{estimate, note_changes};
 use super::notes::Notes;
 use super::{Failure, Options, command_line, print};
+use crate::estimation::Method;
+use crate::input::log::LogRow;
 use crate::input::scenario::DEFAULT_SCENARIO;
-use crate::input::{Scenario, plausible, scenario};
-use crate::report::{FlightResult, ReportFolder, RunReport, Simulated, table};
+use crate::input::{Craft, Scenario, plausible, scenario};
+use crate::report::{FlightResult, HistoryRow, ReportFolder, RunReport, Simulated, table};
 use crate::simulation::log_of;
 use crate::truth::Flight;
 
@@ -23,44 +25,60 @@ pub struct Arguments {
     options: Options,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let Arguments { scenario, seed, options } = arguments;
-    let sources = scenario::sources(scenario);
-    let scenario = Scenario::load(scenario)?.of_seed(*seed);
-    let mut notes = Notes::default();
+/// A simulated flight and its estimate.
+pub(super) struct Flown {
+    pub scenario: Scenario,
+    pub craft: Craft,
+    pub log: Vec<LogRow>,
+    pub flight: Flight,
+    pub report: RunReport,
+    pub history: Vec<HistoryRow>,
+}
+
+/// Flies the scenario with this seed. The history is empty unless it is kept.
+pub(super) fn fly(
+    scenario: &Scenario,
+    seed: u64,
+    method: Method,
+    keep_history: bool,
+    mut notes: Notes,
+) -> Result<Flown, Failure> {
+    let scenario = scenario.of_seed(seed);
     note_changes(&scenario, &mut notes);
     plausible::scenario(&scenario).into_iter().for_each(|note| notes.add(note));
     let flight = Flight::simulate(&scenario)?;
     plausible::flight(&scenario, &flight.instants).into_iter().for_each(|note| notes.add(note));
-    let log = log_of(&scenario, &flight, *seed);
+    let log = log_of(&scenario, &flight, seed);
     let craft = scenario.craft();
-    let estimated = estimate(
-        options.method,
-        options.out.is_some(),
-        &craft,
-        &log,
-        &scenario.name,
-        (&scenario.faults, *seed),
-        notes,
-    )?;
-    let report = RunReport::of_flight(&scenario, *seed, &flight, estimated.report);
-    let table = table::run(&report);
+    let faults = (scenario.faults.as_slice(), seed);
+    let estimated = estimate(method, keep_history, &craft, &log, &scenario.name, faults, notes)?;
+    let report = RunReport::of_flight(&scenario, seed, &flight, estimated.report);
+    Ok(Flown { scenario, craft, log, flight, report, history: estimated.history })
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { scenario, seed, options } = arguments;
+    let sources = scenario::sources(scenario);
+    let scenario = Scenario::load(scenario)?;
+    let keep_history = options.out.is_some();
+    let flown = fly(&scenario, *seed, options.method, keep_history, Notes::default())?;
+    let table = table::run(&flown.report);
     if let Some(folder) = &options.out {
-        let title = format!("{}, {}", scenario.name, options.method.estimator);
+        let title = format!("{}, {}", flown.scenario.name, options.method.estimator);
         ReportFolder {
             title: &title,
             command: &command_line(),
-            result: FlightResult::Run(&report),
-            history: &estimated.history,
+            result: FlightResult::Run(&flown.report),
+            history: &flown.history,
             inputs: &[],
             simulated: Some(Simulated {
-                log: &log,
-                craft: &craft,
-                flight: &flight,
+                log: &flown.log,
+                craft: &flown.craft,
+                flight: &flown.flight,
                 scenario: &sources?,
             }),
         }
         .write(folder)?;
     }
-    print(options.json, &report, &table)
+    print(options.json, &flown.report, &table)
 }

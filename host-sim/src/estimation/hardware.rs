@@ -60,6 +60,26 @@ pub fn largest_systematic(findings: &[Finding<f64>]) -> Option<&'static str> {
     finite.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(finding, _)| finding.parameter.kind())
 }
 
+/// The kind of parameter of this name, as [`Parameter::kind`] gives it; none for another name.
+pub fn kind_named(name: &str) -> Option<&'static str> {
+    const ONE_OF_EACH: [Parameter; 13] = [
+        Parameter::GyroScale(0),
+        Parameter::GyroAxes(0, 0),
+        Parameter::WheelInertia(0),
+        Parameter::WheelAxis(0, 0),
+        Parameter::Delay,
+        Parameter::TorqueScale,
+        Parameter::CommonWheelInertia,
+        Parameter::Mount(0),
+        Parameter::GyroBias(0),
+        Parameter::DisturbanceTorque(0),
+        Parameter::ModalInertia(0, 0),
+        Parameter::ModeFrequency(0),
+        Parameter::ModeDamping(0),
+    ];
+    ONE_OF_EACH.map(Parameter::kind).into_iter().find(|kind| *kind == name)
+}
+
 /// Square of the Frobenius norm of a tensor of these elements: a product stands in it twice.
 pub fn squared_norm(elements: &[f64; 6]) -> f64 {
     let [xx, yy, zz, xy, xz, yz] = elements.map(|x| x * x);

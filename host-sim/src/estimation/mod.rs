@@ -27,7 +27,7 @@ mod system;
 pub use adapter::{Acceleration, AnyEstimator, any_estimator};
 pub use error::SetUpError;
 pub use events::Events;
-pub use hardware::{key, largest_systematic, name as parameter_name, squared_norm};
+pub use hardware::{key, kind_named, largest_systematic, name as parameter_name, squared_norm};
 pub use health::{HealthChange, HealthHistory};
 pub use name::{EstimatorName, Method, Precision, Properties};
 pub use setup::Setup;

@@ -47,6 +47,24 @@ pub fn load(path: &Path, craft: &Craft) -> Result<RecordedLog, InputError> {
     RecordedLog::from_tables(&tables, format, craft.wheels.len())
 }
 
+/// A log of columns in the format that the craft states; `name` is that of the log in errors. Columns have the cells that
+/// a CSV file has, and equal lengths.
+///
+/// # Errors
+/// The columns are no log of this format.
+pub fn of_columns(
+    name: &str,
+    columns: Vec<String>,
+    cells: &[Vec<String>],
+    craft: &Craft,
+) -> Result<RecordedLog, InputError> {
+    let rows = cells.iter().map(Vec::len).min().unwrap_or(0);
+    let record = |row: usize| cells.iter().map(|column| column[row].as_str()).collect();
+    let records: Vec<StringRecord> = (0..rows).map(record).collect();
+    let source = CsvSource::from_records(name, columns, records)?;
+    RecordedLog::from_tables(&source.into(), &craft.log, craft.wheels.len())
+}
+
 /// The table in a file of any kind.
 ///
 /// # Errors

@@ -171,6 +171,17 @@ impl CrlbReport {
     }
 }
 
+impl From<Status> for CoreStatus {
+    fn from(status: Status) -> Self {
+        match status {
+            Status::Converged => Self::Converged,
+            Status::Partial => Self::Partial,
+            Status::Unobservable => Self::Unobservable,
+            Status::Diverged => Self::Diverged,
+        }
+    }
+}
+
 impl From<CoreStatus> for Status {
     fn from(status: CoreStatus) -> Self {
         match status {

@@ -17,20 +17,20 @@ use super::frame::{Cells, Frame};
 use super::json::{FaultCell, FaultsReport, LogReport, McReport};
 use super::page;
 use super::plots::Figure;
-use super::runs::{self, RunRow};
+use super::record::CampaignRecord;
+use super::runs::{Rows, write_csv, write_parquet};
 use crate::input::scenario::SourceFile;
 
 /// Writes a Monte Carlo campaign.
 ///
 /// # Errors
-/// A path that cannot be written.
+/// A path that cannot be written, or rows that cannot be read.
 pub fn write_campaign(
-    folder: Folder,
+    mut folder: Folder,
     report: &McReport,
-    rows: &[RunRow],
+    rows: &dyn Rows,
+    record: &CampaignRecord,
     command: &str,
-    notes: &[String],
-    scenario: &[SourceFile],
 ) -> Result<(), OutputError> {
     const FILES: [(&str, &str); 4] = [
         ("result.json", "the result as numbers"),
@@ -38,8 +38,15 @@ pub fn write_campaign(
         ("runs.parquet", "the same"),
         ("scenario/scenario.toml", "the scenario that was flown"),
     ];
-    let (page, figures) = page::campaign(report, rows, command, notes, &FILES);
-    write(folder, "runs", (&page, &figures), report, &runs::frame(rows), scenario)
+    let mut distributions = page::Distributions::new(report);
+    rows.each(&mut |row| {
+        distributions.add(&row.run.score);
+        Ok(())
+    })?;
+    let (page, figures) = page::campaign(report, &distributions, command, &record.notes, &FILES);
+    folder.rows("runs.csv", |out, path| write_csv(out, path, rows))?;
+    folder.rows("runs.parquet", |out, path| write_parquet(out, path, rows, record))?;
+    write(folder, (&page, &figures), report, record.scenario_files())
 }
 
 /// Writes a fault matrix into `folder`, which is created if it does not exist; files of an earlier report are removed.
@@ -58,9 +65,12 @@ pub fn write_faults(
         ("cells.parquet", "the same"),
         ("scenario/scenario.toml", "the scenario that was flown"),
     ];
-    let folder = Folder::open(folder, &[])?;
+    let mut folder = Folder::open(folder, &[])?;
     let (page, figures) = page::faults(report, command, &FILES);
-    write(folder, "cells", (&page, &figures), report, &cells(&report.cells), scenario)
+    let cells = cells(&report.cells);
+    folder.stream("cells.csv", |out| cells.write_csv(out))?;
+    folder.stream("cells.parquet", |out| cells.write_parquet(out))?;
+    write(folder, (&page, &figures), report, scenario)
 }
 
 /// Writes the overview of several logs into `folder`, beside the folders of the results that `links` names.
@@ -86,16 +96,12 @@ pub fn write_logs(
 
 fn write(
     mut folder: Folder,
-    table: &str,
     (page, figures): (&str, &[Figure]),
     report: &impl Serialize,
-    frame: &Frame,
     scenario: &[SourceFile],
 ) -> Result<(), OutputError> {
     folder.text("report.html", page)?;
     folder.json("result.json", report)?;
-    folder.stream(&format!("{table}.csv"), |out| frame.write_csv(out))?;
-    folder.stream(&format!("{table}.parquet"), |out| frame.write_parquet(out))?;
     for figure in figures {
         folder.stream(&format!("{}.csv", figure.name), |out| figure.write_csv(out))?;
     }

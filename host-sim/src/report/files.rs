@@ -9,6 +9,7 @@ use std::path::{Component, Path, PathBuf};
 use serde::Serialize;
 use thiserror::Error;
 
+use super::shards::ShardError;
 use crate::input::scenario::SourceFile;
 
 /// Name of the list of the files of a report, one path a line.
@@ -27,6 +28,9 @@ pub enum OutputError {
         /// Error of the operating system.
         reason: io::Error,
     },
+    /// The rows of a campaign cannot be read.
+    #[error(transparent)]
+    Shard(#[from] ShardError),
     /// The result cannot be written as JSON.
     #[error("the result cannot be written as JSON: {0}")]
     Json(serde_json::Error),
@@ -115,13 +119,21 @@ impl Folder {
         name: &str,
         write: impl FnOnce(io::BufWriter<fs::File>) -> io::Result<()>,
     ) -> Result<(), OutputError> {
+        self.rows(name, |out, path| write(out).map_err(|reason| OutputError::new(path, reason)))
+    }
+
+    /// The same, where reading of what is written may fail as well. `write` receives the path for its errors.
+    pub fn rows(
+        &mut self,
+        name: &str,
+        write: impl FnOnce(io::BufWriter<fs::File>, &Path) -> Result<(), OutputError>,
+    ) -> Result<(), OutputError> {
         self.note(name)?;
         let path = self.path.join(name);
         let parent = path.parent().unwrap_or(&self.path);
-        fs::create_dir_all(parent)
-            .and_then(|()| fs::File::create(&path))
-            .and_then(|file| write(io::BufWriter::new(file)))
-            .map_err(|reason| OutputError::new(&path, reason))
+        let file = fs::create_dir_all(parent).and_then(|()| fs::File::create(&path));
+        let file = file.map_err(|reason| OutputError::new(&path, reason))?;
+        write(io::BufWriter::new(file), &path)
     }
 }
 

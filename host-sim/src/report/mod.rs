@@ -7,6 +7,7 @@
 //!                   all of these ──► out_dir: page, result.json, history.csv, log.csv, data/*.csv
 //! campaign ───┬─► json::McReport ──► --json, table
 //!             └─► runs::RunRow, one per run ──► CSV or Parquet file, or campaign_dir: page and both
+//! shards ─────► runs::RunRow, from the Parquet files of the shards of a campaign
 //! manoeuvre ──► json::DesignReport ──► --json, table, design: folder
 //! fault ──────► json::FaultsReport ──► --json, table, campaign_dir
 //! papers ─────┬─► published::TablesReport ──► --json, published::text, published::folder
@@ -37,7 +38,9 @@ pub mod pil;
 pub mod plots;
 mod principal;
 pub mod published;
+pub mod record;
 pub mod runs;
+pub mod shards;
 pub mod table;
 mod verdict;
 

@@ -1,48 +1,33 @@
-//! The runs of a campaign as CSV and Parquet, one row per run.
+//! The runs of a campaign as CSV and Parquet, one row per run, in constant memory.
+//!
+//! A Parquet file has the [record](super::record) of its campaign as metadata: it is a shard that
+//! [`shards`](super::shards) reads back. It is complete or absent: it has a temporary name until all its rows are written.
 
-use std::fs::File;
-use std::io::BufWriter;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use tempfile::NamedTempFile;
 
 use super::files::{Folder, OutputError};
-use super::frame::{Cells, Frame};
+pub use super::frame::Cells;
+use super::frame::{Frame, ParquetFile};
 use super::json::Status;
+use super::record::{CampaignRecord, RECORD_KEY};
+use crate::campaign::{CampaignRun, Reference, Score, Verdict, over};
+use crate::estimation::kind_named;
 use crate::input::ELEMENT_NAMES;
 
-/// Result of one run.
+/// Rows of a row group: 10 MB in memory.
+const ROWS_AT_ONCE: usize = 16_384;
+
+/// Result of one run, with the values that it drew.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunRow {
-    /// Index of the run, from zero.
-    pub run: u64,
-    /// Seed of the gyro noise.
-    pub seed: u64,
-    /// Status of the estimate.
-    pub status: Status,
-    /// Estimated elements, kg m².
-    pub inertia_kg_m2: [f64; 6],
-    /// One sigma of each, kg m².
-    pub sigma_kg_m2: [f64; 6],
-    /// Estimated minus true, kg m².
-    pub error_kg_m2: [f64; 6],
-    /// Normalised estimation error squared, six degrees of freedom. None if the covariance is not
-    /// positive definite.
-    pub nees: Option<f64>,
-    /// True if the run counts as converged.
-    pub converged: bool,
-    /// True if the run counts as diverged, by its status or by its error.
-    pub diverged: bool,
-    /// Number of resets of the estimator.
-    pub restarts: u32,
-    /// Number of times that the earlier estimate was discarded because new data contradicted it.
-    pub changes: u32,
-    /// Result of the test of the last residuals for white noise. None if not tested.
-    pub residuals_white: Option<bool>,
-    /// True if the motion observes all six elements. Always true unless each run has its own
-    /// spacecraft.
-    pub shown: bool,
-    /// True if the run counts as a silent lie: see
-    /// [`CampaignRun::is_silent_lie`](crate::campaign::CampaignRun::is_silent_lie).
-    pub silent_lie: bool,
+    /// Result. Its index counts from the first run of the whole campaign.
+    pub run: CampaignRun,
+    /// Values by the names of [`Scenario::drawn_names`](crate::input::Scenario::drawn_names).
+    pub drawn: Vec<Option<f64>>,
 }
 
 /// Where the runs of a campaign are written: a file, or the folder of a report. It is created before the first run, so
@@ -57,8 +42,32 @@ pub enum RunsOutput {
 /// A file of runs.
 pub struct RunsFile {
     path: PathBuf,
-    file: File,
+    file: NamedTempFile,
     is_parquet: bool,
+}
+
+/// Receiver of the rows of a campaign.
+pub type Receive<'a> = dyn FnMut(&RunRow) -> Result<(), OutputError> + 'a;
+
+/// The rows of a campaign in the order of their seeds, as often as they are asked for.
+pub trait Rows {
+    /// Calls `receive` for each row.
+    ///
+    /// # Errors
+    /// Those of `receive`, and of reading the rows.
+    fn each(&self, receive: &mut Receive<'_>) -> Result<(), OutputError>;
+
+    /// Names of the values that a run draws.
+    fn drawn_names(&self) -> &[String];
+}
+
+/// True for a name that ends in `.parquet`.
+pub fn is_parquet(path: &Path) -> bool {
+    ending(path).as_deref() == Some("parquet")
+}
+
+fn ending(path: &Path) -> Option<String> {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase())
 }
 
 impl RunsOutput {
@@ -67,110 +76,342 @@ impl RunsOutput {
     /// # Errors
     /// A path that cannot be written.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
-        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        let is_parquet = match ending.as_deref() {
-            Some("csv") => false,
-            Some("parquet") => true,
-            _ => return Ok(Self::Folder(Folder::open(path, &[])?)),
-        };
-        let file = File::create(path).map_err(|reason| OutputError::new(path, reason))?;
-        Ok(Self::File(RunsFile { path: path.to_owned(), file, is_parquet }))
+        if !matches!(ending(path).as_deref(), Some("csv" | "parquet")) {
+            return Ok(Self::Folder(Folder::open(path, &[])?));
+        }
+        let failed = |reason| OutputError::new(path, reason);
+        if path.is_dir() {
+            return Err(failed(io::Error::from(io::ErrorKind::IsADirectory)));
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let prefix = format!(".{name}.");
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix).suffix(".part");
+        // Access as of any new file: the default is that of a secret.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file = builder.tempfile_in(folder.unwrap_or(Path::new("."))).map_err(failed)?;
+        Ok(Self::File(RunsFile { path: path.to_owned(), file, is_parquet: is_parquet(path) }))
     }
 }
 
 impl RunsFile {
-    /// Writes the runs.
+    /// Writes the rows and gives the file its name.
     ///
     /// # Errors
-    /// A failure of the file system.
-    pub fn write(self, rows: &[RunRow]) -> Result<(), OutputError> {
-        let (frame, out) = (frame(rows), BufWriter::new(self.file));
-        let written = if self.is_parquet { frame.write_parquet(out) } else { frame.write_csv(out) };
-        written.map_err(|reason| OutputError::new(&self.path, reason))
+    /// A failure of the file system, or of reading the rows.
+    pub fn write(self, rows: &dyn Rows, record: &CampaignRecord) -> Result<(), OutputError> {
+        let Self { path, mut file, is_parquet } = self;
+        let failed = |reason| OutputError::new(&path, reason);
+        let out = BufWriter::new(file.as_file_mut());
+        match is_parquet {
+            true => write_parquet(out, &path, rows, record)?,
+            false => write_csv(out, &path, rows)?,
+        }
+        file.as_file().sync_all().map_err(failed)?;
+        file.persist(&path).map_err(|error| failed(error.error))?;
+        Ok(())
     }
 }
 
+/// Writes the rows as CSV; `path` is the name in errors.
+pub(super) fn write_csv<W: Write>(out: W, path: &Path, rows: &dyn Rows) -> Result<(), OutputError> {
+    let failed = |reason| OutputError::new(path, reason);
+    let mut out = csv::Writer::from_writer(out);
+    frame(&[], rows.drawn_names()).write_csv_header(&mut out).map_err(failed)?;
+    in_groups(rows, &mut |group| {
+        frame(group, rows.drawn_names()).write_csv_rows(&mut out).map_err(failed)
+    })?;
+    out.flush().map_err(failed)
+}
+
+/// Writes the rows as Parquet with the record of their campaign; `path` is the name in errors.
+pub(super) fn write_parquet<W: Write + Send>(
+    out: W,
+    path: &Path,
+    rows: &dyn Rows,
+    record: &CampaignRecord,
+) -> Result<(), OutputError> {
+    let failed = |reason| OutputError::new(path, reason);
+    let names = rows.drawn_names();
+    let mut file = ParquetFile::create(out, &frame(&[], names)).map_err(failed)?;
+    in_groups(rows, &mut |group| file.write(&frame(group, names)).map_err(failed))?;
+    let record = serde_json::to_string(record).map_err(OutputError::Json)?;
+    file.close(&[(RECORD_KEY, record)]).and_then(|mut out| out.flush()).map_err(failed)
+}
+
+/// The columns of all rows, as they are written.
+///
+/// # Errors
+/// Those of reading the rows.
+pub fn columns(rows: &dyn Rows) -> Result<Vec<(String, Cells)>, OutputError> {
+    let mut all = Vec::new();
+    rows.each(&mut |row| {
+        all.push(row.clone());
+        Ok(())
+    })?;
+    Ok(frame(&all, rows.drawn_names()).into_columns())
+}
+
+/// Calls `write` for each group of rows.
+fn in_groups(
+    rows: &dyn Rows,
+    write: &mut dyn FnMut(&[RunRow]) -> Result<(), OutputError>,
+) -> Result<(), OutputError> {
+    let mut group = Vec::new();
+    rows.each(&mut |row| {
+        group.push(row.clone());
+        if group.len() < ROWS_AT_ONCE {
+            return Ok(());
+        }
+        write(&group)?;
+        group.clear();
+        Ok(())
+    })?;
+    if group.is_empty() { Ok(()) } else { write(&group) }
+}
+
+/// Quantity of a run with six elements, and the prefix of its columns.
+type Elements = (&'static str, fn(&CampaignRun) -> [Option<f64>; 6]);
+
+/// The quantities with six elements, in the order of the columns.
+const ELEMENTS: [Elements; 7] = [
+    ("", |run| run.score.inertia_kg_m2.map(Some)),
+    ("sigma_", |run| run.score.sigma_kg_m2.map(Some)),
+    ("error_", |run| run.score.error_kg_m2.map(Some)),
+    ("sigma_random_", |run| run.score.sigma_random_kg_m2.map(Some)),
+    ("truth_", |run| run.reference.truth_kg_m2.map(Some)),
+    ("bound_", |run| run.reference.bound_kg_m2),
+    ("joint_bound_", |run| run.reference.joint_bound_kg_m2),
+];
+
+/// Name of the column of an element.
+fn element_column(quantity: &str, element: usize) -> String {
+    format!("{quantity}{}_kg_m2", ELEMENT_NAMES[element])
+}
+
 /// Runs as a table, one row per run.
-pub(super) fn frame(rows: &[RunRow]) -> Frame {
-    fn cells<T>(rows: &[RunRow], cell: impl Fn(&RunRow) -> Option<T>) -> Vec<Option<T>> {
-        rows.iter().map(cell).collect()
+fn frame(rows: &[RunRow], drawn: &[String]) -> Frame {
+    fn cells<T>(rows: &[RunRow], cell: impl Fn(&CampaignRun) -> Option<T>) -> Vec<Option<T>> {
+        rows.iter().map(|row| cell(&row.run)).collect()
     }
     let mut frame = Frame::default();
-    frame.add("run", Cells::Count(cells(rows, |row| Some(row.run))));
-    frame.add("seed", Cells::Count(cells(rows, |row| Some(row.seed))));
-    frame.add("status", Cells::Text(cells(rows, |row| Some(row.status.to_string()))));
-    type Elements = fn(&RunRow) -> &[f64; 6];
-    let quantities: [(&str, Elements); 3] = [
-        ("", |row| &row.inertia_kg_m2),
-        ("sigma_", |row| &row.sigma_kg_m2),
-        ("error_", |row| &row.error_kg_m2),
-    ];
-    for (quantity, values) in quantities {
-        for (i, element) in ELEMENT_NAMES.iter().enumerate() {
-            let numbers = cells(rows, |row| Some(values(row)[i]));
-            frame.add(format!("{quantity}{element}_kg_m2"), Cells::Number(numbers));
+    frame.add("run", Cells::Count(cells(rows, |run| Some(run.index))));
+    frame.add("seed", Cells::Count(cells(rows, |run| Some(run.seed))));
+    let status = |run: &CampaignRun| Some(Status::from(run.score.status).to_string());
+    frame.add("status", Cells::Text(cells(rows, status)));
+    for (quantity, values) in ELEMENTS {
+        for i in 0..6 {
+            let numbers = cells(rows, |run| values(run)[i]);
+            frame.add(element_column(quantity, i), Cells::Number(numbers));
         }
     }
-    frame.add("nees", Cells::Number(cells(rows, |row| row.nees)));
-    frame.add("converged", Cells::Flag(cells(rows, |row| Some(row.converged))));
-    frame.add("diverged", Cells::Flag(cells(rows, |row| Some(row.diverged))));
-    frame.add("restarts", Cells::Count(cells(rows, |row| Some(row.restarts.into()))));
-    frame.add("changes", Cells::Count(cells(rows, |row| Some(row.changes.into()))));
-    frame.add("residuals_white", Cells::Flag(cells(rows, |row| row.residuals_white)));
-    frame.add("shown", Cells::Flag(cells(rows, |row| Some(row.shown))));
-    frame.add("silent_lie", Cells::Flag(cells(rows, |row| Some(row.silent_lie))));
+    for (i, name) in drawn.iter().enumerate() {
+        let values = rows.iter().map(|row| row.drawn.get(i).copied().flatten()).collect();
+        frame.add(name, Cells::Number(values));
+    }
+    let kind = |run: &CampaignRun| run.largest_systematic.map(str::to_owned);
+    frame.add("largest_systematic", Cells::Text(cells(rows, kind)));
+    frame.add("steps", Cells::Count(cells(rows, |run| Some(run.steps))));
+    frame.add("nees", Cells::Number(cells(rows, |run| run.score.nees)));
+    let is = |verdict| move |run: &CampaignRun| Some(run.score.verdict == verdict);
+    frame.add("converged", Cells::Flag(cells(rows, is(Verdict::Converged))));
+    frame.add("diverged", Cells::Flag(cells(rows, is(Verdict::Diverged))));
+    frame.add("restarts", Cells::Count(cells(rows, |run| Some(run.restarts.into()))));
+    frame.add("changes", Cells::Count(cells(rows, |run| Some(run.changes.into()))));
+    frame.add("residuals_white", Cells::Flag(cells(rows, |run| run.residuals_white)));
+    let is_shown = |run: &CampaignRun| Some(run.score.verdict != Verdict::Unobserved);
+    frame.add("shown", Cells::Flag(cells(rows, is_shown)));
+    frame.add("silent_lie", Cells::Flag(cells(rows, |run| Some(run.is_silent_lie()))));
     frame
+}
+
+/// Names of the columns of drawn values of a table.
+pub(super) fn drawn_columns<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    names.filter(|name| name.starts_with("drawn_")).map(str::to_owned).collect()
+}
+
+/// The runs of a table that [`frame`] has built; none if a column is missing or a cell has no meaning.
+pub(super) fn rows_of(frame: &Frame) -> Option<Vec<RunRow>> {
+    let drawn = drawn_columns(frame.names());
+    let numbers = |name: &str| match frame.column(name)? {
+        Cells::Number(cells) => Some(cells.as_slice()),
+        _ => None,
+    };
+    let elements = |(quantity, _): &Elements| {
+        let columns = (0..6).map(|i| numbers(&element_column(quantity, i)));
+        columns.collect::<Option<Vec<_>>>()
+    };
+    let elements: Vec<_> = ELEMENTS.iter().map(elements).collect::<Option<_>>()?;
+    let drawn: Vec<_> = drawn.iter().map(|name| numbers(name)).collect::<Option<_>>()?;
+    let row = |at: usize| {
+        let given = |quantity: usize| std::array::from_fn(|i| elements[quantity][i][at]);
+        Some(RunRow {
+            run: Row { frame, at }.run(&given)?,
+            drawn: drawn.iter().map(|cells| cells[at]).collect(),
+        })
+    };
+    (0..frame.rows()).map(row).collect()
+}
+
+/// A row of a table; none for a column that is missing or of another type.
+#[derive(Clone, Copy)]
+struct Row<'a> {
+    frame: &'a Frame,
+    at: usize,
+}
+
+impl<'a> Row<'a> {
+    fn count(self, name: &str) -> Option<u64> {
+        match self.frame.column(name)? {
+            Cells::Count(cells) => cells[self.at],
+            _ => None,
+        }
+    }
+
+    fn number(self, name: &str) -> Option<Option<f64>> {
+        match self.frame.column(name)? {
+            Cells::Number(cells) => Some(cells[self.at]),
+            _ => None,
+        }
+    }
+
+    fn text(self, name: &str) -> Option<Option<&'a str>> {
+        match self.frame.column(name)? {
+            Cells::Text(cells) => Some(cells[self.at].as_deref()),
+            _ => None,
+        }
+    }
+
+    fn flag(self, name: &str) -> Option<Option<bool>> {
+        match self.frame.column(name)? {
+            Cells::Flag(cells) => Some(cells[self.at]),
+            _ => None,
+        }
+    }
+
+    fn verdict(self) -> Option<Verdict> {
+        Some(match (self.flag("shown")??, self.flag("diverged")??, self.flag("converged")??) {
+            (false, ..) => Verdict::Unobserved,
+            (true, true, _) => Verdict::Diverged,
+            (true, false, true) => Verdict::Converged,
+            (true, false, false) => Verdict::NotConverged,
+        })
+    }
+
+    /// The run; `elements` are those of each quantity of [`ELEMENTS`].
+    fn run(self, elements: &dyn Fn(usize) -> [Option<f64>; 6]) -> Option<CampaignRun> {
+        let all = |quantity: usize| elements(quantity).map(|x| x.unwrap_or(f64::NAN));
+        let [inertia, sigma, error, random, truth] = [0, 1, 2, 3, 4].map(all);
+        let [bound_kg_m2, joint_bound_kg_m2] = [5, 6].map(elements);
+        let largest_systematic = match self.text("largest_systematic")? {
+            Some(name) => Some(kind_named(name)?),
+            None => None,
+        };
+        Some(CampaignRun {
+            index: self.count("run")?,
+            seed: self.count("seed")?,
+            reference: Reference { truth_kg_m2: truth, bound_kg_m2, joint_bound_kg_m2 },
+            score: Score {
+                status: Status::named(self.text("status")??)?.into(),
+                inertia_kg_m2: inertia,
+                sigma_kg_m2: sigma,
+                sigma_random_kg_m2: random,
+                error_kg_m2: error,
+                error_over_bound: over(&error, &bound_kg_m2),
+                error_over_joint_bound: over(&error, &joint_bound_kg_m2),
+                nees: self.number("nees")?,
+                verdict: self.verdict()?,
+            },
+            restarts: u32::try_from(self.count("restarts")?).ok()?,
+            changes: u32::try_from(self.count("changes")?).ok()?,
+            residuals_white: self.flag("residuals_white")?,
+            largest_systematic,
+            steps: self.count("steps")?,
+            estimator_time: Duration::ZERO,
+        })
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use fsw_core::Status;
+
     use super::*;
 
-    #[test]
-    fn every_row_has_as_many_cells_as_the_header() {
-        let good = RunRow {
-            run: 0,
+    fn runs() -> Vec<RunRow> {
+        let bound_kg_m2 = [Some(0.1), Some(0.1), Some(0.1), None, None, Some(0.01)];
+        let error_kg_m2 = [-1e-9; 6];
+        let good = CampaignRun {
+            index: 0,
             seed: 7,
-            status: Status::Converged,
-            inertia_kg_m2: [1.0, 2.0, 3.0, 0.1, 0.2, 0.3],
-            sigma_kg_m2: [0.5; 6],
-            error_kg_m2: [-1e-9; 6],
-            nees: Some(5.5),
-            converged: true,
-            diverged: false,
+            reference: Reference {
+                truth_kg_m2: [1.0, 2.0, 3.0, 0.1, 0.2, 0.3],
+                bound_kg_m2,
+                joint_bound_kg_m2: [None; 6],
+            },
+            score: Score {
+                status: Status::Converged,
+                inertia_kg_m2: [1.0, 2.0, 3.0, 0.1, 0.2, 0.3],
+                sigma_kg_m2: [0.5; 6],
+                sigma_random_kg_m2: [0.25; 6],
+                error_kg_m2,
+                error_over_bound: over(&error_kg_m2, &bound_kg_m2),
+                error_over_joint_bound: [None; 6],
+                nees: Some(5.5),
+                verdict: Verdict::Converged,
+            },
             restarts: 0,
             changes: 2,
             residuals_white: None,
-            shown: true,
-            silent_lie: false,
+            largest_systematic: Some("wheel axis"),
+            steps: 600,
+            estimator_time: Duration::ZERO,
         };
-        let bad = RunRow {
-            run: 1,
-            seed: 8,
-            status: Status::Diverged,
-            error_kg_m2: [f64::NAN; 6],
-            nees: None,
-            converged: false,
-            diverged: true,
-            residuals_white: Some(false),
-            ..good.clone()
-        };
+        let mut bad = CampaignRun { index: 1, seed: u64::MAX, ..good };
+        bad.score.status = Status::Diverged;
+        bad.score.verdict = Verdict::Diverged;
+        bad.score.nees = None;
+        bad.residuals_white = Some(false);
+        bad.largest_systematic = None;
+        vec![
+            RunRow { run: good, drawn: vec![Some(0.125), None] },
+            RunRow { run: bad, drawn: vec![Some(-0.125), Some(1e-300)] },
+        ]
+    }
+
+    fn drawn() -> [String; 2] {
+        ["drawn_gyro_scale_x", "drawn_wheel_4_tilt_1_rad"].map(str::to_owned)
+    }
+
+    #[test]
+    fn every_row_has_as_many_cells_as_the_header() {
         let mut bytes = Vec::new();
-        frame(&[good, bad]).write_csv(&mut bytes).unwrap();
+        frame(&runs(), &drawn()).write_csv(&mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].starts_with("run,seed,status,jxx_kg_m2,"), "{}", lines[0]);
-        assert!(
-            lines[0].ends_with(",restarts,changes,residuals_white,shown,silent_lie"),
-            "{}",
-            lines[0]
-        );
+        let last = ",restarts,changes,residuals_white,shown,silent_lie";
+        assert!(lines[0].ends_with(last), "{}", lines[0]);
         assert!(lines[1].starts_with("0,7,converged,1.0,2.0,"), "{}", lines[1]);
-        assert!(lines[1].ends_with(",-1e-9,5.5,true,false,0,2,,true,false"), "{}", lines[1]);
-        assert!(lines[2].ends_with(",NaN,,false,true,0,2,false,true,false"), "{}", lines[2]);
+        let last = ",0.125,,wheel axis,600,5.5,true,false,0,2,,true,false";
+        assert!(lines[1].ends_with(last), "{}", lines[1]);
+        let last = ",-0.125,1e-300,,600,,false,true,0,2,false,true,false";
+        assert!(lines[2].ends_with(last), "{}", lines[2]);
         for line in &lines {
-            assert_eq!(line.split(',').count(), 29, "{line}");
+            assert_eq!(line.split(',').count(), 3 + 7 * 6 + 2 + 10, "{line}");
         }
+    }
+
+    #[test]
+    fn runs_read_back_from_their_table() {
+        assert_eq!(rows_of(&frame(&runs(), &drawn())), Some(runs()));
+        let mut not_finite = runs();
+        not_finite[1].run.score.error_kg_m2 = [f64::NAN; 6];
+        let read = rows_of(&frame(&not_finite, &drawn())).unwrap();
+        assert!(read[1].run.score.error_kg_m2.iter().all(|error| error.is_nan()));
+        assert_eq!(rows_of(&Frame::default()), None);
     }
 
     #[test]

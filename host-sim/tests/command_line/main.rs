@@ -22,5 +22,6 @@ mod mc;
 mod program;
 mod replay;
 mod run;
+mod shards;
 mod tables;
 mod telemetry;

@@ -267,8 +267,8 @@ fn campaign_stopped_by_ctrl_c_equals_a_shorter_one() {
                 .stderr(Stdio::piped())
                 .spawn()
                 .unwrap();
-            // The file is created once the handler of Ctrl-C is set, before the first run.
-            while !file.exists() {
+            // A file of a temporary name is created once the handler of Ctrl-C is set, before the first run.
+            while fs::read_dir(folder.path()).unwrap().next().is_none() {
                 sleep(Duration::from_millis(20));
             }
             sleep(patience);

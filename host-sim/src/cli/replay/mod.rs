@@ -13,6 +13,7 @@ use crate::estimation::{EstimatorName, Precision};
 use crate::input::Craft;
 use crate::input::log_file::expand;
 use crate::report::{ReplayReport, Status, table};
+pub(super) use one::replayed;
 use one::{Replay, write_folder};
 
 #[derive(Debug, Args)]

@@ -29,8 +29,13 @@ pub(super) struct Read {
 
 impl Replay<'_> {
     pub(super) fn read(&self, notes: &mut Notes) -> Result<Read, Failure> {
+        let log = log_file::load(self.log, self.craft)?;
+        Ok(self.corrected(log, notes))
+    }
+
+    /// A log as recorded, corrected by the known errors of the hardware.
+    fn corrected(&self, mut log: RecordedLog, notes: &mut Notes) -> Read {
         let file = self.log.display().to_string();
-        let mut log = log_file::load(self.log, self.craft)?;
         log.correct(&self.craft.hardware);
         let craft = self.craft;
         let mut all = log.notes.clone();
@@ -38,7 +43,7 @@ impl Replay<'_> {
         all.extend(plausible::log(&log.rows).iter().map(|note| format!("{file}: {note}")));
         all.extend(units::note(craft, &log.rows).map(|note| format!("{file}: {note}")));
         all.iter().for_each(|note| notes.add(note));
-        Ok(Read { file, log, notes: all })
+        Read { file, log, notes: all }
     }
 
     pub(super) fn estimate(
@@ -103,6 +108,18 @@ impl Replay<'_> {
         ));
         Ok(craft)
     }
+}
+
+/// The estimate from a log as recorded, without printing; `file` is its name in errors.
+pub(in super::super) fn replayed(
+    file: &str,
+    craft: &Craft,
+    log: RecordedLog,
+    method: Method,
+) -> Result<Estimated, Failure> {
+    let replay = Replay { craft, log: Path::new(file), precision: method.precision };
+    let read = replay.corrected(log, &mut Notes::quiet());
+    replay.estimate(&read, method.estimator, true, Notes::quiet())
 }
 
 /// Writes the report of a log; `inputs` are the files that were read.

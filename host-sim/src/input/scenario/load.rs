@@ -6,6 +6,7 @@ use std::path::{Component, Path};
 use flight_input::InputError;
 use flight_input::error::Place;
 use flight_input::toml_source::TomlSource;
+use serde::{Deserialize, Serialize};
 
 use super::definition::Scenario;
 use super::problem::ScenarioProblem;
@@ -46,7 +47,7 @@ impl Scenario {
 }
 
 /// A file of a scenario.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceFile {
     /// Path relative to the scenario; `scenario.toml` for the scenario itself.
     pub name: String,

@@ -27,6 +27,7 @@ mod definition;
 pub mod dispersion;
 mod disturbance;
 mod draw;
+mod drawn;
 pub mod fault;
 mod file;
 mod gyro;

@@ -76,8 +76,8 @@ pub struct McReport {
     pub nees_95: Option<[f64; 2]>,
     /// Steps of the estimator in all runs.
     pub steps: u64,
-    /// Duration of the runs, s. Truth and bound count only if each run has its own.
-    pub wall_s: f64,
-    /// Steps over the time spent in the estimator, summed over threads, 1/s.
+    /// Duration of the runs, s. Truth and bound count only if each run has its own. Null from `merge`.
+    pub wall_s: Option<f64>,
+    /// Steps over the time spent in the estimator, summed over threads, 1/s. Null from `merge`.
     pub steps_per_s_per_core: Option<f64>,
 }

@@ -195,6 +195,14 @@ impl RunReport {
     }
 }
 
+impl Status {
+    /// The status of this name, as [`fmt::Display`] writes it.
+    pub fn named(name: &str) -> Option<Self> {
+        let all = [Self::Converged, Self::Partial, Self::Unobservable, Self::Diverged];
+        all.into_iter().find(|status| status.to_string() == name)
+    }
+}
+
 impl fmt::Display for Status {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {

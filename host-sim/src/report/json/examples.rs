@@ -142,7 +142,7 @@ pub fn mc() -> McReport {
         nees_runs: 48,
         nees_95: Some([0.8881, 1.1187]),
         steps: 300_050,
-        wall_s: 1.26,
+        wall_s: Some(1.26),
         steps_per_s_per_core: Some(512_345.6),
     }
 }

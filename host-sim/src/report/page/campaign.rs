@@ -3,12 +3,12 @@
 use maud::html;
 
 use super::{Kind, Page, files, notes, places, section};
+use crate::campaign::{Score, Verdict};
 use crate::input::ELEMENT_NAMES;
 use crate::report::json::McReport;
 use crate::report::number::significant;
-use crate::report::plots::histogram::{bar_width, histogram, normal_curve};
+use crate::report::plots::histogram::{Histogram, bar_width, normal_curve};
 use crate::report::plots::{Colour, Figure, Mark, Panel, Series};
-use crate::report::runs::RunRow;
 use crate::report::table;
 
 /// Half the width of a histogram of errors over bound or sigma.
@@ -16,15 +16,54 @@ const REACH: f64 = 6.0;
 /// Largest NEES of its histogram: exceeded by one consistent run in 2,400, chi-square of six degrees of freedom.
 const LARGEST_NEES: f64 = 24.0;
 
+/// Distributions of the runs, filled one run at a time.
+pub(in crate::report) struct Distributions {
+    bound_kg_m2: [Option<f64>; 6],
+    over_bound: [Histogram; 6],
+    over_sigma: [Histogram; 6],
+    nees: Histogram,
+}
+
+impl Distributions {
+    /// Empty distributions of the runs of a report.
+    pub fn new(report: &McReport) -> Self {
+        let ratios = || std::array::from_fn(|_| Histogram::new(REACH));
+        Self {
+            bound_kg_m2: report.bound_kg_m2,
+            over_bound: ratios(),
+            over_sigma: ratios(),
+            nees: Histogram::new(LARGEST_NEES / 2.0),
+        }
+    }
+
+    /// Adds a run, if it is in the statistics.
+    pub fn add(&mut self, score: &Score) {
+        if matches!(score.verdict, Verdict::Diverged | Verdict::Unobserved) {
+            return;
+        }
+        for i in 0..6 {
+            let error_kg_m2 = score.error_kg_m2[i];
+            if let Some(bound_kg_m2) = self.bound_kg_m2[i] {
+                self.over_bound[i].add(error_kg_m2 / bound_kg_m2);
+            }
+            self.over_sigma[i].add(error_kg_m2 / score.sigma_kg_m2[i]);
+        }
+        if let Some(nees) = score.nees {
+            // A symmetric range, shifted to begin at zero.
+            self.nees.add(nees - LARGEST_NEES / 2.0);
+        }
+    }
+}
+
 /// The page, and its figures.
 pub(in crate::report) fn campaign(
     report: &McReport,
-    runs: &[RunRow],
+    runs: &Distributions,
     command: &str,
     all_notes: &[String],
     all_files: &[(&str, &str)],
 ) -> (String, Vec<Figure>) {
-    let figures: Vec<Figure> = [errors(report, runs), sigmas(runs), nees(runs)]
+    let figures: Vec<Figure> = [errors(runs), sigmas(runs), nees(&runs.nees)]
         .into_iter()
         .filter(|figure| !figure.is_empty())
         .collect();
@@ -66,55 +105,41 @@ fn verdict(report: &McReport) -> String {
     )
 }
 
-/// Runs in the statistics.
-fn used(runs: &[RunRow]) -> impl Iterator<Item = &RunRow> {
-    runs.iter().filter(|run| run.shown && !run.diverged)
-}
-
 /// Panel of ratios by run, beside the standard normal distribution.
-fn ratios(i: usize, ratios: &[f64], reference: &str) -> Panel {
-    let normal = normal_curve(1.0, ratios.len() as f64 * bar_width(REACH), REACH);
-    Panel::new(format!("runs by {} error", ELEMENT_NAMES[i]))
-        .with(Series::bars("runs", Colour::Main, histogram(ratios, REACH)))
-        .with(Series::curve(reference, Mark::Line, Colour::Truth, normal))
+fn ratios(i: usize, ratios: &Histogram, reference: &str) -> Option<Panel> {
+    let values = ratios.values();
+    let normal = normal_curve(1.0, values as f64 * bar_width(REACH), REACH);
+    let panel = Panel::new(format!("runs by {} error", ELEMENT_NAMES[i]))
+        .with(Series::bars("runs", Colour::Main, ratios.bars()))
+        .with(Series::curve(reference, Mark::Line, Colour::Truth, normal));
+    (values > 0).then_some(panel)
 }
 
 /// Errors over the bound; over the RMS of the bounds where runs differ.
-fn errors(report: &McReport, runs: &[RunRow]) -> Figure {
-    let panel = |i: usize| {
-        let bound = report.bound_kg_m2[i]?;
-        let errors: Vec<f64> = used(runs).map(|run| run.error_kg_m2[i] / bound).collect();
-        (!errors.is_empty()).then(|| ratios(i, &errors, "normal, at the bound"))
-    };
+fn errors(runs: &Distributions) -> Figure {
+    let panel = |i: usize| ratios(i, &runs.over_bound[i], "normal, at the bound");
     let panels = (0..6).filter_map(panel).collect();
     Figure::grid("Error over the Cramér-Rao bound", "error / bound", 3, panels)
         .named("data/error-over-bound")
 }
 
 /// Errors over the reported sigma of each run.
-fn sigmas(runs: &[RunRow]) -> Figure {
-    let panel = |i: usize| {
-        let errors: Vec<f64> =
-            used(runs).map(|run| run.error_kg_m2[i] / run.sigma_kg_m2[i]).collect();
-        (!errors.is_empty()).then(|| ratios(i, &errors, "normal, at the reported sigma"))
-    };
+fn sigmas(runs: &Distributions) -> Figure {
+    let panel = |i: usize| ratios(i, &runs.over_sigma[i], "normal, at the reported sigma");
     let panels = (0..6).filter_map(panel).collect();
     Figure::grid("Error over the reported sigma", "error / sigma", 3, panels)
         .named("data/error-over-sigma")
 }
 
 /// NEES of the runs beside chi-square of six degrees of freedom, `x² exp(−x/2) / 16`.
-fn nees(runs: &[RunRow]) -> Figure {
-    let all: Vec<f64> = used(runs).filter_map(|run| run.nees).collect();
-    if all.is_empty() {
+fn nees(all: &Histogram) -> Figure {
+    if all.values() == 0 {
         return Figure::stacked("", "", Vec::new());
     }
-    // The histogram of a symmetric range, shifted to begin at zero.
     let (reach, shift) = (LARGEST_NEES / 2.0, LARGEST_NEES / 2.0);
-    let shifted: Vec<f64> = all.iter().map(|x| x - shift).collect();
-    let bars = histogram(&shifted, reach).into_iter();
+    let bars = all.bars().into_iter();
     let bars = bars.map(|(from, to, height)| (from + shift, to + shift, height)).collect();
-    let area = all.len() as f64 * bar_width(reach);
+    let area = all.values() as f64 * bar_width(reach);
     let density = |k: u32| {
         let x = f64::from(k) * LARGEST_NEES / 100.0;
         (x, area * x * x * (-0.5 * x).exp() / 16.0)

@@ -20,7 +20,7 @@ mod tensor;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::plots::Figure;
-pub(super) use campaign::campaign;
+pub(super) use campaign::{Distributions, campaign};
 pub(super) use faults::faults;
 pub(super) use flight::{Flown, flight};
 pub(super) use logs::logs;

@@ -3,17 +3,57 @@
 /// Bars of a histogram.
 const BARS: usize = 48;
 
-/// Histogram from `−reach` to `reach`: lower edge, upper edge and count of each bar. Values outside
-/// are not counted.
-pub fn histogram(values: &[f64], reach: f64) -> Vec<(f64, f64, f64)> {
-    let width = bar_width(reach);
-    let edge = |bar: usize| -reach + bar as f64 * width;
-    let is_in = |value: f64, bar: usize| (edge(bar)..edge(bar + 1)).contains(&value);
-    let height = |bar: usize| values.iter().filter(|value| is_in(**value, bar)).count() as f64;
-    (0..BARS).map(|bar| (edge(bar), edge(bar + 1), height(bar))).collect()
+/// Histogram from `−reach` to `reach`, filled one value at a time.
+#[derive(Clone, Debug)]
+pub struct Histogram {
+    reach: f64,
+    counts: [u64; BARS],
+    values: u64,
 }
 
-/// Width of a bar of [`histogram`].
+impl Histogram {
+    /// An empty histogram.
+    pub fn new(reach: f64) -> Self {
+        Self { reach, counts: [0; BARS], values: 0 }
+    }
+
+    /// Lower edge of a bar; the upper edge is that of the next one.
+    fn edge(&self, bar: usize) -> f64 {
+        -self.reach + bar as f64 * bar_width(self.reach)
+    }
+
+    /// Counts a value. Values outside are in [`Self::values`] alone.
+    pub fn add(&mut self, value: f64) {
+        self.values += 1;
+        // The quotient is rounded: the bar is that whose edges contain the value.
+        let near = ((value + self.reach) / bar_width(self.reach)) as usize;
+        let is_in = |bar: &usize| (self.edge(*bar)..self.edge(bar + 1)).contains(&value);
+        let found = (near.saturating_sub(1)..BARS.min(near.saturating_add(2))).find(is_in);
+        if let Some(count) = found.and_then(|bar| self.counts.get_mut(bar)) {
+            *count += 1;
+        }
+    }
+
+    /// Number of values added, those outside included.
+    pub fn values(&self) -> u64 {
+        self.values
+    }
+
+    /// Lower edge, upper edge and count of each bar.
+    pub fn bars(&self) -> Vec<(f64, f64, f64)> {
+        let bar = |bar: usize| (self.edge(bar), self.edge(bar + 1), self.counts[bar] as f64);
+        (0..BARS).map(bar).collect()
+    }
+}
+
+/// Bars of the histogram of these values.
+pub fn histogram(values: &[f64], reach: f64) -> Vec<(f64, f64, f64)> {
+    let mut histogram = Histogram::new(reach);
+    values.iter().for_each(|value| histogram.add(*value));
+    histogram.bars()
+}
+
+/// Width of a bar of a [`Histogram`].
 pub fn bar_width(reach: f64) -> f64 {
     2.0 * reach / BARS as f64
 }
@@ -32,7 +72,12 @@ mod tests {
 
     #[test]
     fn histogram_counts_the_values_within_reach() {
-        let bars = histogram(&[0.0, 0.01, -7.99, 8.0, f64::NAN, 100.0], 8.0);
+        let mut histogram = Histogram::new(8.0);
+        for value in [0.0, 0.01, -7.99, 8.0, f64::NAN, 100.0, -1e30] {
+            histogram.add(value);
+        }
+        assert_eq!(histogram.values(), 7);
+        let bars = histogram.bars();
         assert_eq!(bars.iter().map(|bar| bar.2).sum::<f64>(), 3.0);
         assert_eq!((bars[0].0, bars[0].2), (-8.0, 1.0));
         assert_eq!(bars[BARS / 2].2, 2.0);

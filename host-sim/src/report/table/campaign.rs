@@ -108,12 +108,13 @@ fn nees(report: &McReport) -> String {
     format!("{nees} per degree of freedom (consistent: {low} to {high}, 95 %){of}")
 }
 
-/// Steps, duration, and speed of the estimator alone.
+/// Steps, duration, and speed of the estimator alone; of merged files the steps.
 fn speed(report: &McReport) -> String {
+    let Some(wall_s) = report.wall_s else { return format!("{} steps", report.steps) };
     let estimator = report.steps_per_s_per_core.map_or(String::new(), |speed| {
         format!("; the estimator alone {} steps/s per core", significant(speed, DIGITS))
     });
-    format!("{} steps in {} s{estimator}", report.steps, significant(report.wall_s, DIGITS))
+    format!("{} steps in {} s{estimator}", report.steps, significant(wall_s, DIGITS))
 }
 
 #[cfg(test)]
