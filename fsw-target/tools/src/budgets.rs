@@ -75,7 +75,7 @@ pub struct Bytes {
 }
 
 /// Flash of the flight image with all estimators.
-pub const FLIGHT_FLASH: Bytes = Bytes { at_most: 128 * 1024, held: 230 * 1024 };
+pub const FLIGHT_FLASH: Bytes = Bytes { at_most: 128 * 1024, held: 233 * 1024 };
 
 /// Flash of flight images with one estimator, by the feature of fsw-target.
 pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
