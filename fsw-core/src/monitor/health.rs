@@ -150,6 +150,7 @@ pub struct HealthMonitor {
 
 impl HealthMonitor {
     /// Adds the outcome of a sample.
+    #[inline(never)] // one copy in an image
     pub fn step(&mut self, outcome: &Outcome) {
         let event = self.event(outcome);
         self.suspect = self.suspect.map(|samples| samples.saturating_add(1));

@@ -156,6 +156,7 @@ impl<const W: usize> WheelCheck<W> {
 }
 
 impl Wheel {
+    #[inline(never)] // one copy for all wheels
     fn add(&mut self, config: &Config, at_rad_s: f32, elapsed_s: f32, torque_n_m: f32) {
         let continues = |stretch: &Stretch| {
             stretch.impulse_n_m_s * torque_n_m >= 0.0 && stretch.duration_s < LONGEST_S
