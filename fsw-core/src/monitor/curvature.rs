@@ -17,6 +17,9 @@
 //! with an unknown matrix K. The part of ω̈ along ω is removed, since errors of the tensor take it up. Errors that are
 //! slow and small beside the noise have little correlation from one residual to the next, and all of it with x.
 //!
+//! The derivative of a block's rate is that of the four blocks around it, `(ω₂ − ω₁ − ω₋₁ + ω₋₂) / 3 Δ²`. Noise of the wheels'
+//! readings is part of the model's rate, and the residual of the same block contains it too.
+//!
 //! # Statistic
 //!
 //! For `A = Σ ν xᵀ` and `S = Σ x xᵀ`
@@ -44,11 +47,11 @@ const UNEQUAL: f64 = 0.01;
 /// Sums over blocks of equal duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvature<T: Real> {
-    /// Rates of the last block and of the one before it, and the residual of the last one.
-    rate_rad_s: [Vec3<T>; 2],
-    residual: Vec3<T>,
+    /// Rates of the last four blocks and residuals of the last two, newest first.
+    rate_rad_s: [Vec3<T>; 4],
+    residual: [Vec3<T>; 2],
     duration_s: T,
-    /// Blocks of this duration so far, up to two.
+    /// Blocks of this duration so far, up to four.
     blocks: u8,
     /// `Σ ω ωᵀ`, `Σ ω̈ ωᵀ`, `Σ ω̈ ω̈ᵀ`.
     of_rates: Mat<T, 3, 3>,
@@ -61,15 +64,15 @@ pub struct Curvature<T: Real> {
 
 crate::persist!([T: Real] Curvature<T> {
     rate_rad_s, residual, duration_s, blocks, of_rates, mixed, of_curvatures, with_rates, with_curvatures
-} if |this| this.blocks <= 2);
+} if |this| this.blocks <= 4);
 
 impl<T: Real> Curvature<T> {
     /// No blocks.
     pub fn none() -> Self {
         let (vector, matrix) = (Vec3::zeros(), Mat::zeros());
         Self {
-            rate_rad_s: [vector; 2],
-            residual: vector,
+            rate_rad_s: [vector; 4],
+            residual: [vector; 2],
             duration_s: T::zero(),
             blocks: 0,
             of_rates: matrix,
@@ -84,22 +87,23 @@ impl<T: Real> Curvature<T> {
     #[inline(never)]
     pub fn add(&mut self, rate_rad_s: &Vec3<T>, duration_s: T, residual: &Vec3<T>) {
         let is_equal = (duration_s - self.duration_s).abs() <= duration_s * T::lit(UNEQUAL);
-        let [last, before] = self.rate_rad_s;
+        let [after, rate, before, second_before] = self.rate_rad_s;
+        let [of_after, of_rate] = self.residual;
         if !is_equal {
             self.blocks = 0;
         }
-        if self.blocks == 2 {
-            let per = T::one() / (duration_s * duration_s);
-            let curvature = (rate_rad_s - last - (last - before)) * per;
-            self.of_rates += last * last.transpose();
-            self.mixed += curvature * last.transpose();
+        if self.blocks == 4 {
+            let per = T::lit(1.0 / 3.0) / (duration_s * duration_s);
+            let curvature = (rate_rad_s - after - (before - second_before)) * per;
+            self.of_rates += rate * rate.transpose();
+            self.mixed += curvature * rate.transpose();
             self.of_curvatures += curvature * curvature.transpose();
-            self.with_rates += self.residual * last.transpose();
-            self.with_curvatures += self.residual * curvature.transpose();
+            self.with_rates += of_rate * rate.transpose();
+            self.with_curvatures += of_rate * curvature.transpose();
         }
-        self.blocks = self.blocks.saturating_add(1).min(2);
-        self.rate_rad_s = [*rate_rad_s, last];
-        (self.residual, self.duration_s) = (*residual, duration_s);
+        self.blocks = self.blocks.saturating_add(1).min(4);
+        self.rate_rad_s = [*rate_rad_s, after, rate, before];
+        (self.residual, self.duration_s) = ([*residual, of_after], duration_s);
     }
 
     /// χ² for residuals of unit variance; zero where the sums do not determine it.
@@ -139,6 +143,8 @@ mod tests {
 
     const BLOCKS: usize = 150;
     const PERIOD_S: f32 = 0.4;
+    /// One sigma of a residual, rad/s.
+    const SIGMA_RAD_S: f32 = 1e-4;
 
     /// Rate about three axes with two frequencies each.
     fn rate(k: usize) -> Vec3<f32> {
@@ -149,13 +155,17 @@ mod tests {
         })
     }
 
-    fn of(seed: u64, gain: f32) -> Curvature<f32> {
+    /// Flight with an effect of the curvature on the residuals, and wheels whose noise is part of rates and residuals, over
+    /// that of a residual.
+    fn of(seed: u64, gain: f32, of_wheels: f32) -> Curvature<f32> {
         let mut noise = normal(seed + 1);
         let mut sums = Curvature::none();
         for k in 1..=BLOCKS {
             let apart = rate(k + 1) + rate(k - 1) - rate(k) * 2.0;
-            let noise = Vec3::from_fn(|_, _| noise() as f32);
-            sums.add(&rate(k), PERIOD_S, &(noise + apart * (gain / (PERIOD_S * PERIOD_S))));
+            let mut any = || Vec3::from_fn(|_, _| noise() as f32);
+            let (white, wheels) = (any(), any() * of_wheels);
+            let residual = white + apart * (gain / (PERIOD_S * PERIOD_S)) - wheels;
+            sums.add(&(rate(k) + wheels * SIGMA_RAD_S), PERIOD_S, &residual);
         }
         sums
     }
@@ -163,7 +173,7 @@ mod tests {
     /// Mean and variance of chi-square of nine degrees of freedom, within four sampling errors of 400 flights.
     #[test]
     fn noise_alone_has_nine_degrees_of_freedom() {
-        let all: Vec<f32> = (0..400).map(|seed| of(seed, 0.0).chi_square()).collect();
+        let all: Vec<f32> = (0..400).map(|seed| of(seed, 0.0, 0.0).chi_square()).collect();
         let mean = all.iter().sum::<f32>() / 400.0;
         let variance = all.iter().map(|x| (x - mean).powi(2)).sum::<f32>() / 400.0;
         assert!((mean - 9.0).abs() < 4.0 * (18.0f32 / 400.0).sqrt(), "{mean}");
@@ -176,9 +186,17 @@ mod tests {
     fn an_appendage_is_found() {
         let rows = 3 * BLOCKS as u32;
         let root_mean_square = 0.02 * 1.1 * 1.1 * 0.7;
-        let found = |gain| (0..50).filter(|seed| !of(*seed, gain).is_white(rows, 1.0, 0.0)).count();
+        let found =
+            |gain| (0..50).filter(|seed| !of(*seed, gain, 0.0).is_white(rows, 1.0, 0.0)).count();
         assert_eq!(found(0.0), 0);
         assert!(found(0.5 / root_mean_square) >= 48);
+    }
+
+    /// Noise of wheels as large as that of the gyro doubles the variance, and adds no correlation.
+    #[test]
+    fn noise_of_wheels_is_no_curvature() {
+        let mean = (0..400).map(|seed| of(seed, 0.0, 1.0).chi_square()).sum::<f32>() / 400.0;
+        assert!((mean - 18.0).abs() < 4.0 * 2.0 * (18.0f32 / 400.0).sqrt(), "{mean}");
     }
 
     /// Motion about one axis, at rest and with unequal blocks: finite, and no statement.
