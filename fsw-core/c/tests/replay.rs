@@ -164,6 +164,7 @@ fn cfs_application_runs_against_stubs() {
     let sources = [
         "examples/cfs/fsw_inertia_app.c",
         "examples/cfs/stubs/cfe_stubs.c",
+        "-Iexamples/cfs",
         "-Iexamples/cfs/stubs",
         "-Iinclude",
     ];

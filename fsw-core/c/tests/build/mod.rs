@@ -66,6 +66,7 @@ pub fn compile_on_target(library: &Library, sources: &[&str]) -> PathBuf {
     let mut compiler = Command::new(TARGET_COMPILER);
     compiler.args(["-std=c11", "-ffreestanding", "-nostdlib"]).args(CORTEX_M4F);
     compiler.args(["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"]);
+    compiler.arg("-Wl,-z,noexecstack");
     compile(&mut compiler, library, sources, &["-Texamples/target/stm32f405.ld", "-lgcc"])
 }
 
