@@ -26,17 +26,17 @@
 #define FSW_ALIGN 8
 
 /**
- * Memory of `window` on any processor, bytes.
+ * Memory of `window` on any processor, bytes: 50,944 are needed with 32-bit indices, 51,088 with 64-bit ones.
  */
-#define FSW_WINDOW_SIZE 51200
+#define FSW_WINDOW_SIZE 53248
 
 /**
  * The same in words of 64 bits.
  */
-#define FSW_WINDOW_SIZE_U64 6400
+#define FSW_WINDOW_SIZE_U64 6656
 
 /**
- * Memory of `joint-ekf` on any processor, bytes.
+ * Memory of `joint-ekf` on any processor, bytes: 7,368 are needed.
  */
 #define FSW_JOINT_EKF_SIZE 8192
 
@@ -49,7 +49,7 @@
  * Words of a medium for a checkpoint of `window`, fingerprint included. The longest one measured has 10,299, of storage
  * full of blocks.
  */
-#define FSW_WINDOW_WORDS 12800
+#define FSW_WINDOW_WORDS 13312
 
 /**
  * Words of a medium for a checkpoint of `joint-ekf`, fingerprint included. The longest one measured has 1,487.
@@ -145,7 +145,7 @@ typedef int32_t fsw_result;
 #endif // __cplusplus
 
 /**
- * Outcome of a step: what became of the sample. Below 16 the estimate was updated or kept, from 16 part of the state
+ * Outcome of a step. Below 16 the estimate was updated or kept, from 16 part of the state
  * was initialised.
  */
 enum fsw_outcome_code
@@ -576,7 +576,7 @@ typedef struct fsw_outcome {
      */
     uint32_t struct_size;
     /**
-     * What became of the sample.
+     * Use of the sample, and reason.
      */
     fsw_outcome_code code;
     /**

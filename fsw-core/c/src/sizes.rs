@@ -26,17 +26,17 @@ pub(crate) type JointEkfF32 = JointEkfUd<f32, FSW_WHEELS, PARAMETERS>;
 
 /// Alignment of the memory of an estimator, bytes.
 pub const FSW_ALIGN: usize = 8;
-/// Memory of `window` on any processor, bytes.
-pub const FSW_WINDOW_SIZE: usize = 51_200;
+/// Memory of `window` on any processor, bytes: 50,944 are needed with 32-bit indices, 51,088 with 64-bit ones.
+pub const FSW_WINDOW_SIZE: usize = 53_248;
 /// The same in words of 64 bits.
-pub const FSW_WINDOW_SIZE_U64: usize = 6_400;
-/// Memory of `joint-ekf` on any processor, bytes.
+pub const FSW_WINDOW_SIZE_U64: usize = 6_656;
+/// Memory of `joint-ekf` on any processor, bytes: 7,368 are needed.
 pub const FSW_JOINT_EKF_SIZE: usize = 8_192;
 /// The same in words of 64 bits.
 pub const FSW_JOINT_EKF_SIZE_U64: usize = 1_024;
 /// Words of a medium for a checkpoint of `window`, fingerprint included. The longest one measured has 10,299, of storage
 /// full of blocks.
-pub const FSW_WINDOW_WORDS: usize = 12_800;
+pub const FSW_WINDOW_WORDS: usize = 13_312;
 /// Words of a medium for a checkpoint of `joint-ekf`, fingerprint included. The longest one measured has 1,487.
 pub const FSW_JOINT_EKF_WORDS: usize = 2_048;
 

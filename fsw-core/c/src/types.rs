@@ -212,7 +212,7 @@ pub struct fsw_sample {
     pub torque_n_m: [f32; 3],
 }
 
-/// Outcome of a step: what became of the sample. Below 16 the estimate was updated or kept, from 16 part of the state
+/// Outcome of a step. Below 16 the estimate was updated or kept, from 16 part of the state
 /// was initialised.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -261,7 +261,7 @@ pub enum fsw_outcome_code {
 pub struct fsw_outcome {
     /// `sizeof(fsw_outcome)`, set by the caller.
     pub struct_size: u32,
-    /// What became of the sample.
+    /// Use of the sample, and reason.
     pub code: fsw_outcome_code,
     /// 1 where the sample entered the state.
     pub used_sample: u32,

@@ -1,4 +1,5 @@
 //! Each refusal of the interface, by its code, and nothing written.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on fails")]
 #![allow(
     unsafe_code,
     reason = "calls of the C interface, with the pointers that are to be refused"
@@ -159,9 +160,9 @@ fn a_handle_is_checked_by_each_function() {
     for call in &calls {
         assert_eq!(call(null_mut()), fsw_result::NullPointer);
         refused(&mut *started(), fsw_result::Misaligned, |w| call(w.wrapping_byte_add(4)));
-        refused(&mut *memory(), fsw_result::Uninitialised, |w| call(w));
+        refused(&mut *memory(), fsw_result::Uninitialised, call);
         let mut zeros = Box::new(fsw_window { memory: [0; FSW_WINDOW_SIZE_U64] });
-        refused(&mut *zeros, fsw_result::Uninitialised, |w| call(w));
+        refused(&mut *zeros, fsw_result::Uninitialised, call);
         let mut other = memory();
         let mut filter = sized::<fsw_joint_ekf_config>();
         // SAFETY: valid pointers.
@@ -170,7 +171,7 @@ fn a_handle_is_checked_by_each_function() {
             let place = (&raw mut *other).cast();
             assert_eq!(fsw_joint_ekf_init(place, FSW_WINDOW_SIZE, &filter), fsw_result::Ok);
         }
-        refused(&mut *other, fsw_result::Uninitialised, |w| call(w));
+        refused(&mut *other, fsw_result::Uninitialised, call);
     }
 }
 
