@@ -78,6 +78,17 @@ if ! have qemu-system-arm; then
 fi
 qemu-system-arm --version | sed -n 1p
 
+heading "Set-up: C compiler for the Cortex-M"
+if ! have arm-none-eabi-gcc; then
+    can_apt || give_up "no arm-none-eabi-gcc: install it (Debian: apt-get install gcc-arm-none-eabi)"
+    apt_install gcc-arm-none-eabi
+fi
+if ! have g++; then
+    can_apt || give_up "no g++: install it (Debian: apt-get install g++)"
+    apt_install g++
+fi
+arm-none-eabi-gcc --version | sed -n 1p
+
 heading "Set-up: Chromium"
 if ! have chromium && can_apt; then
     apt_install chromium fonts-dejavu-core
@@ -157,6 +168,21 @@ else
     skipped="$skipped advisories"
     echo "skipped: cargo-deny is not installed; licences, duplicates and sources are tested above"
 fi
+heading "Other processors: fsw-core and its C interface"
+# Debian's compiler builds their core library from source; an ambient toolchain is used where it has the target.
+for other in thumbv6m-none-eabi thumbv7m-none-eabi thumbv7em-none-eabi thumbv8m.main-none-eabihf \
+    riscv32imac-unknown-none-elf; do
+    if [ -d "$(rustc --print sysroot)/lib/rustlib/$other/lib" ]; then
+        cargo check --package fsw-core --package fsw-core-c --target "$other"
+    elif debian_ready; then
+        env -u RUSTUP_TOOLCHAIN -u CARGO -u RUSTDOC RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 \
+            /usr/bin/cargo check -Zbuild-std=core --package fsw-core --package fsw-core-c \
+            --target "$other"
+    else
+        skipped="$skipped $other"
+        echo "skipped: no core library for $other (rustup target add $other)"
+    fi
+done
 
 heading "Documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps

@@ -2,6 +2,7 @@
 //! [hardware]: self::hardware
 //! [window]: self::window
 //! [accuracy]: self::accuracy
+//! [c]: self::c
 //!
 #![doc = include_str!("../docs/index.md")]
 
@@ -28,3 +29,6 @@ pub mod window {}
 ///
 #[doc = include_str!("../docs/accuracy.md")]
 pub mod accuracy {}
+
+#[doc = include_str!("../docs/c.md")]
+pub mod c {}

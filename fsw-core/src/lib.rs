@@ -56,7 +56,7 @@
 //! # Ok::<(), fsw_core::ConfigError>(())
 //! ```
 //!
-//! [`docs`] has three pages: theory, the window estimator, accuracy.
+//! [`docs`] has the pages: theory, hardware, the window estimator, accuracy, the C interface.
 //!
 //! `cargo run --example window` prints the result of this program. `csv_replay` replays a recorded
 //! log, `custom_loop` embeds an estimator in a control loop.

@@ -9,11 +9,19 @@ use tests::program::{cargo, repository};
 use super::command::host_sim_arguments;
 
 /// Programs from outside the workspace that pages may name.
-const EXTERNAL: [&str; 6] =
-    ["qemu-system-arm", "rustup", "stty", "apt-get", "openssl", "STM32_Programmer_CLI"];
+const EXTERNAL: [&str; 8] = [
+    "qemu-system-arm",
+    "rustup",
+    "stty",
+    "apt-get",
+    "openssl",
+    "STM32_Programmer_CLI",
+    "gcc",
+    "arm-none-eabi-gcc",
+];
 
 /// Cargo's own verbs that pages use.
-const CARGO_VERBS: [&str; 6] = ["build", "run", "test", "doc", "clippy", "package"];
+const CARGO_VERBS: [&str; 7] = ["build", "run", "rustc", "test", "doc", "clippy", "package"];
 
 /// Aliases that take an image of fsw-target as their only argument.
 const IMAGE_ALIASES: [&str; 2] = ["board", "qemu"];
@@ -87,6 +95,9 @@ impl Workspace {
                     let profile = value()?;
                     let is_known = self.profiles.contains(profile);
                     is_known.then_some(()).ok_or(format!("no profile `{profile}`"))?;
+                }
+                "--crate-type" => {
+                    value()?;
                 }
                 "--release"
                 | "--no-default-features"
