@@ -141,7 +141,7 @@ else
 fi
 
 heading "Tests, firmware in QEMU included"
-cargo test --workspace -- --include-ignored 2>&1 | tee "$log"
+cargo test --workspace --no-fail-fast -- --include-ignored 2>&1 | tee "$log"
 
 if has_python; then
     heading "Python package: wheel, tests, notebook"
