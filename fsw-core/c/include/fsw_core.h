@@ -26,7 +26,7 @@
 #define FSW_ALIGN 8
 
 /**
- * Memory of `window` on any processor, bytes: 50,944 are needed with 32-bit indices, 51,088 with 64-bit ones.
+ * Memory of `window` on any processor, bytes: 51,136 are needed with 32-bit indices, 51,280 with 64-bit ones.
  */
 #define FSW_WINDOW_SIZE 53248
 

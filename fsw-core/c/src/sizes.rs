@@ -26,7 +26,7 @@ pub(crate) type JointEkfF32 = JointEkfUd<f32, FSW_WHEELS, PARAMETERS>;
 
 /// Alignment of the memory of an estimator, bytes.
 pub const FSW_ALIGN: usize = 8;
-/// Memory of `window` on any processor, bytes: 50,944 are needed with 32-bit indices, 51,088 with 64-bit ones.
+/// Memory of `window` on any processor, bytes: 51,136 are needed with 32-bit indices, 51,280 with 64-bit ones.
 pub const FSW_WINDOW_SIZE: usize = 53_248;
 /// The same in words of 64 bits.
 pub const FSW_WINDOW_SIZE_U64: usize = 6_656;

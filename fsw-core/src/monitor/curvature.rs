@@ -95,11 +95,11 @@ impl<T: Real> Curvature<T> {
         if self.blocks == 4 {
             let per = T::lit(1.0 / 3.0) / (duration_s * duration_s);
             let curvature = (rate_rad_s - after - (before - second_before)) * per;
-            self.of_rates += rate * rate.transpose();
-            self.mixed += curvature * rate.transpose();
-            self.of_curvatures += curvature * curvature.transpose();
-            self.with_rates += of_rate * rate.transpose();
-            self.with_curvatures += of_rate * curvature.transpose();
+            add_product(&mut self.of_rates, &rate, &rate);
+            add_product(&mut self.mixed, &curvature, &rate);
+            add_product(&mut self.of_curvatures, &curvature, &curvature);
+            add_product(&mut self.with_rates, &of_rate, &rate);
+            add_product(&mut self.with_curvatures, &of_rate, &curvature);
         }
         self.blocks = self.blocks.saturating_add(1).min(4);
         self.rate_rad_s = [*rate_rad_s, after, rate, before];
@@ -112,12 +112,12 @@ impl<T: Real> Curvature<T> {
         let Some(inverse) = inverse_symmetric(&with_floor(&self.of_rates)) else {
             return T::zero();
         };
-        let by_rate = self.mixed * inverse;
-        let along = by_rate * self.mixed.transpose();
-        let beside = with_floor(&self.of_curvatures) - along;
-        let sums = self.with_curvatures - self.with_rates * by_rate.transpose();
+        let by_rate = by_rows(&self.mixed, &inverse);
+        let beside = with_floor(&self.of_curvatures) - by_rows(&by_rate, &self.mixed);
+        let sums = self.with_curvatures - by_rows(&self.with_rates, &by_rate);
         let Some(inverse) = inverse_symmetric(&beside) else { return T::zero() };
-        let square = (sums * inverse).component_mul(&sums).sum();
+        let over = by_rows(&sums, &inverse);
+        let square = over.iter().zip(sums.iter()).fold(T::zero(), |sum, (a, b)| sum + *a * *b);
         if square > T::zero() { square } else { T::zero() }
     }
 
@@ -129,7 +129,33 @@ impl<T: Real> Curvature<T> {
     }
 }
 
+/// `m ← m + a bᵀ`. Not inlined, as the others: one function for all sums.
+#[inline(never)]
+fn add_product<T: Real>(m: &mut Mat<T, 3, 3>, a: &Vec3<T>, b: &Vec3<T>) {
+    for (column, b) in m.as_mut_slice().chunks_exact_mut(3).zip(b.as_slice()) {
+        for (element, a) in column.iter_mut().zip(a.as_slice()) {
+            *element += *a * *b;
+        }
+    }
+}
+
+/// `A Bᵀ`.
+#[inline(never)]
+fn by_rows<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
+    let mut product = Mat::<T, 3, 3>::zeros();
+    let columns = a.as_slice().chunks_exact(3).zip(b.as_slice().chunks_exact(3));
+    for (a, b) in columns {
+        for (column, b) in product.as_mut_slice().chunks_exact_mut(3).zip(b) {
+            for (element, a) in column.iter_mut().zip(a) {
+                *element += *a * *b;
+            }
+        }
+    }
+    product
+}
+
 /// The matrix with ε of its trace added to each diagonal element.
+#[inline(never)]
 fn with_floor<T: Real>(m: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
     let floor = (m[(0, 0)] + m[(1, 1)] + m[(2, 2)]) * T::lit(LEAST);
     Mat::from_fn(|i, k| if i == k { m[(i, k)] + floor } else { m[(i, k)] })
