@@ -2,7 +2,7 @@
 //!
 //! Output of every estimator, at the rate of telemetry.
 
-use crate::math::{Mat, Vec3, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, scalar::Real};
 use crate::monitor::observability::{Observed, observed, range_before_data};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
@@ -142,14 +142,14 @@ impl<T: Real> Estimate<T> {
     /// assert_eq!(sigma_kg_m2, [1e4, 1e4, 1e4, 5e3, 5e3, 5e3]);
     /// ```
     pub fn sigma_kg_m2(&self) -> [T; 6] {
-        core::array::from_fn(|i| self.covariance_kg2_m4[(i, i)].max(T::zero()).sqrt())
+        core::array::from_fn(|i| self.covariance_kg2_m4.at(i, i).max(T::zero()).sqrt())
     }
 
     /// One sigma of each element by the errors of the hardware, kg m²: total less random variance.
     pub fn sigma_systematic_kg_m2(&self) -> [T; 6] {
         let Some(random) = self.sigma_random_kg_m2 else { return [T::zero(); 6] };
         core::array::from_fn(|i| {
-            let variance = self.covariance_kg2_m4[(i, i)] - random[i] * random[i];
+            let variance = self.covariance_kg2_m4.at(i, i) - random[i] * random[i];
             variance.max(T::zero()).sqrt()
         })
     }
@@ -186,7 +186,7 @@ impl<T: Real> Estimate<T> {
         }
         let covariance = jacobian * self.covariance_kg2_m4 * jacobian.transpose();
         let sigma =
-            core::array::from_fn(|i| covariance[(i, i)].max(T::zero()).sqrt() * scale.abs());
+            core::array::from_fn(|i| covariance.at(i, i).max(T::zero()).sqrt() * scale.abs());
         (ratio, sigma)
     }
 }

@@ -33,7 +33,7 @@
 //! takes the place of S, which makes the statistic smaller.
 
 use super::whiteness::chi_square;
-use crate::math::{Mat, Vec3, inverse_symmetric, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, inverse_symmetric, scalar::Real};
 
 /// ε: rounding of the sums in single precision over some hundred blocks.
 const LEAST: f64 = 1e-5;
@@ -157,8 +157,12 @@ fn by_rows<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
 /// The matrix with ε of its trace added to each diagonal element.
 #[inline(never)]
 fn with_floor<T: Real>(m: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
-    let floor = (m[(0, 0)] + m[(1, 1)] + m[(2, 2)]) * T::lit(LEAST);
-    Mat::from_fn(|i, k| if i == k { m[(i, k)] + floor } else { m[(i, k)] })
+    let floor = (m.at(0, 0) + m.at(1, 1) + m.at(2, 2)) * T::lit(LEAST);
+    let mut sum = *m;
+    for i in 0..3 {
+        *sum.at_mut(i, i) += floor;
+    }
+    sum
 }
 
 #[cfg(test)]

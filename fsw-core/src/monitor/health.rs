@@ -27,7 +27,7 @@
 //! status says so.
 
 use crate::estimate::{Estimate, Status};
-use crate::math::{Mat, scalar::Real};
+use crate::math::{Entries, Mat, scalar::Real};
 use crate::outcome::{Coasting, Outcome, Reset};
 
 /// Samples without evidence before a better level: 3 s at 10 Hz. The number of bits of the record of refusals.
@@ -122,8 +122,8 @@ impl Driver {
 ///     monitor.step(&Outcome::Coasting(Coasting::Spike));
 /// }
 /// assert_eq!((monitor.health(), monitor.driver()), (Health::Degraded, Some(Driver::Prediction)));
-/// // Thirty samples until fewer than three of the last 32 are refused, and the hysteresis.
-/// for _ in 0..30 + HYSTERESIS {
+/// // With the thirtieth sample fewer than three of the last 32 are refused: the first one of the hysteresis.
+/// for _ in 0..29 + HYSTERESIS {
 ///     assert_eq!(monitor.health(), Health::Degraded);
 ///     monitor.step(&Outcome::Updated);
 /// }
@@ -257,7 +257,7 @@ impl HealthMonitor {
 pub fn is_covariance<T: Real>(covariance: &Mat<T, 6, 6>) -> bool {
     let slack = T::lit(1.0 + 1e-4);
     let is_minor_positive = |i: usize, k: usize| {
-        let (a, b, c) = (covariance[(i, i)], covariance[(k, k)], covariance[(i, k)]);
+        let (a, b, c) = (covariance.at(i, i), covariance.at(k, k), covariance.at(i, k));
         // Without squares, which may leave the range of the type; false for NaN.
         a >= T::zero() && b >= T::zero() && c.abs() <= a.sqrt() * b.sqrt() * slack
     };

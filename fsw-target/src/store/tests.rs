@@ -574,7 +574,7 @@ fn continues_after_resets<E: Estimator<f32, WHEELS> + Persist>(
     resets: &[usize],
 ) {
     let (mut without, mut with) = (fresh(), fresh());
-    let mut store = open(Flash::erased(128 * PAGE));
+    let mut store = open(Flash::erased(256 * PAGE));
     for (k, row) in ROWS.iter().enumerate() {
         let sample = Sample {
             time_us: row.time_us,

@@ -320,7 +320,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
                 // A place that is not in use has an empty column, and any weight pins it.
                 let is_unknown = variance_of_row > T::zero();
                 let weight = if is_unknown { variance / variance_of_row } else { T::one() };
-                let y = (column..U).fold(T::zero(), |y, k| y - row[k] * point.value(k));
+                let y = (0..U).zip(&row).fold(T::zero(), |y, (k, u)| y - *u * point.value(k));
                 add(&row, y, weight);
             }
         }
