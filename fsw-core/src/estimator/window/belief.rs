@@ -572,4 +572,37 @@ mod tests {
             }
         }
     }
+
+    /// A sigma of any size gives finite rows in single precision, denormal numbers included.
+    #[test]
+    fn rows_of_any_clock_are_finite() {
+        const U: usize = 15;
+        for exponent in -45..1 {
+            let clock = 10f32.powi(exponent);
+            let mut groups = Groups::<f32>::none();
+            (groups.hardware, groups.clock) = (0, clock);
+            let sigma = [5e-3, (2.0 * clock).hypot(1e-3), clock];
+            groups.place[0] = Some((Group::Common, Belief::Within(sigma)));
+            groups.place[1] = Some((Group::GyroScale, Belief::Within([clock; 3])));
+            let beliefs = Beliefs {
+                groups: &groups,
+                prior: None,
+                past: None,
+                unit_per_kg_m2: 1.0,
+                noise_rad_s: 1e-4,
+                holds_hardware: false,
+                holds_modes: false,
+                bias_walked_rad_s: 0.0,
+                has_varying_torque: false,
+            };
+            let point = Point::<f32, U>::sphere(crate::math::Vec3::zeros());
+            beliefs.each_of_places(0..2, &point, &mut |row, y, weight| {
+                let is_finite = row.iter().all(|u| u.is_finite()) && y.is_finite();
+                assert!(
+                    is_finite && weight > 0.0 && weight.is_finite(),
+                    "{clock}: {row:?} {weight}"
+                );
+            });
+        }
+    }
 }

@@ -46,6 +46,9 @@ pub const MOST_MODES: usize = 2;
 pub const GROUPS_OF_MODE: usize = 3;
 /// Further groups at most: torque, bias, drag, those of the modes, four of gyro and clock, eight wheels.
 pub const GROUPS: usize = 15 + GROUPS_OF_MODE * MOST_MODES;
+/// Smallest sigma of the clock's rate that correlates parameters, share: its effect on a tensor is below the rounding of
+/// single precision, and the square of a smaller one leaves the range of `f32`.
+const LEAST_CLOCK: f64 = 1e-9;
 /// Sigma of an unknown beside its part by the clock, over that part, at least.
 const LEAST_BESIDE_CLOCK: f64 = 1e-3;
 /// Unknowns at most.
@@ -202,7 +205,9 @@ impl<T: Real> Groups<T> {
     /// variance of the rest. None where it has no part.
     pub fn by_clock(&self, column: usize, places: &Range<usize>) -> Option<(T, T)> {
         let (place, component) = (column.checked_sub(FIRST_GROUP)? / 3, column % 3);
-        if self.clock == T::zero() || !places.contains(&place) || !self.is_active(place, component)
+        if self.clock < T::lit(LEAST_CLOCK)
+            || !places.contains(&place)
+            || !self.is_active(place, component)
         {
             return None;
         }
