@@ -29,7 +29,7 @@
 //! ```
 //!
 //! is chi-square of nine degrees of freedom: the score of K = 0. Residuals of a fit have no part along the columns of its
-//! unknowns. The larger part of x along these, the smaller the statistic of a correct model. Where the motion is weak about an axis, `S + ε tr(S)` with a small ε
+//! unknowns. A part of x along these makes the statistic of a correct model smaller. Where the motion is weak about an axis, `S + ε tr(S)` with a small ε
 //! takes the place of S, which makes the statistic smaller.
 
 use super::whiteness::chi_square;
@@ -51,7 +51,7 @@ pub struct Curvature<T: Real> {
     rate_rad_s: [Vec3<T>; 4],
     residual: [Vec3<T>; 2],
     duration_s: T,
-    /// Blocks of this duration so far, up to four.
+    /// Number of successive blocks of this duration, at most four.
     blocks: u8,
     /// `Σ ω ωᵀ`, `Σ ω̈ ωᵀ`, `Σ ω̈ ω̈ᵀ`.
     of_rates: Mat<T, 3, 3>,
@@ -229,9 +229,9 @@ mod tests {
         assert!((mean - 18.0).abs() < 4.0 * 2.0 * (18.0f32 / 400.0).sqrt(), "{mean}");
     }
 
-    /// Motion about one axis, at rest and with unequal blocks: finite, and no statement.
+    /// Motion about one axis, at rest and with unequal blocks: finite, and white.
     #[test]
-    fn weak_motion_says_nothing() {
+    fn weak_motion_has_no_statistic() {
         let mut one_axis = Curvature::<f32>::none();
         let mut unequal = Curvature::<f32>::none();
         let mut rest = Curvature::<f32>::none();

@@ -71,7 +71,7 @@ pub fn largest_correlation<T: Real>(rows: u32) -> T {
     T::lit(CORRELATED) + T::lit(CORRELATED_SIGMA) / T::count(rows.max(1)).sqrt()
 }
 
-/// Largest number of `rows` times the sum of squared correlations over so many lags \[Box1970\]. Rows: residuals of one
+/// Largest number of `rows` times the sum of squared correlations over this number of lags \[Box1970\]. Rows: residuals of one
 /// axis. An oscillation has its largest correlation at half a period and at a period, and little at the first lag.
 pub fn largest_correlations<T: Real>(rows: u32, lags: u32) -> T {
     let margin = T::lit(CORRELATED * CORRELATED) * T::count(rows);

@@ -217,7 +217,7 @@ mod tests {
             Self { check, k: 0, speed_rad_s: 300.0, motor: 1.03 }
         }
 
-        /// Flies so many samples; the sample at which the first wheel is first found.
+        /// Flies this number of samples. Returns the sample at which the first wheel is found.
         fn fly(&mut self, samples: u64, read: impl Fn(f32) -> f32) -> Option<u64> {
             let mut found = None;
             for flown in 0..samples {

@@ -326,8 +326,8 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         }
     }
 
-    /// Subtracts from the row of an unknown what the unknowns after it tell of the clock's error. Returns the variance of
-    /// the difference. The rows of all such unknowns are their joint prior: for `vₖ = aₖ c + eₖ` with variances `C` of c and
+    /// Subtracts from the row of an unknown its expectation by the unknowns after it, with which it shares the clock's error.
+    /// Returns the variance of the difference. The rows of all such unknowns are their joint prior: for `vₖ = aₖ c + eₖ` with variances `C` of c and
     /// `σₖ²` of eₖ, `E[c | vⱼ, j > k] = Σ aⱼ vⱼ / σⱼ² / (1 / C + Σ aⱼ² / σⱼ²)`.
     #[inline(never)]
     fn beside_clock(

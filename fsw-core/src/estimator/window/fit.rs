@@ -214,8 +214,8 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         self.step(step, beliefs, wheels)
     }
 
-    /// What follows a descent that has settled, or that has had passes enough: unknowns that were held are released, weights
-    /// and a walk of the torque join, or it ends. None where it goes on.
+    /// Next pass of a descent that has settled or reached its limit of passes: with held unknowns released, with robust
+    /// weights, with a walk of the torque; or its end. None: Gauss-Newton continues.
     #[inline(never)]
     fn at_minimum(
         &mut self,
