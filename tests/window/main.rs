@@ -153,3 +153,23 @@ fn errors_of_random_spacecraft_are_at_the_bound() {
     let nees_scatter = (1.0 / (3.0 * used)).sqrt();
     assert!((found.nees_per_dof.unwrap() - 1.0).abs() < 0.06 + 3.0 * nees_scatter, "{found:?}");
 }
+
+/// Records of three to eleven minutes with hardware at data-sheet level, at the end of which the solution of the last fit
+/// is hundreds of sigmas away: the descent from there takes damped steps, and finds the minimum in single precision.
+#[test]
+fn a_descent_from_far_away_ends_at_the_minimum() {
+    let scenario = Scenario::load("random-spacecraft-data-sheet").unwrap();
+    for first_seed in [1065, 1070, 1624, 2169, 2195] {
+        let campaign = Campaign {
+            scenario: &scenario,
+            truths: &Truths::simulate(&scenario).unwrap(),
+            estimator: EstimatorName::Window,
+            precision: Precision::F32,
+            first_seed,
+            runs: 1,
+        };
+        let runs = campaign.run_all(&AtomicBool::new(false), || ()).unwrap();
+        let score = &runs[0].score;
+        assert!(matches!(score.verdict, Verdict::Converged), "seed {first_seed}: {score:?}");
+    }
+}

@@ -53,6 +53,8 @@ pub struct Curvature<T: Real> {
     duration_s: T,
     /// Number of successive blocks of this duration, at most four.
     blocks: u8,
+    /// True where further blocks are not added.
+    has_ended: bool,
     /// `Σ ω ωᵀ`, `Σ ω̈ ωᵀ`, `Σ ω̈ ω̈ᵀ`.
     of_rates: Mat<T, 3, 3>,
     mixed: Mat<T, 3, 3>,
@@ -63,7 +65,7 @@ pub struct Curvature<T: Real> {
 }
 
 crate::persist!([T: Real] Curvature<T> {
-    rate_rad_s, residual, duration_s, blocks, of_rates, mixed, of_curvatures, with_rates, with_curvatures
+    rate_rad_s, residual, duration_s, blocks, has_ended, of_rates, mixed, of_curvatures, with_rates, with_curvatures
 } if |this| this.blocks <= 4);
 
 impl<T: Real> Curvature<T> {
@@ -75,6 +77,7 @@ impl<T: Real> Curvature<T> {
             residual: [vector; 2],
             duration_s: T::zero(),
             blocks: 0,
+            has_ended: false,
             of_rates: matrix,
             mixed: matrix,
             of_curvatures: matrix,
@@ -83,9 +86,18 @@ impl<T: Real> Curvature<T> {
         }
     }
 
+    /// Ends the statistic with the blocks of a fit: residuals of later blocks have a part along the columns of its unknowns,
+    /// until these are fitted too.
+    pub fn end(&mut self) {
+        self.has_ended = true;
+    }
+
     /// Adds a block: mean rate by the model, duration and residual of each axis over its sigma.
     #[inline(never)]
     pub fn add(&mut self, rate_rad_s: &Vec3<T>, duration_s: T, residual: &Vec3<T>) {
+        if self.has_ended {
+            return;
+        }
         let is_equal = (duration_s - self.duration_s).abs() <= duration_s * T::lit(UNEQUAL);
         let [after, rate, before, second_before] = self.rate_rad_s;
         let [of_after, of_rate] = self.residual;
@@ -227,6 +239,19 @@ mod tests {
     fn noise_of_wheels_is_no_curvature() {
         let mean = (0..400).map(|seed| of(seed, 0.0, 1.0).chi_square()).sum::<f32>() / 400.0;
         assert!((mean - 18.0).abs() < 4.0 * 2.0 * (18.0f32 / 400.0).sqrt(), "{mean}");
+    }
+
+    /// Blocks after a fit, whose residuals follow the curvature, leave the statistic as it was.
+    #[test]
+    fn blocks_after_a_fit_are_not_counted() {
+        let mut sums = of(0, 0.0, 0.0);
+        let before = sums.chi_square();
+        sums.end();
+        for k in 1..=BLOCKS {
+            let apart = rate(k + 1) + rate(k - 1) - rate(k) * 2.0;
+            sums.add(&rate(k), PERIOD_S, &(apart * 1e3));
+        }
+        assert_eq!(sums.chi_square(), before);
     }
 
     /// Motion about one axis, at rest and with unequal blocks: finite, and white.

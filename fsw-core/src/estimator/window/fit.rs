@@ -3,7 +3,8 @@
 //! After each pass the undamped step decides: its Newton decrement, the decrease of cost that it
 //! promises, ends the descent where it is far below one sigma², and the covariance is that of the
 //! undamped system. A pass whose robust cost exceeds that of the last one is rejected, and the step from
-//! there repeated with damping (Levenberg and Marquardt).
+//! there repeated with damping (Levenberg and Marquardt). Robust costs compare for the same weights alone: a point that
+//! is rejected leaves their scale as it was.
 //!
 //! Several starts are tried in turn until the residuals are explained:
 //!
@@ -34,6 +35,9 @@ const FALLING: f64 = 0.25;
 /// Rounding errors, in ε, of the inverse of a tensor that changes by less: some of the nine products in each
 /// of its elements.
 const ROUNDINGS: f64 = 4.0;
+/// Typical residual over the scale of the robust weights from which on the weights are wrong: an octave, the resolution of
+/// the typical one.
+const GROWN: f64 = 2.0;
 /// Passes of a descent at most. From linear starts of random spacecraft it takes 4 to 8.
 const MOST_PASSES: u8 = 25;
 /// Decrease of chi-square from which on a mode is shown: of eight degrees of freedom, exceeded by chance once in 1,000. A
@@ -94,6 +98,9 @@ pub struct Descent<T: Real, const W: usize, const U: usize, const M: usize> {
     pub chosen: Option<(Point<T, U>, (T, T))>,
     damping: T,
     last_decrement: T,
+    /// Residual that the robust weights take for noise, rad/s: the smallest typical one of the accepted points.
+    /// Zero before the first.
+    pub typical_rad_s: T,
     is_near: bool,
     /// True until the descent has settled with the hardware held.
     holds_hardware: bool,
@@ -110,7 +117,7 @@ pub struct Descent<T: Real, const W: usize, const U: usize, const M: usize> {
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Descent<T, W, U, M> {
-    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, is_near, holds_hardware, is_repeated, is_final, has_walk,
+    pass, from, end, attempt, linear, best, chosen, damping, last_decrement, typical_rad_s, is_near, holds_hardware, is_repeated, is_final, has_walk,
     considering, passes, fit
 });
 
@@ -141,6 +148,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             chosen: None,
             damping: T::zero(),
             last_decrement: T::MAX,
+            typical_rad_s: T::zero(),
             is_near: false,
             holds_hardware: attempt != Attempt::Carried,
             is_repeated: false,
@@ -158,8 +166,9 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         self.best = None;
         self.damping = T::zero();
         self.last_decrement = T::MAX;
+        self.typical_rad_s = T::zero();
         self.is_near = false;
-        self.holds_hardware = true;
+        self.holds_hardware = attempt != Attempt::Best;
         self.is_repeated = false;
         self.is_final = false;
         self.has_walk = false;
@@ -183,13 +192,17 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         let (holds_hardware, holds_modes) = (self.holds_hardware, self.pass.holds_modes);
         let beliefs = &Beliefs { holds_hardware, holds_modes, ..*beliefs };
         let cost = self.cost(beliefs);
-        let is_worse = !(cost.is_finite() && self.best.is_none_or(|(_, best)| cost <= best));
-        if is_worse && !self.is_near && !self.is_repeated {
+        let variance = beliefs.noise_rad_s * beliefs.noise_rad_s;
+        let is_worse = !cost.is_finite() || self.is_worse(cost, variance);
+        if is_worse && !self.is_repeated {
             return self.reject();
+        }
+        if self.weights_grow() {
+            return Next::Pass(self.pass.point);
         }
         // A damped step leaves most of its decrement, and a step along a curved valley finds another one: it
         // is not rounding then that moves the point.
-        let promised = self.last_decrement * beliefs.noise_rad_s * beliefs.noise_rad_s;
+        let promised = self.last_decrement * variance;
         let is_falling = self.damping > T::zero()
             || self.best.is_some_and(|(_, best)| best - cost > promised * T::lit(FALLING));
         if !self.is_repeated {
@@ -212,6 +225,30 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         }
         self.is_repeated = false;
         self.step(step, beliefs, wheels)
+    }
+
+    /// True for a point that is worse than the accepted one by more than rounding. The robust cost is bounded: far from the
+    /// solution it no longer grows, but the typical residual does.
+    fn is_worse(&self, cost: T, variance: T) -> bool {
+        let Some((_, best)) = self.best else { return false };
+        let rounded = if self.is_near { variance * T::lit(NEAR) } else { T::zero() };
+        cost > best + rounded || self.outgrows_weights()
+    }
+
+    /// True where the typical residual is no longer what the robust weights take for noise.
+    fn outgrows_weights(&self) -> bool {
+        let typical = self.pass.residuals.typical(self.pass.unit_rad_s);
+        typical > self.pass.scale_rad_s * T::lit(GROWN)
+    }
+
+    /// Adapts the scale of the robust weights to an accepted point. True where it grows, as at a start that is worse than
+    /// assumed: costs of different weights do not compare, and the point is to be passed again.
+    fn weights_grow(&mut self) -> bool {
+        let typical = self.pass.residuals.typical(self.pass.unit_rad_s);
+        let grows = self.best.is_none() && self.outgrows_weights();
+        let is_known = self.typical_rad_s > T::zero() && !grows;
+        self.typical_rad_s = if is_known { typical.min(self.typical_rad_s) } else { typical };
+        grows && self.passes < MOST_PASSES
     }
 
     /// Next pass of a descent that has settled or reached its limit of passes: with held unknowns released, with robust
@@ -245,7 +282,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             return Some(Next::Final);
         }
         let ends = is_settled || self.is_final || self.passes >= MOST_PASSES;
-        ends.then_some(Next::End { is_settled: is_settled || self.is_final })
+        ends.then_some(Next::End { is_settled: is_settled || self.is_final || self.is_near })
     }
 
     /// True where modes that are held would explain more than noise does, beyond the decrement of the step with them held.
@@ -266,6 +303,11 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         Next::Pass(point)
     }
 
+    /// Accepted point of the attempt, and its cost in rad²/s².
+    pub fn accepted(&self) -> Option<(Point<T, U>, T)> {
+        self.best
+    }
+
     /// Robust cost of the pass and its point, rad²/s². Rounding of it is not a decrease.
     fn cost(&self, beliefs: &Beliefs<'_, T, U>) -> T {
         let cost = self.pass.residuals.cost + beliefs.cost(&self.pass.point);
@@ -283,7 +325,10 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             return self.release(point);
         }
         if is_stuck || self.passes >= MOST_PASSES {
-            return Next::Failed;
+            if !self.is_near {
+                return Next::Failed;
+            }
+            self.is_final = true;
         }
         Next::Pass(point)
     }

@@ -501,16 +501,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     #[inline(never)]
     pub(super) fn begin_pass(&mut self, point: &Point<T, U>, unit: T) {
         let Work::Descent(descent) = &self.work else { return };
-        let Descent { pass, from, attempt, has_walk, considering, .. } = descent;
+        let Descent { from, attempt, has_walk, considering, typical_rad_s, .. } = descent;
         let stretch = self.start_of(*from);
         let (noise, reference) = (self.noise_rad_s(), self.reference_rad_s());
-        let typical = match (&self.front, pass.residuals.blocks) {
-            (Some(front), 0) if *attempt == Attempt::Carried => {
-                front.pass.residuals.typical(front.pass.unit_rad_s)
-            }
+        let typical = match &self.front {
             _ if *has_walk => noise,
-            (_, 0) => noise * T::lit(super::fit::UNKNOWN_SCALE),
-            _ => pass.residuals.typical(pass.unit_rad_s),
+            _ if *typical_rad_s > T::zero() => *typical_rad_s,
+            Some(Front { pass, .. }) if *attempt == Attempt::Carried => {
+                pass.residuals.typical(pass.unit_rad_s)
+            }
+            _ if *attempt == Attempt::Best => noise,
+            _ => noise * T::lit(super::fit::UNKNOWN_SCALE),
         };
         let walked = self.bias_walked_rad_s();
         let torque_per_rad = if *has_walk { self.torque_per_rad(point, unit) } else { T::zero() };
@@ -626,10 +627,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if is_good || is_changed || *attempt == Attempt::Best {
             return Some(After::End { is_settled });
         }
-        if is_at_end && let (beliefs, Work::Descent(descent)) = self.task(unit) {
-            let cost = descent.pass.residuals.cost + beliefs.cost(&descent.pass.point);
-            if descent.chosen.is_none_or(|(_, (least, _))| cost < least) {
-                descent.chosen = Some((descent.pass.point, (cost, unit)));
+        if let (beliefs, Work::Descent(descent)) = self.task(unit) {
+            let at_end = (
+                descent.pass.point,
+                descent.pass.residuals.cost + beliefs.cost(&descent.pass.point),
+            );
+            let ended = if is_at_end { Some(at_end) } else { descent.accepted() };
+            if let Some((point, cost)) = ended
+                && descent.chosen.is_none_or(|(_, (least, _))| cost < least)
+            {
+                descent.chosen = Some((point, (cost, unit)));
             }
         }
         self.next_attempt(is_settled)
@@ -782,6 +789,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let Work::Descent(Descent { pass, .. }) = &self.work else { return };
         let rows = pass.residuals.rows;
         self.front = Some(Front::new(pass, fit));
+        if let Some(front) = &mut self.front {
+            front.pass.residuals.curvature.end();
+        }
         self.take_front_cross(rows);
     }
 
