@@ -17,6 +17,9 @@
 //! | resting | towards the speeds at the start | ended, with the wheels at these speeds, or after [`Table::rest_s`] |
 //! | ended | zero | waiting |
 //!
+//! Rate and excursion are measured relative to the mean rate while waiting: the bias of the gyro has no part in them. With
+//! noise σ per sample and n samples of waiting, the excursion of T seconds is uncertain by `σ T / √n` on each axis.
+//!
 //! An abort and a completed manoeuvre take the same path: [`State::Resting`]. Its law for wheel i is
 //!
 //! ```text

@@ -85,7 +85,7 @@ pub struct Progress<T: Real, const W: usize> {
     pub abort: Option<Abort>,
     /// Time in the table, µs; that of the end of the table's part that was flown, afterwards.
     pub flown_us: u32,
-    /// Largest body rate, rad/s.
+    /// Largest body rate relative to the mean one while waiting, rad/s.
     pub peak_rate_rad_s: T,
     /// Largest rotation from the attitude at the start, rad.
     pub peak_excursion_rad: T,
@@ -117,6 +117,9 @@ pub struct Player<T: Real, const W: usize> {
     /// Measured, or propagated by the torque since; `None` before the first.
     speed_rad_s: [Option<T>; W],
     torque_n_m: [T; W],
+    /// Mean rate while waiting, rad/s, and number of its readings.
+    rest_rate_rad_s: Vec3<T>,
+    rest_readings: u32,
     excursion: Excursion<T>,
     peak_rate_rad_s: T,
     peak_excursion_rad: T,
@@ -137,6 +140,8 @@ impl<T: Real, const W: usize> Player<T, W> {
             start_speed_rad_s: [T::ZERO; W],
             speed_rad_s: [None; W],
             torque_n_m: [T::ZERO; W],
+            rest_rate_rad_s: Vec3::zeros(),
+            rest_readings: 0,
             excursion: Excursion::none(),
             peak_rate_rad_s: T::ZERO,
             peak_excursion_rad: T::ZERO,
@@ -266,7 +271,7 @@ impl<T: Real, const W: usize> Player<T, W> {
         self.without_speed = if is_missing { self.without_speed.saturating_add(1) } else { 0 };
     }
 
-    /// Rate and rotation from the attitude at the start.
+    /// Rate and rotation from the attitude at the start, both relative to the mean rate while waiting.
     fn take_rate(&mut self, time_us: u64, reading: &Reading<T, W>) {
         // Squares of rates up to 1e18 rad/s are finite.
         let rate = reading.rate_rad_s.filter(|rate| rate.dot(rate).is_finite());
@@ -275,7 +280,12 @@ impl<T: Real, const W: usize> Player<T, W> {
             return;
         };
         self.without_rate = 0;
-        self.excursion.turn(time_us, rate_rad_s);
+        if let Phase::Waiting { .. } = self.phase {
+            self.rest_readings = self.rest_readings.saturating_add(1);
+            let change = rate_rad_s - self.rest_rate_rad_s;
+            self.rest_rate_rad_s += change / T::count(self.rest_readings);
+        }
+        self.excursion.turn(time_us, rate_rad_s - self.rest_rate_rad_s);
         if self.is_moving() {
             self.note_peaks();
         }

@@ -28,7 +28,7 @@ pub struct Limits<T: Real, const W: usize> {
     pub torque_n_m: [T; W],
     /// Largest speed of each wheel relative to the body, rad/s, up to 10⁴.
     pub speed_rad_s: [T; W],
-    /// Largest body rate, rad/s, up to 10.
+    /// Largest body rate relative to the mean one while waiting, rad/s, up to 10.
     pub rate_rad_s: T,
     /// Largest rotation from the attitude at the start, rad, up to a quarter turn.
     pub excursion_rad: T,
