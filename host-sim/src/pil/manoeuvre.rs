@@ -80,9 +80,10 @@ impl Case {
         let fault = |from, to| Some([from, to]);
         vec![
             whole.clone(),
-            limited("rate limit", Abort::Rate, 1e-3, 0.5, 700.0),
-            limited("excursion limit", Abort::Excursion, 0.5, 1e-3, 700.0),
-            limited("speed limit", Abort::Speed, 0.5, 0.5, 8.0),
+            limited("rate limit", Abort::Rate, 6e-4, 0.5, 700.0),
+            limited("excursion limit", Abort::Excursion, 0.5, 3e-4, 700.0),
+            // The wheels of the scenario turn at 200 rad/s.
+            limited("speed limit", Abort::Speed, 0.5, 0.5, 206.0),
             Self {
                 answering: Answering { lost: fault(middle, middle + 5), ..Answering::default() },
                 ..case("gap", Abort::Gap)
@@ -135,7 +136,8 @@ impl Reached {
                 self.last = Some(report);
             }
         }
-        if let Some(report) = &self.last {
+        let moves = |report: &&ManoeuvreReport| report.state != State::Waiting;
+        if let Some(report) = self.last.as_ref().filter(moves) {
             let speeds = software.readings().wheel_speed_rad_s.into_iter();
             let away = speeds.zip(report.start_speed_rad_s).map(|(now, then)| (now - then).abs());
             self.away_rad_s = away.fold(0.0, f32::max);
