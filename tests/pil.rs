@@ -6,9 +6,12 @@ use fsw_core::hardware::Parameter;
 use fsw_core::{Estimator, Status};
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::command::Command;
+use fsw_target::link::telemetry::Received;
 use host_sim::input::Scenario;
 use host_sim::pil::compare::After;
 use host_sim::pil::firmware::Image;
+use host_sim::pil::manoeuvre::{Case, Reached};
+use host_sim::pil::software::Software;
 use host_sim::pil::{BrokenBit, Mission, PilFailed, PilFlight, fly};
 use host_sim::truth::Flight;
 use target_tools::budgets;
@@ -52,6 +55,7 @@ fn fly_plan(plan: &Plan) -> Result<Result<PilFlight, PilFailed>> {
         estimator: plan.estimator,
         restart_at: plan.restart_at,
         commands: plan.commands,
+        answering: None,
     };
     let image = Image::find(None)?;
     let flown = fly(&mission, || image.start(), plan.broken, |_, _| ());
@@ -176,6 +180,37 @@ fn telecommands_have_the_same_effect_on_firmware_and_host() -> Result<()> {
     let plan = Plan { scenario: "microsat-slew", commands: &COMMANDS, ..SPIN_UP };
     let flown = fly_plan(&plan)??;
     assert_eq!((flown.compared, flown.estimator.selected()), (1501, EstimatorId::Window));
+    Ok(())
+}
+
+/// Uploaded, flown to its end, and aborted by each of: limits of rate, excursion and speed, gap, glitch, telecommand,
+/// power cut. The wheels answer the torques, and return to their speeds at the start each time.
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn manoeuvre_ends_with_the_wheels_at_their_speeds_of_the_start() -> Result<()> {
+    let mut scenario = Scenario::load("cubesat-pyramid")?;
+    scenario.duration_s = 9.0;
+    let flight = Flight::simulate(&scenario)?;
+    let image = Image::find(None)?;
+    for case in Case::all() {
+        let commands = case.commands();
+        let mission = Mission {
+            scenario: &scenario,
+            flight: &flight,
+            seed: SEED,
+            estimator: EstimatorId::Window,
+            restart_at: case.restart_at,
+            commands: &commands,
+            answering: Some(case.answering),
+        };
+        let mut reached = Reached::default();
+        let add = |software: &Software<'_, '_>, telemetry: &[Received]| {
+            reached.add(software, telemetry);
+        };
+        let flown = fly(&mission, || image.start(), None, add)?;
+        println!("{}: {} bytes of stack, {reached:?}", case.name, flown.stack_high_water_bytes);
+        reached.check(&case).map_err(anyhow::Error::msg)?;
+    }
     Ok(())
 }
 

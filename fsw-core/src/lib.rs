@@ -286,6 +286,7 @@
 //! * \[PM0214\] STMicroelectronics, *STM32 Cortex-M4 MCUs and MPUs programming manual*, PM0214.
 //! * \[CCSDS133\] CCSDS 133.0-B-2, *Space Packet Protocol*, 2020.
 //! * \[CCSDS232\] CCSDS 232.1-B, *Communications Operation Procedure-1*.
+//! * \[deBoor2001\] C. de Boor, *A Practical Guide to Splines*, revised edition, Springer, 2001.
 //! * \[Cheshire1999\] S. Cheshire, M. Baker, *Consistent overhead byte stuffing*, IEEE/ACM Trans.
 //!   Netw. 7, 159-172, 1999.
 #![no_std]
@@ -302,6 +303,8 @@ pub mod estimator;
 pub mod monitor;
 
 pub mod hardware;
+
+pub mod manoeuvre;
 
 pub mod estimate;
 pub mod outcome;

@@ -1,5 +1,6 @@
 //! [board]: self::board
 //! [porting]: self::porting
+//! [manoeuvre]: self::manoeuvre
 //! [security]: self::security
 //! [robustness]: self::robustness
 //! [verification]: self::verification
@@ -19,6 +20,12 @@ pub mod board {}
 ///
 #[doc = include_str!("../docs/porting.md")]
 pub mod porting {}
+
+/// [link]: crate::link
+/// [robustness]: self::robustness
+///
+#[doc = include_str!("../docs/manoeuvre.md")]
+pub mod manoeuvre {}
 
 /// [link]: crate::link
 /// [budgets]: self::budgets

@@ -43,7 +43,7 @@ pub struct GroundReceiver {
     bytes: u64,
     packets: u64,
     /// Next sequence count of each kind of packet.
-    expected: [Option<SequenceCount>; 3],
+    expected: [Option<SequenceCount>; 4],
 }
 
 impl GroundReceiver {
@@ -79,6 +79,7 @@ impl GroundReceiver {
             Telemetry::Estimate(_) => 0,
             Telemetry::Status(_) => 1,
             Telemetry::Checkpoint(_) => 2,
+            Telemetry::Manoeuvre(_) => 3,
         };
         let expected = self.expected[kind].replace(next(packet.sequence_count));
         match (expected, packet.sequence_count.value()) {

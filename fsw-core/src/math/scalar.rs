@@ -87,6 +87,8 @@ pub trait Real:
     fn count(number: u32) -> Self;
     /// Square root, correctly rounded, and so the same on every machine.
     fn sqrt(self) -> Self;
+    /// Angle of this sine, rad; NaN outside -1 to 1.
+    fn asin(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// True unless infinite or NaN.
@@ -98,7 +100,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($float:ident, $bits:ident, $sqrt:path, $abs:path) => {
+    ($float:ident, $bits:ident, $sqrt:path, $asin:path, $abs:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const EPSILON: Self = $float::EPSILON;
@@ -146,6 +148,10 @@ macro_rules! real {
                 $sqrt(self)
             }
             #[inline]
+            fn asin(self) -> Self {
+                $asin(self)
+            }
+            #[inline]
             fn abs(self) -> Self {
                 $abs(self)
             }
@@ -165,8 +171,8 @@ macro_rules! real {
     };
 }
 
-real!(f32, u32, libm::sqrtf, libm::fabsf);
-real!(f64, u64, libm::sqrt, libm::fabs);
+real!(f32, u32, libm::sqrtf, libm::asinf, libm::fabsf);
+real!(f64, u64, libm::sqrt, libm::asin, libm::fabs);
 
 #[cfg(test)]
 mod tests {

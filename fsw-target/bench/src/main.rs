@@ -16,6 +16,7 @@ mod counter;
 mod covariance;
 mod estimators;
 mod flights;
+mod manoeuvre;
 mod noise;
 mod slices;
 mod tally;
@@ -26,6 +27,9 @@ use estimators::Places;
 /// Counts everything, in the order of the table.
 fn count_all(counter: &mut Counter, places: &mut Places) -> Result<(), &'static str> {
     covariance::count_all(counter, &mut places.tally)?;
+    if !cfg!(feature = "one-flight") {
+        manoeuvre::count_all(counter, &mut places.tally)?;
+    }
     estimators::fly_all(counter, places).map_err(|error| {
         fsw_target::log_line!("{:?}", error);
         "an estimator rejected its configuration"

@@ -8,7 +8,7 @@ use crate::flight::sensors::{DataReady, Gyro, TorqueCommand, WheelTachometers};
 use crate::flight::wheel_check::WheelCheck;
 use fsw_core::monitor::health::HealthMonitor;
 use fsw_core::outcome::OutcomeCounts;
-use fsw_core::{Estimator, Outcome, Sample};
+use fsw_core::{Estimator, Outcome, Sample, Vec3};
 
 /// Sensors and actuators, or their substitutes.
 #[derive(Debug, Clone, Copy)]
@@ -67,6 +67,16 @@ pub struct FlightLoop<E, D, G, S, Q, const W: usize> {
     health: HealthMonitor,
     /// None: wheels are not judged.
     wheel_check: Option<WheelCheck<W>>,
+    readings: Readings<W>,
+}
+
+/// Readings of the last tick with a sample; `None` for one that failed or was overtaken.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Readings<const W: usize> {
+    /// Body rate, rad/s.
+    pub rate_rad_s: Option<Vec3<f32>>,
+    /// Wheel speeds, rad/s.
+    pub wheel_speed_rad_s: Option<[f32; W]>,
 }
 
 impl<E, D, G, S, Q, const W: usize> FlightLoop<E, D, G, S, Q, W>
@@ -80,7 +90,8 @@ where
     /// The flight loop before its first sample.
     pub fn new(estimator: E, sensors: Sensors<D, G, S, Q>) -> Self {
         let (counters, health) = (Counters::default(), HealthMonitor::default());
-        Self { estimator, sensors, counters, health, wheel_check: None }
+        let readings = Readings::default();
+        Self { estimator, sensors, counters, health, wheel_check: None, readings }
     }
 
     /// Checks the tachometers against the commanded motor torques from the next sample on.
@@ -97,6 +108,7 @@ where
         let Some(time_us) = self.sensors.data_ready.take_us() else {
             return Tick::Idle;
         };
+        self.readings = Readings::default();
         let rate_rad_s = match self.sensors.gyro.rate_rad_s() {
             Ok(rate_rad_s) => rate_rad_s,
             Err(error) => {
@@ -104,6 +116,7 @@ where
                 return Tick::GyroFailed(error);
             }
         };
+        self.readings.rate_rad_s = Some(rate_rad_s);
         let wheel_speed_rad_s = match self.sensors.wheels.speed_rad_s() {
             Ok(speed_rad_s) => speed_rad_s,
             Err(error) => {
@@ -114,8 +127,10 @@ where
         };
         if self.sensors.data_ready.has_newer() {
             count(&mut self.counters.overtaken);
+            self.readings.rate_rad_s = None;
             return Tick::Overtaken;
         }
+        self.readings.wheel_speed_rad_s = Some(wheel_speed_rad_s);
         let time_us = time_us.saturating_sub(self.sensors.gyro.delay_us().into());
         let torque_n_m = self.sensors.torque.torque_n_m();
         if let Some(check) = &mut self.wheel_check {
@@ -147,6 +162,11 @@ where
         (&self.estimator, &mut self.health)
     }
 
+    /// Readings of the last tick with a sample.
+    pub fn readings(&self) -> &Readings<W> {
+        &self.readings
+    }
+
     /// True for each wheel whose speed follows its commanded torque, or is not judged.
     pub fn wheels_follow(&self) -> [bool; W] {
         self.wheel_check.as_ref().map_or([true; W], WheelCheck::follow)
@@ -175,7 +195,7 @@ fn count(counter: &mut u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fsw_core::{Coasting, Vec3};
+    use fsw_core::Coasting;
     use fsw_core::{Estimate, Innovation};
 
     /// Estimator that records its last sample.

@@ -111,6 +111,23 @@ pub trait WheelTachometers<const W: usize> {
     }
 }
 
+/// The motors of `W` reaction wheels.
+pub trait WheelMotors<const W: usize> {
+    /// Sets the torque of each motor on its wheel, about the spin axis, N m, which acts until the next call. False if a
+    /// motor does not take it.
+    fn set_torque_n_m(&mut self, torque_n_m: &[f32; W]) -> bool;
+}
+
+/// Wheels that another unit commands: no torque is taken.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoMotors;
+
+impl<const W: usize> WheelMotors<W> for NoMotors {
+    fn set_torque_n_m(&mut self, _: &[f32; W]) -> bool {
+        false
+    }
+}
+
 /// Known external torque, as of thrusters or magnetorquers.
 pub trait TorqueCommand {
     /// External torque on the body, body axes, N m; zero if unknown. Wheel torques are internal: they

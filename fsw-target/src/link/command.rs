@@ -7,11 +7,12 @@ use super::authentication::{Key, SLOTS};
 use super::packet::{COMMAND, Header, Packet, Secondary, SequenceCount};
 use super::wire::{Coded, Reader, Unreadable, Wire, Writer, codes};
 use crate::flight::craft::WHEELS;
+use crate::flight::manoeuvre::{self, FlightTable, SEGMENT, SEGMENTS};
 use core::fmt;
 use fsw_core::Prior;
 use fsw_roster::EstimatorId;
 
-/// Longest telecommand packet, bytes: 80 for `set_prior` with a tag, with reserve for further functions.
+/// Longest telecommand packet, bytes: 95 for `load_manoeuvre` with a tag.
 pub const MAX_COMMAND: usize = 96;
 
 /// Shortest report period, ms. Both reports take 34 ms on the line at 115,200 baud.
@@ -72,6 +73,25 @@ pub enum Command {
     },
     /// Tag telemetry with the key of this telecommand's slot, or send it without a tag.
     TagTelemetry(bool),
+    /// Write a segment of the table of a manoeuvre ([`manoeuvre`](crate::flight::manoeuvre)).
+    LoadManoeuvre {
+        /// Index of the segment, 0 to 19.
+        segment: u8,
+        /// Its words.
+        words: [u32; SEGMENT],
+    },
+    /// End the upload: the table is checked, and kept in flash.
+    CommitManoeuvre {
+        /// CRC-32 over the words of the table.
+        checksum: u32,
+    },
+    /// Start the manoeuvre of the table.
+    StartManoeuvre {
+        /// On-board time, µs; a past one: at the next sample.
+        at_us: u64,
+    },
+    /// Abort the manoeuvre: the wheels return to their speeds at its start.
+    AbortManoeuvre,
     /// Reset the computer, after its status report. The state since the last checkpoint is lost:
     /// [`Command::SaveCheckpoint`] keeps it.
     Reboot,
@@ -111,6 +131,14 @@ pub enum Function {
     TagTelemetry,
     /// [`Command::Reboot`].
     Reboot,
+    /// [`Command::LoadManoeuvre`].
+    LoadManoeuvre,
+    /// [`Command::CommitManoeuvre`].
+    CommitManoeuvre,
+    /// [`Command::StartManoeuvre`].
+    StartManoeuvre,
+    /// [`Command::AbortManoeuvre`].
+    AbortManoeuvre,
 }
 
 codes! { Function {
@@ -129,6 +157,10 @@ codes! { Function {
     13 "tag_telemetry" => TagTelemetry;
     14 "reboot" => Reboot;
     15 "assume_wheel_speed" => AssumeWheelSpeed;
+    16 "load_manoeuvre" => LoadManoeuvre;
+    17 "commit_manoeuvre" => CommitManoeuvre;
+    18 "start_manoeuvre" => StartManoeuvre;
+    19 "abort_manoeuvre" => AbortManoeuvre;
 } }
 
 impl Coded for EstimatorId {
@@ -186,7 +218,22 @@ impl Command {
             Self::TagTelemetry(_) => Function::TagTelemetry,
             Self::Reboot => Function::Reboot,
             Self::AssumeWheelSpeed { .. } => Function::AssumeWheelSpeed,
+            Self::LoadManoeuvre { .. } => Function::LoadManoeuvre,
+            Self::CommitManoeuvre { .. } => Function::CommitManoeuvre,
+            Self::StartManoeuvre { .. } => Function::StartManoeuvre,
+            Self::AbortManoeuvre => Function::AbortManoeuvre,
         }
+    }
+
+    /// Telecommands of the upload of a table, in order: its segments, then the end of the upload.
+    pub fn upload(table: &FlightTable) -> impl Iterator<Item = Self> {
+        let segments = manoeuvre::words(table).div_ceil(SEGMENT);
+        let load = |index: usize| Self::LoadManoeuvre {
+            segment: index as u8,
+            words: manoeuvre::segment(table, index),
+        };
+        let commit = Self::CommitManoeuvre { checksum: manoeuvre::checksum(table) };
+        (0..segments).map(load).chain([commit])
     }
 
     /// Packet of the command without a tag. Does not validate the arguments: the ground calls
@@ -222,6 +269,12 @@ impl Command {
                 wheel.put(out);
                 speed_rad_s.put(out);
             }
+            Self::LoadManoeuvre { segment, words } => {
+                segment.put(out);
+                words.put(out);
+            }
+            Self::CommitManoeuvre { checksum } => checksum.put(out),
+            Self::StartManoeuvre { at_us } => at_us.put(out),
             Self::Ping
             | Self::StartSequence
             | Self::Reset
@@ -229,6 +282,7 @@ impl Command {
             | Self::CloseWindow
             | Self::SaveCheckpoint
             | Self::DumpCheckpoint
+            | Self::AbortManoeuvre
             | Self::Reboot => {}
         }
     }
@@ -271,6 +325,12 @@ impl Command {
             Function::AssumeWheelSpeed => {
                 Self::AssumeWheelSpeed { wheel: argument(from)?, speed_rad_s: argument(from)? }
             }
+            Function::LoadManoeuvre => {
+                Self::LoadManoeuvre { segment: argument(from)?, words: argument(from)? }
+            }
+            Function::CommitManoeuvre => Self::CommitManoeuvre { checksum: argument(from)? },
+            Function::StartManoeuvre => Self::StartManoeuvre { at_us: argument(from)? },
+            Function::AbortManoeuvre => Self::AbortManoeuvre,
         })
     }
 
@@ -300,11 +360,18 @@ impl Command {
                 let allowed = (1..SLOTS as u8).contains(slot);
                 require(allowed, "the key slot must be 1 or 2; the key of slot 0 stays")
             }
+            Self::LoadManoeuvre { segment, .. } => {
+                let allowed = usize::from(*segment) < SEGMENTS;
+                require(allowed, "the segment of the manoeuvre must be 0 to 19")
+            }
             Self::Ping
             | Self::StartSequence
             | Self::Reset
             | Self::OpenWindow
             | Self::CloseWindow
+            | Self::CommitManoeuvre { .. }
+            | Self::StartManoeuvre { .. }
+            | Self::AbortManoeuvre
             | Self::Select(_)
             | Self::SaveCheckpoint
             | Self::DumpCheckpoint
@@ -347,7 +414,7 @@ pub mod fixtures {
     use proptest::prelude::*;
 
     /// One command of each function.
-    pub fn one_of_each() -> [Command; 15] {
+    pub fn one_of_each() -> [Command; 19] {
         let prior = Prior {
             inertia_kg_m2: [14.2, 17.3, 20.3, 0.0867, -0.1357, 0.6016],
             sigma_kg_m2: [30.0, 30.0, 30.0, 10.0, 10.0, 10.0],
@@ -368,6 +435,10 @@ pub mod fixtures {
             Command::TagTelemetry(true),
             Command::Reboot,
             Command::AssumeWheelSpeed { wheel: 2, speed_rad_s: Some(12.5) },
+            Command::LoadManoeuvre { segment: 19, words: [0x3a83_126f; SEGMENT] },
+            Command::CommitManoeuvre { checksum: 0xcbf4_3926 },
+            Command::StartManoeuvre { at_us: 123_456_789_012 },
+            Command::AbortManoeuvre,
         ]
     }
 

@@ -3,12 +3,14 @@
 extern crate std;
 use super::authentication::Authentication;
 use super::command::Function;
-use super::telemetry::fixtures::{estimate, status};
+use super::telemetry::fixtures::{estimate, manoeuvre, status};
 use super::telemetry::{
-    BrownOutLevel, CheckpointState, ClockSource, GyroState, HardwareError, ResetCause, Telemetry,
+    BrownOutLevel, CheckpointState, ClockSource, GyroState, HardwareError, ResetCause, TableFault,
+    Telemetry,
 };
 use super::wire::{About, Coded, Shape, Value, Visitor};
 use crate::runtime::failure::Kind as FailureKind;
+use fsw_core::manoeuvre::{Abort, State};
 use fsw_core::monitor::health::{Driver, Health};
 use fsw_core::{Outcome, Status};
 use fsw_roster::EstimatorId;
@@ -77,6 +79,7 @@ fn assert_documented(part: &str) {
 fn tables_of_packets_match_the_types() {
     assert_documented(&table(&Telemetry::Estimate(estimate())));
     assert_documented(&table(&Telemetry::Status(status())));
+    assert_documented(&table(&Telemetry::Manoeuvre(manoeuvre())));
 }
 
 #[test]
@@ -96,6 +99,9 @@ fn codes_match_the_types() {
         words::<CheckpointState>(),
         words::<BrownOutLevel>(),
         words::<Authentication>(),
+        words::<State>(),
+        words::<Abort>(),
+        words::<TableFault>(),
     ];
     assert_documented(&rows.concat());
 }

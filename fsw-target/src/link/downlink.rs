@@ -20,6 +20,7 @@ pub struct Downlink<const N: usize> {
     estimates: SequenceCount,
     statuses: SequenceCount,
     checkpoints: SequenceCount,
+    manoeuvres: SequenceCount,
     dropped: u32,
     port_errors: u32,
 }
@@ -33,6 +34,7 @@ impl<const N: usize> Downlink<N> {
             estimates: zero,
             statuses: zero,
             checkpoints: zero,
+            manoeuvres: zero,
             dropped: 0,
             port_errors: 0,
         }
@@ -91,6 +93,7 @@ impl<const N: usize> Downlink<N> {
         match apid {
             packet::STATUS => &mut self.statuses,
             packet::CHECKPOINT => &mut self.checkpoints,
+            packet::MANOEUVRE => &mut self.manoeuvres,
             _ => &mut self.estimates,
         }
     }

@@ -34,6 +34,8 @@ pub const ESTIMATE: Apid = u11::new(0x1f1);
 pub const STATUS: Apid = u11::new(0x1f2);
 /// APID of [`CheckpointPart`](super::telemetry::CheckpointPart).
 pub const CHECKPOINT: Apid = u11::new(0x1f3);
+/// APID of [`ManoeuvreReport`](super::telemetry::ManoeuvreReport).
+pub const MANOEUVRE: Apid = u11::new(0x1f4);
 
 /// CRC-16, polynomial 0x1021, initial value 0xffff, not reflected. Bit by bit: a table would take 512
 /// bytes of flash, and a packet of 200 bytes about 8,000 instructions less, 0.05 ms.

@@ -38,6 +38,7 @@ use core::mem;
 use embedded_storage::nor_flash::NorFlash;
 use fsw_core::checkpoint::{InvalidWord, Persist, fingerprint};
 use half::{Half, keep_newest};
+pub(crate) use record::CRC as CHECKSUM;
 use record::{CHUNK, Record};
 use stream::Stream;
 

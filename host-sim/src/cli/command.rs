@@ -118,6 +118,31 @@ enum Telecommand {
         #[arg(allow_hyphen_values = true)]
         speed_rad_s: Option<f32>,
     },
+    /// Any telecommand by its user data, as in the telecommands.csv of design
+    UserData {
+        /// Function code and arguments, two hexadecimal digits a byte
+        #[arg(value_parser = user_data)]
+        hex: Command,
+    },
+    /// Start the manoeuvre of the committed table
+    StartManoeuvre {
+        /// On-board time, µs; without it, at the next sample
+        #[arg(default_value_t = 0)]
+        at_us: u64,
+    },
+    /// Abort the manoeuvre; the wheels return to their speeds at its start
+    AbortManoeuvre,
+}
+
+/// A telecommand from the hexadecimal digits of its user data.
+fn user_data(text: &str) -> Result<Command, String> {
+    let digits = text.as_bytes().chunks(2).map(|pair| {
+        let pair = std::str::from_utf8(pair).ok().filter(|pair| pair.len() == 2)?;
+        u8::from_str_radix(pair, 16).ok()
+    });
+    let bytes: Option<Vec<u8>> = digits.collect();
+    let bytes = bytes.ok_or("give two hexadecimal digits a byte, as 0b3a83126f…")?;
+    Command::decode(&bytes).map_err(|why| format!("no telecommand: {why}"))
 }
 
 /// A switch.
@@ -217,6 +242,9 @@ impl Telecommand {
             Self::AssumeWheelSpeed { wheel, speed_rad_s } => {
                 Command::AssumeWheelSpeed { wheel: *wheel, speed_rad_s: *speed_rad_s }
             }
+            Self::UserData { hex } => *hex,
+            Self::StartManoeuvre { at_us } => Command::StartManoeuvre { at_us: *at_us },
+            Self::AbortManoeuvre => Command::AbortManoeuvre,
         })
     }
 }

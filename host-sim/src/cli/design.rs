@@ -12,7 +12,7 @@ use super::{Failure, command_line, print};
 use crate::input::Scenario;
 use crate::manoeuvre::{
     Criterion, Design, DesignError, Effort, KeepOut, Limits, Progress, Request, Trade, Treatment,
-    accuracy, design, flown, series, subject, trade,
+    accuracy, design, flight_table, flown, series, subject, trade,
 };
 use crate::report::{DesignFolder, DesignReport, TradeReport, table, write_trade};
 
@@ -150,6 +150,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let designed = designed(&scenario, &request, &stop, &show, &mut notes);
     bar.finish_and_clear();
     let (found, report) = designed?;
+    let on_board = match flight_table(&scenario, &request, &found) {
+        Ok(table) => Some(table),
+        Err(why) => {
+            notes.add(format!("no telecommands: {why}"));
+            None
+        }
+    };
     let text = table::design(&report);
     if let Some(folder) = &arguments.out {
         let of = |manoeuvre| series(&scenario, &request, manoeuvre);
@@ -159,6 +166,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             table: &text,
             result: &report,
             scenario: &flown(&scenario, &found.best.table),
+            table_on_board: on_board.as_ref(),
             series: &of(&found.best).map_err(failed)?,
             standard: &standard.unwrap_or_default(),
         }

@@ -62,6 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         estimator: id,
         restart_at: *restart_at,
         commands: &[],
+        answering: None,
     };
     // A mission that cannot be flown fails before the image is built.
     setup::of(&mission).map_err(PilFailed::from)?;

@@ -28,6 +28,7 @@ mod subject;
 #[cfg(test)]
 mod tests;
 mod trade;
+mod upload;
 
 pub use columns::Treatment;
 pub use command::Table;
@@ -40,3 +41,4 @@ pub use series::{Accuracy, SeriesRow, accuracy, series};
 pub(crate) use subject::stamp_s;
 pub use subject::{SubjectError, flown, subject};
 pub use trade::{Trade, TradeRow, trade};
+pub use upload::{NotFlown, flight_table};

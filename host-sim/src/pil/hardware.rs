@@ -4,11 +4,14 @@
 //! first order with the sum of both time constants, on the motion between the samples. The encoders
 //! measure the true wheels; errors of tachometer and clock have no counterpart.
 
+use std::borrow::Cow;
+
 use fsw_target::drivers::wheel_tach::Captured;
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::stand_in::tunnel::Setup;
 use nalgebra::{Matrix3, Vector3};
 
+use super::answering::{self, Motion};
 use super::flash::FlashModel;
 use super::mission::Mission;
 use super::setup;
@@ -38,7 +41,10 @@ pub struct Hardware<'a> {
     /// Wheels as they are.
     wheels: Vec<SimulatedWheel>,
     flight: &'a Flight,
-    instants: &'a [Instant],
+    /// States at the samples; with answering wheels those up to the present one.
+    instants: Cow<'a, [Instant]>,
+    /// Wheels that answer.
+    motion: Option<Motion>,
     /// Motion through the chip's filter. Its bandwidth is known from the first sample on.
     observed: Option<Observed<'a>>,
     /// Noise, bias and axes. Quantisation and range are those of the chip.
@@ -60,18 +66,24 @@ impl<'a> Hardware<'a> {
             ..mission.scenario.gyro.clone()
         };
         let data = EncoderData { ticks_per_s: setup.ticks_per_s, ..EncoderData::default() };
-        let instants = &mission.flight.instants;
+        let all = mission.flight.instants.as_slice();
+        let motion = mission.answering.map(|faults| Motion::new(mission.scenario, faults));
+        let instants = match motion {
+            Some(_) => Cow::Owned(all.iter().take(1).cloned().collect()),
+            None => Cow::Borrowed(all),
+        };
         let errors = &mission.scenario.true_hardware.gyro;
         Self {
             scenario: mission.scenario,
             wheels: mission.scenario.true_wheels(),
             flight: mission.flight,
+            captures: Captures::new(data, instants.clone()),
             instants,
+            motion,
             observed: None,
             gyro: Gyro::with_errors(&model, errors, mission.seed),
             sensor_from_body: setup::body_from_sensor().transpose(),
             wire: Wire::to(Chip::default()),
-            captures: Captures::new(data, instants),
             announced: 0,
             flash: FlashModel::default(),
         }
@@ -80,24 +92,59 @@ impl<'a> Hardware<'a> {
     /// Advances the time to the next sample: the chip has measured it, the wheels have turned. None
     /// at the end of the flight.
     pub fn announce(&mut self) -> Option<Announced> {
-        let instant = self.instants.get(self.announced)?;
-        if self.announced > 0 {
-            let elapsed_us = START_US + instant.time_us - self.now_us();
-            self.wire.chip().elapse_us(elapsed_us);
-            self.captures.advance();
+        let lost = self.motion.as_ref().and_then(|motion| motion.faults.lost);
+        while answering::has(lost, self.announced) {
+            self.reach()?;
         }
-        let observed_rad_s = self.observed_rate_rad_s(instant);
+        let instant = self.reach()?;
+        let observed_rad_s = self.observed_rate_rad_s(&instant);
         let rate_rad_s = self.gyro.read(instant.time_us, &observed_rad_s);
         self.wire.chip().sample(&(self.sensor_from_body * rate_rad_s));
-        self.announced += 1;
+        let faults = self.motion.as_ref().map(|motion| motion.faults);
+        if answering::has(faults.and_then(|faults| faults.bus_errors), self.announced - 1) {
+            self.wire.chip().fail_next_transaction();
+        }
         let torque = instant.torque_n_m;
         let torque_n_m = [torque.x, torque.y, torque.z].map(|element| element as f32);
         Some(Announced { time_us: START_US + instant.time_us, torque_n_m })
     }
 
+    /// Advances to the next sample, announced or not. None at the end of the flight.
+    fn reach(&mut self) -> Option<Instant> {
+        let time_us = self.flight.instants.get(self.announced)?.time_us;
+        if let (Some(motion), Some(now)) = (&mut self.motion, self.instants.last())
+            && self.announced > 0
+        {
+            let next = motion.advance(now, time_us).ok()?;
+            self.captures.add(next.clone());
+            self.instants.to_mut().push(next);
+        }
+        if self.announced > 0 {
+            let elapsed_us = START_US + time_us - self.now_us();
+            self.wire.chip().elapse_us(elapsed_us);
+            self.captures.advance();
+        }
+        let instant = self.instants.get(self.announced)?.clone();
+        self.announced += 1;
+        Some(instant)
+    }
+
+    /// Sets the torque of each motor on its wheel, N m. False if the wheels follow the scenario.
+    pub fn command_motors(&mut self, torque_n_m: &[f32; WHEELS]) -> bool {
+        let motion = self.motion.as_mut();
+        motion.map(|motion| motion.command(torque_n_m)).is_some()
+    }
+
+    /// True wheel speeds at the present sample, rad/s.
+    pub fn wheel_speed_rad_s(&self) -> &[f64] {
+        let now = self.announced.checked_sub(1).and_then(|index| self.instants.get(index));
+        now.map_or(&[], |now| &now.wheel_speed_rad_s)
+    }
+
     /// Rate at a sample through delay, filters and averaging of the gyro, rad/s.
     fn observed_rate_rad_s(&mut self, instant: &Instant) -> Vector3<f64> {
-        let Some(trajectory) = &self.flight.trajectory else { return instant.rate_rad_s };
+        let trajectory = self.flight.trajectory.as_ref().filter(|_| self.motion.is_none());
+        let Some(trajectory) = trajectory else { return instant.rate_rad_s };
         let (scenario, wire) = (self.scenario, &self.wire);
         let observed = self.observed.get_or_insert_with(|| {
             let lag_s = scenario.true_hardware.gyro.lag_s + wire.chip().lag_s();
@@ -178,6 +225,7 @@ mod tests {
             estimator: EstimatorId::Window,
             restart_at: None,
             commands: &[],
+            answering: None,
         };
         let mut hardware = Hardware::new(&mission, &setup::of(&mission).unwrap());
         let mut wire = hardware.wire().clone();

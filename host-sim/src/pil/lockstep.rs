@@ -302,6 +302,10 @@ impl<'a> Lockstep<'a> {
                 let motors_n_m = self.hardware.motor_torque_n_m();
                 self.firmware.captured(&self.hardware.captured(), motors_n_m)
             }
+            Request::Motors { torque_n_m } => {
+                let is_taken = self.hardware.command_motors(&torque_n_m);
+                self.firmware.commanded(is_taken)
+            }
             Request::FlashRead { offset, length } => {
                 let mut bytes = vec![0; usize::from(length)];
                 let answer = self.hardware.flash.read(offset, &mut bytes);

@@ -4,6 +4,7 @@ use fsw_target::drivers::gyro::bmi088::register;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::command::Command;
 
+use super::answering::Answering;
 use crate::input::Scenario;
 use crate::truth::Flight;
 
@@ -22,6 +23,8 @@ pub struct Mission<'a> {
     pub restart_at: Option<usize>,
     /// Telecommands, each with the number of samples before it.
     pub commands: &'a [(usize, Command)],
+    /// Wheels that answer the torques of the flight computer; `None`: they follow the scenario.
+    pub answering: Option<Answering>,
 }
 
 /// A bit error in one gyro reading of the firmware, to verify that the comparison detects it.

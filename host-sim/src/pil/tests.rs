@@ -125,7 +125,15 @@ fn firmware<R: Send + 'static>(
 }
 
 fn mission<'a>(scenario: &'a Scenario, flight: &'a Flight, estimator: EstimatorId) -> Mission<'a> {
-    Mission { scenario, flight, seed: 3, estimator, restart_at: None, commands: &[] }
+    Mission {
+        scenario,
+        flight,
+        seed: 3,
+        estimator,
+        restart_at: None,
+        commands: &[],
+        answering: None,
+    }
 }
 
 fn fly_on_threads(
@@ -309,6 +317,31 @@ fn telecommands_have_the_same_effect_on_firmware_and_host() {
         Mission { commands: &commands, ..mission(&scenario, &flight, EstimatorId::Window) };
     let flown = fly_on_threads(&mission, None).unwrap();
     assert_eq!((flown.compared, flown.estimator.selected()), (121, EstimatorId::JointEkf));
+}
+
+/// Uploaded, flown to its end, aborted in each way: the wheels answer, and return to their speeds at the start.
+#[test]
+fn manoeuvre_ends_with_the_wheels_at_their_speeds_of_the_start() {
+    let mut scenario = scenario();
+    scenario.duration_s = 9.0;
+    let flight = Flight::simulate(&scenario).unwrap();
+    for case in manoeuvre::Case::all() {
+        let commands = case.commands();
+        let mission = Mission {
+            commands: &commands,
+            answering: Some(case.answering),
+            restart_at: case.restart_at,
+            ..mission(&scenario, &flight, EstimatorId::Window)
+        };
+        let mut reached = manoeuvre::Reached::default();
+        let start = || Ok(firmware(PATIENCE, OnThread::fly).0);
+        let flown = fly(&mission, start, None, |software, telemetry| {
+            reached.add(software, telemetry);
+        });
+        assert_eq!(flown.unwrap().compared, 91, "{}", case.name);
+        println!("{}: {reached:?}", case.name);
+        reached.check(&case).unwrap();
+    }
 }
 
 #[test]

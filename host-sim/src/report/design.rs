@@ -6,16 +6,27 @@
 //! | `result.json` | the document of `--json` |
 //! | `torque.csv` | torque of all wheels at the samples of the gyro |
 //! | `spline.csv` | coefficients of the spline |
+//! | `telecommands.csv` | the upload for the flight computer: function and user data of each telecommand, in order |
 //! | `scenario.toml`, `torque-1.csv`, … | a scenario that flies the manoeuvre, for `run` and `mc` |
 //! | `series.csv`, `series-standard.csv` | torque, speed, rate, excursion and sigma over time: design, best standard manoeuvre |
 
 use std::io::{self, Write};
 use std::path::Path;
 
+use fsw_target::flight::manoeuvre::FlightTable;
+use fsw_target::link::command::Command;
+use fsw_target::link::packet::SequenceCount;
+use fsw_target::link::wire::Coded;
+
 use super::files::{Folder, OutputError};
 use super::json::DesignReport;
+use super::packet::hex;
 use crate::input::ELEMENT_NAMES;
 use crate::manoeuvre::{SeriesRow, Trade, TradeRow, stamp_s};
+
+/// Primary header and checksum around the user data of a telecommand without a tag, bytes.
+const HEADER: usize = 6;
+const CHECKSUM: usize = 2;
 
 /// Content of the folder.
 pub struct DesignFolder<'a> {
@@ -27,6 +38,8 @@ pub struct DesignFolder<'a> {
     pub result: &'a DesignReport,
     /// Files of the scenario that flies it: name and text.
     pub scenario: &'a [(String, String)],
+    /// The table of the flight computer, if it can fly the design.
+    pub table_on_board: Option<&'a FlightTable>,
     /// The design over time.
     pub series: &'a [SeriesRow],
     /// The best standard manoeuvre over time.
@@ -47,6 +60,9 @@ impl DesignFolder<'_> {
         }
         folder.stream("torque.csv", |out| self.torques(out))?;
         folder.stream("spline.csv", |out| self.spline(out))?;
+        if let Some(table) = self.table_on_board {
+            folder.stream("telecommands.csv", |out| telecommands(out, table))?;
+        }
         for (name, rows) in [("series.csv", self.series), ("series-standard.csv", self.standard)] {
             folder.stream(name, |out| series(out, rows))?;
         }
@@ -81,6 +97,18 @@ impl DesignFolder<'_> {
         }
         Ok(())
     }
+}
+
+/// Writes the telecommands of an upload: the bytes of their user data, without header, tag and checksum.
+fn telecommands(mut out: impl Write, table: &FlightTable) -> io::Result<()> {
+    writeln!(out, "function,user_data_hex")?;
+    for command in Command::upload(table) {
+        let packet =
+            command.packet(SequenceCount::new(0)).ok_or_else(|| io::Error::other("too long"))?;
+        let data = packet.bytes().get(HEADER..packet.bytes().len() - CHECKSUM).unwrap_or_default();
+        writeln!(out, "{},{}", command.function().code().1, hex(data))?;
+    }
+    Ok(())
 }
 
 /// Writes a series as CSV.

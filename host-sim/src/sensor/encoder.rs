@@ -7,6 +7,8 @@
 //! Between two samples the speed is a cubic Hermite polynomial with the slopes of the neighbouring
 //! samples (see [`SpeedSegment`]), and the angle is its integral.
 
+use std::borrow::Cow;
+
 use fsw_target::drivers::wheel_tach::{CaptureTimer, Captured, EdgeFilter};
 
 use crate::truth::Instant;
@@ -130,7 +132,7 @@ fn crossing(position: &impl Fn(f64) -> f64, mut before: f64, mut after: f64, fro
 #[derive(Clone, Debug)]
 pub struct Captures<'a, const W: usize> {
     data: EncoderData,
-    instants: &'a [Instant],
+    instants: Cow<'a, [Instant]>,
     encoders: [Encoder; W],
     filters: [EdgeFilter; W],
     /// Index of the current sample.
@@ -139,20 +141,25 @@ pub struct Captures<'a, const W: usize> {
 
 impl<'a, const W: usize> Captures<'a, W> {
     /// Encoders at the first sample, without edges.
-    pub fn new(data: EncoderData, instants: &'a [Instant]) -> Self {
+    pub fn new(data: EncoderData, instants: impl Into<Cow<'a, [Instant]>>) -> Self {
         Self {
             data,
-            instants,
+            instants: instants.into(),
             encoders: std::array::from_fn(|_| Encoder::new(data.edges_per_turn)),
             filters: [EdgeFilter::new(data.shortest_ticks); W],
             index: 0,
         }
     }
 
+    /// Adds a sample after the last one.
+    pub fn add(&mut self, instant: Instant) {
+        self.instants.to_mut().push(instant);
+    }
+
     /// Advances to the next sample.
     pub fn advance(&mut self) {
         for wheel in 0..W {
-            if let Some(segment) = segment(self.instants, self.index, wheel) {
+            if let Some(segment) = segment(&self.instants, self.index, wheel) {
                 let filter = &mut self.filters[wheel];
                 let ticks_per_s = f64::from(self.data.ticks_per_s);
                 self.encoders[wheel].turn(&segment, |edge| {

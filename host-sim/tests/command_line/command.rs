@@ -43,6 +43,9 @@ fn flight_computer_accepts_every_telecommand() {
         ("tag-telemetry on", Command::TagTelemetry(true)),
         ("tag-telemetry off", Command::TagTelemetry(false)),
         ("reboot", Command::Reboot),
+        ("user-data 12000000000000000c", Command::StartManoeuvre { at_us: 12 }),
+        ("start-manoeuvre", Command::StartManoeuvre { at_us: 0 }),
+        ("abort-manoeuvre", Command::AbortManoeuvre),
         ("assume-wheel-speed 3", Command::AssumeWheelSpeed { wheel: 3, speed_rad_s: None }),
         (
             "assume-wheel-speed 1 -2.5",
@@ -52,7 +55,7 @@ fn flight_computer_accepts_every_telecommand() {
         let words: Vec<&str> = line.split(' ').collect();
         assert_eq!(accepted(&mut uplink, &words), [Command::StartSequence, command], "{line}");
     }
-    assert_eq!(uplink.counters(), UplinkCounters { accepted: 36, ..UplinkCounters::NONE });
+    assert_eq!(uplink.counters(), UplinkCounters { accepted: 42, ..UplinkCounters::NONE });
 }
 
 #[test]

@@ -24,6 +24,7 @@ fn design_is_written_and_flies() {
         "result.json",
         "torque.csv",
         "spline.csv",
+        "telecommands.csv",
         "series.csv",
         "series-standard.csv",
     ] {

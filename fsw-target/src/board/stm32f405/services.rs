@@ -8,6 +8,7 @@ use super::time::Delay;
 use super::watchdog::Watchdog;
 use super::{clocks, supply, time, usart};
 use crate::flight::computer::{Health, Housekeeping};
+use crate::flight::sensors::NoMotors;
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry;
 use crate::runtime::failure::LastRun;
@@ -18,6 +19,7 @@ use cortex_m::peripheral::SCB;
 pub struct Services {
     watchdog: Watchdog,
     delay: Delay,
+    motors: NoMotors,
     reset_cause: ResetCause,
     options: OptionBytes,
     last_run: LastRun,
@@ -28,12 +30,13 @@ impl Services {
     pub fn start(mut watchdog: Watchdog, report: &BoardReport, last_run: LastRun) -> Self {
         watchdog.start();
         let BoardReport { reset_cause, options, .. } = *report;
-        Self { watchdog, delay: Delay, reset_cause, options, last_run }
+        Self { watchdog, delay: Delay, motors: NoMotors, reset_cause, options, last_run }
     }
 }
 
 impl Housekeeping for Services {
     type Delay = Delay;
+    type Motors = NoMotors;
 
     fn now_us(&mut self) -> u64 {
         time::now_us()
@@ -45,6 +48,11 @@ impl Housekeeping for Services {
 
     fn delay(&mut self) -> &mut Delay {
         &mut self.delay
+    }
+
+    /// The wheels are commanded by another unit.
+    fn motors(&mut self) -> &mut NoMotors {
+        &mut self.motors
     }
 
     fn feed(&mut self, permit: FeedPermit) {

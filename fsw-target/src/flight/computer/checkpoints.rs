@@ -1,6 +1,7 @@
 //! Checkpoints of the selected estimator: restored at the start, saved periodically, sent on request.
 
 use super::parts::Housekeeping;
+use crate::flight::manoeuvre::{Manoeuvre, STORED_WORDS};
 use crate::flight::selected::SelectedEstimator;
 use crate::link::telemetry::{CheckpointPart, CheckpointState, PART_BYTES};
 use crate::store::{self, Store};
@@ -20,9 +21,10 @@ const SOON_US: u64 = 10_000_000;
 /// since the true time is unknown.
 const OFF_US: u64 = 60_000_000;
 
-/// Upper bound of a checkpoint, words: the size of the largest estimator, and one word for each
-/// field that is smaller than a word in memory.
-const MAX_WORDS: u32 = (EstimatorSlot::LARGEST_BYTES / size_of::<u32>() + SMALL_FIELDS) as u32;
+/// Upper bound of a checkpoint, words: the size of the largest estimator, one word for each field that is smaller
+/// than a word in memory, and the manoeuvre.
+const MAX_WORDS: u32 =
+    (EstimatorSlot::LARGEST_BYTES / size_of::<u32>() + SMALL_FIELDS + STORED_WORDS) as u32;
 const SMALL_FIELDS: usize = 128;
 
 /// Upper bound of a checkpoint, bytes.
@@ -49,20 +51,27 @@ pub struct Checkpoints<F> {
     next_part: Option<u16>,
 }
 
-/// Content of a checkpoint: time and estimator.
+/// Content of a checkpoint: time, estimator and manoeuvre.
 struct Content<'a> {
     time_us: u64,
     estimator: &'a mut SelectedEstimator,
+    /// `None`: the stored one is left out of a load.
+    manoeuvre: Option<&'a mut Manoeuvre>,
 }
 
 impl Persist for Content<'_> {
     fn layout() -> u32 {
-        checkpoint::mix(u64::layout(), SelectedEstimator::layout())
+        let layout = checkpoint::mix(u64::layout(), SelectedEstimator::layout());
+        checkpoint::mix(layout, Manoeuvre::layout())
     }
 
     fn persist(&mut self, archive: &mut Archive<'_>) {
         self.time_us.persist(archive);
         self.estimator.persist(archive);
+        match &mut self.manoeuvre {
+            Some(manoeuvre) => manoeuvre.persist(archive),
+            None => (0..STORED_WORDS).for_each(|_| archive.word(&mut 0)),
+        }
     }
 }
 
@@ -86,6 +95,7 @@ impl<F: NorFlash> Checkpoints<F> {
     pub fn restore(
         &mut self,
         estimator: &mut SelectedEstimator,
+        manoeuvre: &mut Manoeuvre,
         board: &mut impl Housekeeping,
         is_skipped: bool,
     ) {
@@ -94,17 +104,17 @@ impl<F: NorFlash> Checkpoints<F> {
             let store = self.store.insert(store);
             self.found = match is_skipped && store.newest_bytes() > 0 {
                 true => CheckpointState::Skipped,
-                false => restore_newest(store, estimator, board),
+                false => restore_newest(store, estimator, manoeuvre, board),
             };
         }
         self.next_us = board.now_us().saturating_add(PERIOD_US);
     }
 
-    /// Restores a rebuilt estimator from the newest checkpoint, in flight: time goes on. Without a usable one the
+    /// Restores a rebuilt estimator from the newest checkpoint, in flight: time and manoeuvre go on. Without a usable one the
     /// estimator stays as it was rebuilt.
     pub fn reload(&mut self, estimator: &mut SelectedEstimator) {
         let Some(store) = &mut self.store else { return };
-        if store.load(&mut Content { time_us: 0, estimator }).is_err() {
+        if store.load(&mut Content { time_us: 0, estimator, manoeuvre: None }).is_err() {
             // Partly overwritten. No error: the craft has been accepted before.
             let _ = estimator.restart();
         }
@@ -124,9 +134,11 @@ impl<F: NorFlash> Checkpoints<F> {
     pub fn save(
         &mut self,
         estimator: &mut SelectedEstimator,
+        manoeuvre: &mut Manoeuvre,
         board: &mut impl Housekeeping,
     ) -> bool {
-        let mut content = Content { time_us: board.now_us(), estimator };
+        let manoeuvre = Some(manoeuvre);
+        let mut content = Content { time_us: board.now_us(), estimator, manoeuvre };
         let saved = self.store.as_mut().is_some_and(|store| store.save(&mut content).is_ok());
         let counter = if saved { &mut self.saved } else { &mut self.failed };
         *counter = counter.saturating_add(1);
@@ -178,9 +190,10 @@ impl<F: NorFlash> Checkpoints<F> {
 fn restore_newest<F: NorFlash>(
     store: &mut Store<F>,
     estimator: &mut SelectedEstimator,
+    manoeuvre: &mut Manoeuvre,
     board: &mut impl Housekeeping,
 ) -> CheckpointState {
-    let mut content = Content { time_us: 0, estimator };
+    let mut content = Content { time_us: 0, estimator, manoeuvre: Some(manoeuvre) };
     let found = store.load(&mut content);
     let time_us = content.time_us;
     match found {
@@ -221,7 +234,10 @@ mod tests {
     fn words(estimator: &mut SelectedEstimator) -> u32 {
         let mut words = vec![0; 2 * MAX_WORDS as usize];
         let mut archive = ToWords::new(&mut words);
-        checkpoint::transfer(&mut Content { time_us: 0, estimator }, &mut archive).unwrap();
+        let mut manoeuvre = Manoeuvre::new([0.0; 4]);
+        let manoeuvre = Some(&mut manoeuvre);
+        let mut content = Content { time_us: 0, estimator, manoeuvre };
+        checkpoint::transfer(&mut content, &mut archive).unwrap();
         archive.written() as u32
     }
 

@@ -35,6 +35,7 @@
 
 mod checkpoints;
 mod counters;
+mod manoeuvring;
 mod parts;
 #[cfg(test)]
 mod tests;
@@ -46,6 +47,7 @@ use counters::StoredCounters;
 
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::{FlightLoop, Tick};
+use crate::flight::manoeuvre::Manoeuvre;
 use crate::flight::selected::SelectedEstimator;
 use crate::flight::sensors::{DataReady, TorqueCommand, WheelTachometers};
 use crate::flight::sensors::{RateGyro, StartFault};
@@ -60,9 +62,10 @@ use crate::link::{Downlink, Uplink};
 use crate::runtime::sealed::Sealed;
 use embedded_hal_nb::nb;
 use embedded_hal_nb::serial::Read;
+use fsw_core::manoeuvre::Abort;
 use fsw_core::{Outcome, Vec3};
 
-/// Capacity of the transmit queue, bytes: two reports and a part of a checkpoint.
+/// Capacity of the transmit queue, bytes: three reports and a part of a checkpoint.
 const QUEUE: usize = 768;
 
 /// Received bytes processed per poll: at least one telecommand, and few enough not to delay a sample.
@@ -112,6 +115,7 @@ pub struct Computer<'a, P: Parts> {
     downlink: Downlink<QUEUE>,
     flash: Checkpoints<P::Flash>,
     counters: StoredCounters<P::CounterFlash>,
+    manoeuvre: Manoeuvre,
     supervisor: Supervisor,
     reporting: Reporting,
     next_report_us: u64,
@@ -157,6 +161,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         reporting: Reporting,
     ) -> Self {
         Self {
+            manoeuvre: Manoeuvre::new(estimator.craft().spin_inertia_kg_m2),
             flight: FlightLoop::new(Sealed::new(estimator), sensors),
             board,
             started_us: 0,
@@ -193,7 +198,9 @@ impl<'a, P: Parts> Computer<'a, P> {
     pub fn start(&mut self) {
         self.short_lives = self.board.health().last_run.short_lives;
         let is_skipped = self.short_lives >= SHORT_LIVES;
-        self.flash.restore(self.flight.estimator_mut().get_mut(), &mut self.board, is_skipped);
+        let estimator = self.flight.estimator_mut().get_mut();
+        self.flash.restore(estimator, &mut self.manoeuvre, &mut self.board, is_skipped);
+        self.restore_manoeuvre();
         self.started_us = self.board.now_us();
         self.next_report_us = self.started_us;
         self.complete(Stage::Restored);
@@ -236,6 +243,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         if sampled == Sampled::Stepped && self.reporting == Reporting::EachSample {
             self.report_estimate();
         }
+        self.step_manoeuvre(sampled);
         self.maintain_checkpoint();
         self.send_reports();
         self.flight.estimator_mut().seal();
@@ -337,6 +345,12 @@ impl<'a, P: Parts> Computer<'a, P> {
                 let wheel = usize::from(wheel).wrapping_sub(1);
                 return self.flight.sensors_mut().wheels.assume(wheel, speed_rad_s);
             }
+            Command::LoadManoeuvre { segment, words } => {
+                return self.load_manoeuvre(segment, &words);
+            }
+            Command::CommitManoeuvre { checksum } => return self.commit_manoeuvre(checksum),
+            Command::StartManoeuvre { at_us } => return self.start_manoeuvre(at_us),
+            Command::AbortManoeuvre => return self.manoeuvre.abort(Abort::Command),
             Command::Reboot => {
                 self.reboot_us = Some(self.board.now_us().saturating_add(REBOOT_US));
                 Ok(())
@@ -346,7 +360,9 @@ impl<'a, P: Parts> Computer<'a, P> {
             Command::OpenWindow => estimator.open_window(),
             Command::CloseWindow => estimator.close_window(),
             Command::Select(id) => estimator.select(id),
-            Command::SaveCheckpoint => return self.save_checkpoint(),
+            Command::SaveCheckpoint => {
+                return !self.manoeuvre.is_active() && self.save_checkpoint();
+            }
             Command::DumpCheckpoint => return self.flash.begin_dump(),
             Command::SetTelemetryPeriod { ms } => {
                 self.reporting = Reporting::Every(ms);
@@ -405,8 +421,11 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.gyro.silent_since_us = self.board.now_us();
     }
 
-    /// Saves a checkpoint when it is due, or erases space for the next one at rest.
+    /// Saves a checkpoint when it is due, or erases space for the next one at rest; neither during a manoeuvre.
     fn maintain_checkpoint(&mut self) {
+        if self.manoeuvre.is_active() {
+            return;
+        }
         if self.last_step.is_some() && self.flash.is_due(self.board.now_us()) {
             self.save_checkpoint();
         } else if self.flight.estimator().is_open() && self.estimator().is_at_rest() {
@@ -429,7 +448,8 @@ impl<'a, P: Parts> Computer<'a, P> {
     #[inline(never)]
     fn save_checkpoint(&mut self) -> bool {
         self.checked();
-        let saved = self.flash.save(self.flight.estimator_mut().get_mut(), &mut self.board);
+        let estimator = self.flight.estimator_mut().get_mut();
+        let saved = self.flash.save(estimator, &mut self.manoeuvre, &mut self.board);
         self.gyro.silent_since_us = self.board.now_us();
         saved
     }
@@ -442,8 +462,10 @@ impl<'a, P: Parts> Computer<'a, P> {
             self.next_report_us = now_us.saturating_add(u64::from(ms) * 1_000);
             self.report_estimate();
             self.report_status();
+            self.report_manoeuvre();
         } else if self.status_due {
             self.report_status();
+            self.report_manoeuvre();
         }
         self.dump_part();
         self.downlink.drain(&mut self.link);

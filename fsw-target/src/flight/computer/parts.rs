@@ -2,7 +2,7 @@
 
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::Sensors;
-use crate::flight::sensors::{DataReady, TorqueCommand, WheelTachometers};
+use crate::flight::sensors::{DataReady, TorqueCommand, WheelMotors, WheelTachometers};
 use crate::flight::sensors::{RateGyro, StartFault};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::authentication::Key;
@@ -39,6 +39,8 @@ pub trait Parts {
 pub trait Housekeeping {
     /// Delay of bounded duration.
     type Delay: DelayNs;
+    /// Motors of the wheels.
+    type Motors: WheelMotors<WHEELS>;
 
     /// On-board time, µs: the clock that stamps samples.
     fn now_us(&mut self) -> u64;
@@ -49,6 +51,9 @@ pub trait Housekeeping {
 
     /// Delay for the start of the gyro.
     fn delay(&mut self) -> &mut Self::Delay;
+
+    /// Motors of the wheels, for a manoeuvre.
+    fn motors(&mut self) -> &mut Self::Motors;
 
     /// Feeds the watchdog.
     fn feed(&mut self, permit: FeedPermit);

@@ -2,13 +2,14 @@
 
 use super::{
     BrownOutLevel, CheckpointState, ClockSource, EstimateReport, GyroState, HardwareError,
-    LINK_VERSION, ResetCause, StatusReport,
+    LINK_VERSION, ManoeuvreReport, ResetCause, StatusReport, TableFault,
 };
 use crate::link::authentication::Authentication;
 use crate::link::command::Function;
 use crate::link::uplink::UplinkCounters;
 use crate::link::wire::{Coded, Reader, Wire};
 use crate::runtime::failure::Kind;
+use fsw_core::manoeuvre::{Abort, State};
 use fsw_core::monitor::health::{Driver, Health};
 use fsw_core::outcome::OutcomeCounts;
 use fsw_core::{Outcome, Status};
@@ -88,6 +89,25 @@ pub fn status() -> StatusReport {
         checkpoint: CheckpointState::RestoredOlder,
         checkpoints_saved: 8,
         checkpoints_failed: 9,
+    }
+}
+
+/// A report with a value in every field.
+pub fn manoeuvre() -> ManoeuvreReport {
+    ManoeuvreReport {
+        state: State::Resting,
+        abort: Some(Abort::Excursion),
+        table_checksum: Some(0xcbf4_3926),
+        table_error: Some(TableFault::Torque),
+        table_error_wheel: 2,
+        segments: 0x000f_ffff,
+        flown_us: 12_300_000,
+        repeat: 1,
+        knot: 44,
+        peak_rate_rad_s: 0.02,
+        peak_excursion_rad: 0.035,
+        start_speed_rad_s: [100.0, -100.0, 50.0, 0.0],
+        torque_n_m: [1e-3, -5e-4, 0.0, 2e-4],
     }
 }
 

@@ -26,10 +26,12 @@ mod checkpoint;
 mod estimate;
 #[cfg(test)]
 pub mod fixtures;
+mod manoeuvre;
 mod status;
 
 pub use checkpoint::{CheckpointPart, PART_BYTES};
 pub use estimate::{EstimateReport, HardwareError};
+pub use manoeuvre::{ManoeuvreReport, TableFault};
 pub use status::{
     BrownOutLevel, CheckpointState, ClockSource, GyroState, LINK_VERSION, ResetCause, StatusReport,
 };
@@ -76,6 +78,8 @@ pub enum Telemetry {
     Status(StatusReport),
     /// Part of a checkpoint.
     Checkpoint(CheckpointPart),
+    /// State of upload and manoeuvre.
+    Manoeuvre(ManoeuvreReport),
 }
 
 /// A received telemetry packet.
@@ -153,6 +157,7 @@ impl Telemetry {
             packet::CHECKPOINT => {
                 ("checkpoint", CheckpointPart::decode(data).map(Self::Checkpoint))
             }
+            packet::MANOEUVRE => ("manoeuvre", ManoeuvreReport::decode(data).map(Self::Manoeuvre)),
             _ => return Err(unknown),
         };
         let telemetry = telemetry.map_err(|why| TelemetryError::Unreadable { kind, why })?;
@@ -165,6 +170,7 @@ impl Telemetry {
             Self::Estimate(_) => "estimate",
             Self::Status(_) => "status",
             Self::Checkpoint(_) => "checkpoint",
+            Self::Manoeuvre(_) => "manoeuvre",
         }
     }
 
@@ -174,6 +180,7 @@ impl Telemetry {
         match self {
             Self::Estimate(report) => report.visit(&about, visitor),
             Self::Status(report) => report.visit(&about, visitor),
+            Self::Manoeuvre(report) => report.visit(&about, visitor),
             Self::Checkpoint(part) => {
                 visitor.open(&about);
                 let of = |name, meaning| About { name, unit: "–", meaning };
@@ -190,11 +197,12 @@ const AROUND: usize = 6 + 8 + 1 + TAG_BYTES + 2;
 const _: () = assert!(AROUND + <EstimateReport as Wire>::BYTES <= MAX_PACKET);
 const _: () = assert!(AROUND + <StatusReport as Wire>::BYTES <= MAX_PACKET);
 const _: () = assert!(AROUND + 4 + PART_BYTES <= MAX_PACKET);
+const _: () = assert!(AROUND + <ManoeuvreReport as Wire>::BYTES <= MAX_PACKET);
 
 #[cfg(test)]
 mod tests {
     extern crate std;
-    use super::fixtures::{any_estimate, any_status, estimate, status};
+    use super::fixtures::{any_estimate, any_status, estimate, manoeuvre, status};
     use super::*;
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -219,6 +227,7 @@ mod tests {
             (bytes(&estimate()), Telemetry::Estimate(estimate())),
             (bytes(&status()), Telemetry::Status(status())),
             (bytes(&part), Telemetry::Checkpoint(part)),
+            (bytes(&manoeuvre()), Telemetry::Manoeuvre(manoeuvre())),
         ] {
             let received =
                 Received { time_us: 123_456_789, sequence_count: COUNT, slot: None, telemetry };

@@ -13,7 +13,8 @@ use fsw_core::outcome::OutcomeCounts;
 ///
 /// 2: tags of telecommands and telemetry; key slot in the secondary header of telemetry; health of supply,
 /// option bytes and single wheels. 3: flipped bits. 4: health; wheels against their commands.
-pub const LINK_VERSION: u8 = 4;
+/// 5: manoeuvre.
+pub const LINK_VERSION: u8 = 5;
 
 record! {
     /// Health of the flight computer and effect of telecommands.

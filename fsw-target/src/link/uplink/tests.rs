@@ -147,7 +147,7 @@ fn every_rejection_has_its_counter() {
         (any_packet(tc, 0x1f0, &[]), UplinkCounters { malformed: 1, ..none }),
         (any_packet(tc, 0x1f0, &[3, 0]), UplinkCounters { malformed: 1, ..none }),
         (any_packet(tc, 0x1f0, &[7]), UplinkCounters { malformed: 1, ..none }),
-        (any_packet(tc, 0x1f0, &[16]), UplinkCounters { unknown_function: 1, ..none }),
+        (any_packet(tc, 0x1f0, &[20]), UplinkCounters { unknown_function: 1, ..none }),
         (any_packet(tc, 0x1f0, &[0]), UplinkCounters { unknown_function: 1, ..none }),
         (any_packet(tc, 0x1f0, &[7, 3]), UplinkCounters { refused_argument: 1, ..none }),
         (framed(&torque, 1), UplinkCounters { refused_argument: 1, ..none }),
@@ -308,7 +308,7 @@ fn longest_command_fits_the_receiver() {
     assert!(longest.into_iter().max().unwrap() <= MAX_COMMAND);
     let tagged = one_of_each()
         .map(|command| command.tagged_packet(&MASTER, 0, u32::MAX).unwrap().bytes().len());
-    assert_eq!(tagged.into_iter().max(), Some(78));
+    assert_eq!(tagged.into_iter().max(), Some(95));
     assert_eq!(<UplinkCounters as Wire>::BYTES, 44);
 }
 

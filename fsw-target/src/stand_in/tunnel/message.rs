@@ -10,7 +10,7 @@ use crate::link::wire::{Reader, Writer, record};
 use crc::{CRC_16_IBM_3740, Crc};
 
 /// Version of the protocol; changes with the meaning of any message.
-pub const VERSION: u8 = 5;
+pub const VERSION: u8 = 6;
 
 include!(concat!(env!("OUT_DIR"), "/sources.rs"));
 
@@ -38,6 +38,8 @@ pub const NEXT_WITH_TORQUE: u8 = 10;
 pub const IDLE: u8 = 0xFE;
 /// Request: stated errors of the hardware, after [`HELLO`]. Together they exceed a message.
 pub const HARDWARE: u8 = 11;
+/// Request: torque of each motor on its wheel, N m, 4 × f32, until the next request of this kind.
+pub const MOTORS: u8 = 12;
 /// Reply to any request that cannot be fulfilled.
 pub const NO: u8 = 0xFF;
 

@@ -19,6 +19,7 @@
 //! | [`TRANSFER`] | bytes to read, bytes to write | the bytes read; NO: bus error |
 //! | [`WAIT`] | µs, u32 | – |
 //! | [`CAPTURES`] | – | [`Captures`] |
+//! | [`MOTORS`] | torque of each motor, N m, 4 × f32 | –; NO: the wheels follow the scenario |
 //! | [`FLASH_READ`] | offset, u32; bytes to read | the bytes; NO: out of range |
 //! | [`FLASH_WRITE`] | offset, u32; bytes | –; NO: out of range |
 //! | [`FLASH_ERASE`] | from, to, u32 | –; NO: out of range |

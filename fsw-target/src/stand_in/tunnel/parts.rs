@@ -3,7 +3,7 @@
 use super::line::{Port, Tunnel, TunnelError};
 use super::message::{
     CAPTURES, CHECKPOINT_BYTES, COUNTER_BYTES, Captures, FLASH_ERASE, FLASH_READ, FLASH_WRITE,
-    MAX_TRANSFER, PAGE_BYTES, TRANSFER, WAIT,
+    MAX_TRANSFER, MOTORS, PAGE_BYTES, TRANSFER, WAIT,
 };
 use super::setup::{Setup, Unfit};
 use crate::drivers::gyro::bmi088::Bmi088;
@@ -13,7 +13,7 @@ use crate::flight::computer::{Computer, Health, Housekeeping, Parts, Reporting, 
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::Sensors;
 use crate::flight::selected::SelectedEstimator;
-use crate::flight::sensors::{DataReady, TorqueCommand};
+use crate::flight::sensors::{DataReady, TorqueCommand, WheelMotors};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry::{BrownOutLevel, ClockSource, ResetCause};
 use crate::link::wire::{Unreadable, Wire, Writer};
@@ -87,7 +87,8 @@ where
         wheels: setup.tachometers(timer)?,
         torque: Samples { tunnel },
     };
-    let board = NoBoard { clock: Bus { tunnel }, stack_high_water_bytes };
+    let motors = Motors { tunnel, has_wheels: setup.has_wheels() };
+    let board = NoBoard { clock: Bus { tunnel }, motors, stack_high_water_bytes };
     let flash = Flash { tunnel, start: 0, bytes: CHECKPOINT_BYTES };
     let counters = Flash { tunnel, start: CHECKPOINT_BYTES, bytes: COUNTER_BYTES };
     let security = Security { flash: counters, master: setup.master_key() };
@@ -209,6 +210,20 @@ impl<P: Port> CaptureTimer<WHEELS> for Timer<'_, P> {
     }
 }
 
+/// Motors of the simulated wheels. Without wheels there is no request.
+#[derive(Debug)]
+pub struct Motors<'a, P> {
+    tunnel: &'a Tunnel<P>,
+    has_wheels: bool,
+}
+
+impl<P: Port> WheelMotors<WHEELS> for Motors<'_, P> {
+    fn set_torque_n_m(&mut self, torque_n_m: &[f32; WHEELS]) -> bool {
+        let put = |fields: &mut Writer<'_>| torque_n_m.put(fields);
+        self.has_wheels && self.tunnel.request(MOTORS, put, |reply| reply.end()).is_ok()
+    }
+}
+
 /// A region of the flash.
 #[derive(Debug)]
 pub struct Flash<'a, P> {
@@ -272,11 +287,13 @@ impl<P: Port> NorFlash for Flash<'_, P> {
 #[derive(Debug)]
 pub struct NoBoard<'a, P> {
     clock: Bus<'a, P>,
+    motors: Motors<'a, P>,
     stack_high_water_bytes: fn() -> u32,
 }
 
 impl<'a, P: Port> Housekeeping for NoBoard<'a, P> {
     type Delay = Bus<'a, P>;
+    type Motors = Motors<'a, P>;
 
     fn now_us(&mut self) -> u64 {
         self.clock.tunnel.now_us()
@@ -287,6 +304,10 @@ impl<'a, P: Port> Housekeeping for NoBoard<'a, P> {
 
     fn delay(&mut self) -> &mut Bus<'a, P> {
         &mut self.clock
+    }
+
+    fn motors(&mut self) -> &mut Motors<'a, P> {
+        &mut self.motors
     }
 
     fn feed(&mut self, _: FeedPermit) {}

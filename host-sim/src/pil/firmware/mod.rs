@@ -293,6 +293,14 @@ impl Firmware {
         self.reply(tunnel::CAPTURES, |fields| captures.put(fields))
     }
 
+    /// Answers [`Request::Motors`]: taken, or refused.
+    ///
+    /// # Errors
+    /// Those of the line.
+    pub fn commanded(&mut self, is_taken: bool) -> Result<(), LineFailed> {
+        self.reply(if is_taken { tunnel::MOTORS } else { tunnel::NO }, |_| ())
+    }
+
     /// Answers [`Request::FlashRead`].
     ///
     /// # Errors

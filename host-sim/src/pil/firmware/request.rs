@@ -1,5 +1,6 @@
 //! Requests of the firmware for its sensors and its flash.
 
+use fsw_target::flight::craft::WHEELS;
 use fsw_target::link::wire::{Unreadable, Wire};
 use fsw_target::stand_in::tunnel::{self, Message};
 
@@ -28,6 +29,11 @@ pub enum Request {
     },
     /// Captures of the wheels' timer.
     Captures,
+    /// Torque of the wheels' motors.
+    Motors {
+        /// Torque of each motor on its wheel, N m.
+        torque_n_m: [f32; WHEELS],
+    },
     /// Read from the flash.
     FlashRead {
         /// Offset of the first byte.
@@ -76,6 +82,9 @@ impl Request {
             }
             tunnel::WAIT => Ok(Self::Wait { us: Wire::take(&mut fields).map_err(unreadable)? }),
             tunnel::CAPTURES => Ok(Self::Captures),
+            tunnel::MOTORS => {
+                Ok(Self::Motors { torque_n_m: Wire::take(&mut fields).map_err(unreadable)? })
+            }
             tunnel::FLASH_READ => {
                 let offset = Wire::take(&mut fields).map_err(unreadable)?;
                 let [length] = fields.take().map_err(unreadable)?;

@@ -13,7 +13,7 @@ use fsw_target::drivers::gyro::{RateGyro, StartFault};
 use fsw_target::drivers::wheel_tach::{CaptureTimer, Captured};
 use fsw_target::flight::computer::{Health, Housekeeping};
 use fsw_target::flight::craft::WHEELS;
-use fsw_target::flight::sensors::{DataReady, Gyro, TorqueCommand, WheelTachometers};
+use fsw_target::flight::sensors::{DataReady, Gyro, TorqueCommand, WheelMotors, WheelTachometers};
 use fsw_target::flight::supervisor::FeedPermit;
 use fsw_target::stand_in::tunnel::parts::HEALTH;
 
@@ -124,6 +124,12 @@ impl CaptureTimer<WHEELS> for Ports<'_> {
     }
 }
 
+impl WheelMotors<WHEELS> for Ports<'_> {
+    fn set_torque_n_m(&mut self, torque_n_m: &[f32; WHEELS]) -> bool {
+        self.shared.hardware.borrow_mut().command_motors(torque_n_m)
+    }
+}
+
 impl serial::ErrorType for Ports<'_> {
     type Error = Infallible;
 }
@@ -185,6 +191,7 @@ impl NorFlash for Flash<'_> {
 
 impl Housekeeping for Ports<'_> {
     type Delay = Wire;
+    type Motors = Self;
 
     fn now_us(&mut self) -> u64 {
         self.shared.hardware.borrow().now_us()
@@ -195,6 +202,10 @@ impl Housekeeping for Ports<'_> {
 
     fn delay(&mut self) -> &mut Wire {
         &mut self.wire
+    }
+
+    fn motors(&mut self) -> &mut Self {
+        self
     }
 
     fn feed(&mut self, _: FeedPermit) {}

@@ -142,6 +142,11 @@ impl Chip {
             && self.register(register::INT3_INT4_IO_CONF) & 0x03 == 0x01
     }
 
+    /// The next transaction ends in a bus error.
+    pub fn fail_next_transaction(&mut self) {
+        self.faults.bus_fails_in = Some(0);
+    }
+
     /// Number of bus transactions.
     pub fn transactions(&self) -> u64 {
         self.transactions

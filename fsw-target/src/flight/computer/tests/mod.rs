@@ -1,5 +1,6 @@
 //! The flight computer on simulated parts, commanded by a simulated ground station.
 
+mod manoeuvre;
 mod operation;
 mod security;
 mod start;

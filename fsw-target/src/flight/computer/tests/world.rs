@@ -2,6 +2,7 @@
 
 extern crate std;
 use super::super::*;
+use crate::flight::sensors::WheelMotors;
 use crate::flight::supervisor::FeedPermit;
 use crate::link::Receiver;
 use crate::link::authentication::Key;
@@ -58,6 +59,8 @@ pub struct World {
     pub short_lives: Cell<u32>,
     pub reboots: Cell<u32>,
     pub long_lives: Cell<u32>,
+    /// Torque of the motors, N m.
+    pub motors_n_m: Cell<[f32; WHEELS]>,
 }
 
 impl World {
@@ -259,12 +262,20 @@ macro_rules! flash {
 flash!(Part, flash, _world => false);
 flash!(CounterPart, counters, world => world.counters_fail.get());
 
+impl WheelMotors<WHEELS> for Part {
+    fn set_torque_n_m(&mut self, torque_n_m: &[f32; WHEELS]) -> bool {
+        self.0.motors_n_m.set(*torque_n_m);
+        true
+    }
+}
+
 impl DelayNs for Part {
     fn delay_ns(&mut self, _: u32) {}
 }
 
 impl Housekeeping for Part {
     type Delay = Self;
+    type Motors = Self;
 
     fn now_us(&mut self) -> u64 {
         self.0.now_us.get()
@@ -275,6 +286,10 @@ impl Housekeeping for Part {
     }
 
     fn delay(&mut self) -> &mut Self {
+        self
+    }
+
+    fn motors(&mut self) -> &mut Self {
         self
     }
 
