@@ -1,8 +1,8 @@
 //! Test reports.
 
 use super::{
-    BrownOutLevel, CheckpointState, ClockSource, EstimateReport, GyroState, HardwareError,
-    LINK_VERSION, ResetCause, StatusReport,
+    BrownOutLevel, CheckpointPart, CheckpointState, ClockSource, EstimateReport, GyroState,
+    HardwareError, LINK_VERSION, ResetCause, StatusReport, Telemetry,
 };
 use crate::link::authentication::Authentication;
 use crate::link::command::Function;
@@ -89,6 +89,12 @@ pub fn status() -> StatusReport {
         checkpoints_saved: 8,
         checkpoints_failed: 9,
     }
+}
+
+/// One packet of each kind.
+pub fn one_of_each() -> [Telemetry; 3] {
+    let part = CheckpointPart::new(3, 7, &[1, 2, 3, 0xff]).unwrap();
+    [Telemetry::Estimate(estimate()), Telemetry::Status(status()), Telemetry::Checkpoint(part)]
 }
 
 fn any_of<C: Coded + core::fmt::Debug>() -> impl Strategy<Value = C> {
