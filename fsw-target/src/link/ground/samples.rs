@@ -1,7 +1,8 @@
 //! Packets with their values, one JSON object per line, for readers and writers of other origin.
 //!
 //! Telemetry: `{"packet": HEX, "container": NAME, "values": {PARAMETER: value}}`, absent parameters left out.
-//! Telecommands: `{"command": NAME, "arguments": {ARGUMENT: value}, "packet": HEX}`.
+//! Telecommands: `{"command": NAME, "arguments": {ARGUMENT: value}, "packet": HEX, "tagged_packet": HEX, "tagged_by":
+//! {"slot": N, "key": HEX, "counter": N}}`.
 
 extern crate std;
 use super::arguments::arguments;
@@ -22,7 +23,9 @@ use std::string::String;
 const TIME_US: u64 = 123_456_789;
 /// Key slot and key of the packets with a tag.
 const SLOT_KEY: (u8, Key) = (1, Key::new([7; 16]));
-/// Bytes of an unsigned telecommand before its arguments: primary header and function code.
+/// Counter of the telecommands with a tag.
+const COUNTER: u32 = 70_000;
+/// Bytes of a telecommand without a tag before its arguments: primary header and function code.
 const BEFORE_ARGUMENTS: usize = 7;
 
 fn hex(bytes: &[u8]) -> String {
@@ -82,8 +85,16 @@ fn command_line(command: &Command) -> String {
         values.insert(described.name, argument(described.element, bytes));
         offset += described.bytes;
     }
-    let name = command.function().code().1;
-    format!("{}\n", json!({"command": name, "arguments": values, "packet": hex(packet.bytes())}))
+    let (slot, key) = SLOT_KEY;
+    let tagged = command.tagged_packet(&key, slot, COUNTER).unwrap();
+    let line = json!({
+        "command": command.function().code().1,
+        "arguments": values,
+        "packet": hex(packet.bytes()),
+        "tagged_packet": hex(tagged.bytes()),
+        "tagged_by": {"slot": slot, "key": hex(key.bytes()), "counter": COUNTER},
+    });
+    format!("{line}\n")
 }
 
 /// Reports without a value in any field that may be absent.

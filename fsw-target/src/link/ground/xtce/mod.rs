@@ -17,6 +17,11 @@ use telemetry::telemetry_meta_data;
 type Xml = Writer<Vec<u8>>;
 type Written = io::Result<()>;
 
+/// Name space of XTCE 1.2 and place of its schema.
+const SCHEMA: &str = concat!(
+    "http://www.omg.org/spec/XTCE/20180204 ",
+    "http://www.omg.org/spec/XTCE/20180204/SpaceSystem.xsd"
+);
 /// Name of the space system.
 const NAME: &str = "inertia";
 
@@ -28,6 +33,8 @@ pub fn document() -> String {
     xml.create_element("SpaceSystem")
         .with_attributes([
             ("xmlns", "http://www.omg.org/spec/XTCE/20180204"),
+            ("xmlns:xsi", "http://www.w3.org/2001/XMLSchema-instance"),
+            ("xsi:schemaLocation", SCHEMA),
             ("name", NAME),
             (
                 "shortDescription",
