@@ -35,7 +35,13 @@ def test_independent_reader_decodes_every_value(definition, telemetry):
         for name, value in sample["values"].items():
             assert packet[name] == value, name
             read += 1
-        assert packet["time_us"] == 123_456_789
+        raw = bytes.fromhex(sample["packet"])
+        assert (packet["time_us"], packet["checksum"]) == (123_456_789, int.from_bytes(raw[-2:], "big"))
+        has_tag = sample["container"].endswith("_with_tag")
+        assert packet.get("tag") == (raw[-18:-2] if has_tag else None)
+        if sample["container"].startswith("checkpoint"):
+            name = "checkpoint_bytes_with_tag" if has_tag else "checkpoint_bytes"
+            assert packet[name] == b"\x01\x02\x03\xff"
     print(read, "values in", len(telemetry), "packets")
 
 

@@ -12,31 +12,36 @@ use crate::link::packet::{CHECKPOINT, ESTIMATE, STATUS};
 use crate::link::telemetry::Telemetry;
 use crate::link::telemetry::fixtures::one_of_each;
 use std::collections::BTreeSet;
-use std::string::ToString;
+use std::string::{String, ToString};
 use std::vec::Vec;
 use std::{format, vec};
 
-/// Fields of the headers: name, bits, meaning.
-const HEADER: [(&str, usize, &str); 9] = [
-    ("ccsds_version", 3, "Version of the packet format: 0."),
-    ("packet_type", 1, "0 for telemetry."),
-    ("secondary_header", 1, "1 for telemetry."),
-    ("apid", 11, "Application process identifier: kind of the packet."),
-    ("sequence_flags", 2, "3: unsegmented."),
-    ("sequence_count", 14, "Sequence count of the APID, dropped packets included."),
-    ("packet_length", 16, "Bytes after the primary header, minus one."),
-    ("time_us", 64, "On-board time of the packet, µs."),
-    ("tag_slot", 8, "Key slot of the tag plus one; 0 for a packet without a tag."),
+/// Fields of the headers: name, bits, unit, meaning.
+const HEADER: [(&str, usize, &str, &str); 9] = [
+    ("ccsds_version", 3, "–", "Version of the packet format: 0."),
+    ("packet_type", 1, "–", "0 for telemetry."),
+    ("secondary_header", 1, "–", "1 for telemetry."),
+    ("apid", 11, "–", "Application process identifier: kind of the packet."),
+    ("sequence_flags", 2, "–", "3: unsegmented."),
+    ("sequence_count", 14, "–", "Sequence count of the APID, dropped packets included."),
+    ("packet_length", 16, "–", "Bytes after the primary header, minus one."),
+    ("time_us", 64, "µs", "On-board time of the packet since the start."),
+    ("tag_slot", 8, "–", "Key slot of the tag plus one; 0 for a packet without a tag."),
 ];
 
 /// Bytes of a checkpoint packet beside its checkpoint bytes that its length field counts, less one: secondary header,
 /// `index`, `parts`, checksum.
 const AROUND_CHECKPOINT: i64 = 9 + 4 + 2 - 1;
 
+/// Name of the type of a header field.
+fn bits_name(bits: usize, unit: &str) -> String {
+    type_name(&format!("bits_{bits}"), unit)
+}
+
 fn parameter_types(xml: &mut Xml, packets: &[Packet]) -> Written {
-    let sizes: BTreeSet<usize> = HEADER.iter().map(|(_, bits, _)| *bits).collect();
-    for bits in sizes {
-        bits_type(xml, bits)?;
+    let sizes: BTreeSet<_> = HEADER.iter().map(|(_, bits, unit, _)| (*bits, *unit)).collect();
+    for (bits, unit) in sizes {
+        bits_type(xml, &bits_name(bits, unit), bits, unit)?;
     }
     binary_type(xml, "tag", Ok(8 * TAG_BYTES))?;
     binary_type(xml, "checkpoint_bytes", Err(8 * AROUND_CHECKPOINT))?;
@@ -58,8 +63,8 @@ fn parameter(xml: &mut Xml, name: &str, of: &str, meaning: &str) -> Written {
 }
 
 fn parameter_set(xml: &mut Xml, packets: &[Packet]) -> Written {
-    for (name, bits, meaning) in HEADER {
-        parameter(xml, name, &format!("bits_{bits}"), meaning)?;
+    for (name, bits, unit, meaning) in HEADER {
+        parameter(xml, name, &bits_name(bits, unit), meaning)?;
     }
     parameter(xml, "tag", "tag", "AES-128-CMAC of all bytes before it.")?;
     parameter(xml, "checksum", "bits_16", "CRC-16 of all bytes before it.")?;
@@ -191,7 +196,7 @@ pub fn telemetry_meta_data(xml: &mut Xml) -> Written {
             .write_inner_content(|xml| parameter_set(xml, &packets))?;
         xml.create_element("ContainerSet").write_inner_content(|xml| {
             container(xml, "packet", None, true, |xml| {
-                HEADER.iter().try_for_each(|(name, _, _)| entry(xml, name, None, None))
+                HEADER.iter().try_for_each(|(name, ..)| entry(xml, name, None, None))
             })?;
             packets.iter().try_for_each(|packet| packet_containers(xml, packet))
         })?;

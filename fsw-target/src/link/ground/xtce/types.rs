@@ -110,17 +110,16 @@ fn enumeration(xml: &mut Xml, coded: &str) -> Written {
         .map(|_| ())
 }
 
-/// Type of a field of `bits` bits in a header, or of a checksum.
-pub fn bits_type(xml: &mut Xml, bits: usize) -> Written {
-    let (name, bits) = (format!("bits_{bits}"), bits);
+/// Type of a header field or checksum of `bits` bits.
+pub fn bits_type(xml: &mut Xml, name: &str, bits: usize, unit: &str) -> Written {
     xml.create_element("IntegerParameterType")
         .with_attributes([
-            ("name", name.as_str()),
+            ("name", name),
             ("signed", "false"),
             ("sizeInBits", bits.to_string().as_str()),
         ])
         .write_inner_content(|xml| {
-            units(xml, "–")?;
+            units(xml, unit)?;
             integer_encoding(xml, bits)
         })
         .map(|_| ())
