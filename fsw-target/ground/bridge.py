@@ -20,6 +20,7 @@ import tty
 from cobs import cobs
 from cryptography.hazmat.primitives.ciphers import algorithms
 from cryptography.hazmat.primitives.cmac import CMAC
+from space_packet_parser.exceptions import UnrecognizedPacketTypeError
 from space_packet_parser.xtce.definitions import XtcePacketDefinition
 
 DESCRIPTION = pathlib.Path(__file__).with_name("link.xml")
@@ -132,14 +133,18 @@ class Downlink:
             if frame:
                 try:
                     yield self.packet(frame)
-                except (cobs.DecodeError, ValueError, Refused) as error:
+                except (cobs.DecodeError, Refused) as error:
                     print(f"bridge: frame dropped: {error}", file=sys.stderr, flush=True)
 
     def packet(self, frame):
         packet = cobs.decode(frame)
         if len(packet) <= PRIMARY_HEADER or checksum(packet[:-CHECKSUM]) != packet[-CHECKSUM:]:
             raise Refused("wrong checksum")
-        values = self.definition.parse_bytes(packet)
+        try:
+            values = self.definition.parse_bytes(packet)
+        # The reader looks up a header field by another name for an unknown packet: LookupError.
+        except (UnrecognizedPacketTypeError, LookupError, ValueError) as error:
+            raise Refused(f"packet not described by link.xml, of another version? {error}") from error
         if "tag" not in values and self.require_tag:
             raise Refused("telemetry without a tag")
         if "tag" in values and self.key is not None and values["tag_slot"] == self.slot + 1:

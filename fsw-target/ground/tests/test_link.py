@@ -108,6 +108,15 @@ def test_frames_arrive_whole_and_damaged_ones_are_dropped(definition, telemetry,
     assert capsys.readouterr().err.count("frame dropped") == 2
 
 
+def test_intact_packet_of_another_layout_is_dropped(definition, telemetry, capsys):
+    status = next(bytes.fromhex(sample["packet"]) for sample in telemetry if "status" in sample["container"])
+    unknown_code = status[:35] + b"\xee" + status[36:-2]
+    for body in (b"\x09\xf7" + status[2:-2], status[:60], status[:7], unknown_code):
+        frame = cobs.encode(body + bridge.checksum(body)) + b"\0"
+        assert not list(bridge.Downlink(definition).push(frame))
+        assert "not described" in capsys.readouterr().err
+
+
 def test_telemetry_without_the_right_tag_is_dropped_where_one_is_required(definition, telemetry, capsys):
     frames = b"".join(cobs.encode(bytes.fromhex(sample["packet"])) + b"\0" for sample in telemetry)
     tagged = sum(sample["container"].endswith("_with_tag") for sample in telemetry)

@@ -49,7 +49,7 @@ def ports():
 def yamcs(ports, tmp_path_factory):
     """Client of a Yamcs server with the committed configuration on free ports."""
     if not shutil.which("java"):
-        pytest.skip("no Java: Yamcs cannot run (Debian: apt-get install openjdk-17-jre-headless)")
+        pytest.skip("no Java: Yamcs cannot run (Debian: apt-get install default-jre-headless)")
     import fprime_yamcs_bundle
     from yamcs.client import ConnectionFailure, YamcsClient
 
