@@ -2,7 +2,7 @@
 # All checks of the project: format, lints, tests (firmware in QEMU included), the Python package,
 # instruction budgets, bare-metal builds, documentation. Runs from any folder.
 #
-# Installs missing tools: Rust, the Cortex-M target, QEMU, Python, GNU parallel. With RUSTUP_AUTO_INSTALL=0, rustup
+# Installs missing tools: Rust, the Cortex-M target, QEMU, Python, GNU parallel, Java. With RUSTUP_AUTO_INSTALL=0, rustup
 # downloads nothing.
 set -euo pipefail
 
@@ -121,6 +121,17 @@ fi
 have parallel || skipped="$skipped parallel"
 have slurmctld || skipped="$skipped slurm"
 
+heading "Set-up: Java"
+if ! have java && can_apt; then
+    apt_install default-jre-headless || true
+fi
+if have java; then
+    java -version 2>&1 | sed -n 1p
+else
+    skipped="$skipped yamcs"
+    echo "skipped: no Java; Yamcs is not run (Debian: apt-get install default-jre-headless)"
+fi
+
 heading "Format"
 if cargo fmt --version >/dev/null 2>&1; then
     cargo fmt --all --check
@@ -146,6 +157,9 @@ cargo test --workspace --no-fail-fast -- --include-ignored 2>&1 | tee "$log"
 if has_python; then
     heading "Python package: wheel, tests, notebook"
     tests/python.sh
+
+    heading "Ground systems: XTCE, flight image through Yamcs"
+    tests/ground.sh
 fi
 
 heading "Fuzzing, a minute"

@@ -194,7 +194,7 @@ impl Row {
     }
 }
 
-/// True for `PATH` of a program or of documentation with tests, and for `PATH::FUNCTION` of a test.
+/// True for `PATH` of a program or of documentation with tests, and for `PATH::FUNCTION` of a test in Rust or Python.
 fn exists(test: &str) -> bool {
     let (path, function) = match test.split_once("::") {
         Some((path, function)) => (path, Some(function)),
@@ -202,6 +202,7 @@ fn exists(test: &str) -> bool {
     };
     let Ok(text) = fs::read_to_string(repository().join(path)) else { return false };
     match function {
+        Some(function) if path.ends_with(".py") => text.contains(&format!("def {function}(")),
         Some(function) => {
             let definition = [format!("fn {function}("), format!("fn {function}<")];
             let is_defined = definition.iter().any(|definition| text.contains(definition));

@@ -18,7 +18,8 @@ use std::string::String;
 use std::vec::Vec;
 use std::{format, print, println};
 
-const LINK: &str = include_str!("link.md");
+/// Text of the page.
+pub const LINK: &str = include_str!("link.md");
 
 /// Length of primary and secondary header, bytes.
 const USER_DATA: usize = 15;
@@ -61,10 +62,40 @@ fn table(telemetry: &Telemetry) -> String {
     )
 }
 
-fn words<C: Coded>() -> String {
+/// Codes with their words.
+type Words = &'static [(u8, &'static str)];
+
+/// Names and codes of all types with one-byte codes, in the order of the page.
+pub fn codes() -> [(&'static str, Words); 17] {
+    [
+        codes_of::<EstimatorId>(),
+        codes_of::<Status>(),
+        codes_of::<Outcome>(),
+        codes_of::<Health>(),
+        codes_of::<Driver>(),
+        codes_of::<HardwareError>(),
+        codes_of::<ResetCause>(),
+        codes_of::<FailureKind>(),
+        codes_of::<ClockSource>(),
+        codes_of::<GyroState>(),
+        codes_of::<Function>(),
+        codes_of::<CheckpointState>(),
+        codes_of::<BrownOutLevel>(),
+        codes_of::<Authentication>(),
+        codes_of::<State>(),
+        codes_of::<Abort>(),
+        codes_of::<TableFault>(),
+    ]
+}
+
+fn codes_of<C: Coded>() -> (&'static str, Words) {
+    (C::NAME, C::CODES)
+}
+
+fn row((name, codes): (&str, Words)) -> String {
     let word = |(code, word): &(u8, &str)| format!("{code} `{word}`");
-    let words: Vec<String> = C::CODES.iter().map(word).collect();
-    format!("| {} | {} |\n", C::NAME, words.join(", "))
+    let words: Vec<String> = codes.iter().map(word).collect();
+    format!("| {name} | {} |\n", words.join(", "))
 }
 
 fn assert_documented(part: &str) {
@@ -84,24 +115,5 @@ fn tables_of_packets_match_the_types() {
 
 #[test]
 fn codes_match_the_types() {
-    let rows = [
-        words::<EstimatorId>(),
-        words::<Status>(),
-        words::<Outcome>(),
-        words::<Health>(),
-        words::<Driver>(),
-        words::<HardwareError>(),
-        words::<ResetCause>(),
-        words::<FailureKind>(),
-        words::<ClockSource>(),
-        words::<GyroState>(),
-        words::<Function>(),
-        words::<CheckpointState>(),
-        words::<BrownOutLevel>(),
-        words::<Authentication>(),
-        words::<State>(),
-        words::<Abort>(),
-        words::<TableFault>(),
-    ];
-    assert_documented(&rows.concat());
+    assert_documented(&codes().map(row).concat());
 }

@@ -24,6 +24,8 @@ pub mod command;
 mod documentation;
 pub mod downlink;
 pub mod frame;
+#[cfg(test)]
+mod ground;
 pub mod packet;
 pub mod telemetry;
 pub mod uplink;

@@ -1,8 +1,8 @@
 //! Test reports.
 
 use super::{
-    BrownOutLevel, CheckpointState, ClockSource, EstimateReport, GyroState, HardwareError,
-    LINK_VERSION, ManoeuvreReport, ResetCause, StatusReport, TableFault,
+    BrownOutLevel, CheckpointPart, CheckpointState, ClockSource, EstimateReport, GyroState,
+    HardwareError, LINK_VERSION, ManoeuvreReport, ResetCause, StatusReport, TableFault, Telemetry,
 };
 use crate::link::authentication::Authentication;
 use crate::link::command::Function;
@@ -109,6 +109,17 @@ pub fn manoeuvre() -> ManoeuvreReport {
         start_speed_rad_s: [100.0, -100.0, 50.0, 0.0],
         torque_n_m: [1e-3, -5e-4, 0.0, 2e-4],
     }
+}
+
+/// One packet of each kind.
+pub fn one_of_each() -> [Telemetry; 4] {
+    let part = CheckpointPart::new(3, 7, &[1, 2, 3, 0xff]).unwrap();
+    [
+        Telemetry::Estimate(estimate()),
+        Telemetry::Status(status()),
+        Telemetry::Checkpoint(part),
+        Telemetry::Manoeuvre(manoeuvre()),
+    ]
 }
 
 fn any_of<C: Coded + core::fmt::Debug>() -> impl Strategy<Value = C> {
