@@ -8,7 +8,7 @@
 //! | `mps2-an500` | Arm MPS2, FPGA image AN500 | Cortex-M7 | `replay`, `pil`, `failures`, `panics` |
 //! | `mps2-an505` | Arm MPS2, FPGA image AN505 | Cortex-M33, secure state | `replay`, `pil`, `failures`, `panics` |
 //!
-//! The two MPS2 boards have run in QEMU alone. `docs/porting.md` follows them from file to file.
+//! The two MPS2 boards have run in QEMU alone, and not by every image. `docs/porting.md` follows them from file to file.
 //!
 //! # Porting to another Cortex-M
 //!
