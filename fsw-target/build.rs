@@ -1,7 +1,7 @@
 //! Inputs of the compiler and the linker beyond the sources:
 //!
-//! 1. For the chip (target OS `none`): the linker scripts of cortex-m-rt and defmt, and the folder of
-//!    the board's `memory.x`. Host builds need neither.
+//! 1. For the chip (target OS `none`): the choice of the board with its memory, and the linker scripts of cortex-m-rt and
+//!    defmt. Host builds need neither.
 //! 2. The spacecraft of the flight image and each recorded flight, as constants: host and target fly
 //!    the same bits, and the target needs no parser.
 //! 3. The master key of telecommands, if the environment names one.
@@ -9,6 +9,8 @@
 //!
 //! Craft files and logs are read by `flight-input`, as in `host-sim replay`.
 
+#[path = "build/board.rs"]
+mod board;
 #[path = "build/craft.rs"]
 mod craft;
 #[path = "build/flight_table.rs"]
@@ -40,7 +42,7 @@ fn prepare() -> Result<(), Box<dyn Error>> {
     let package = PathBuf::from(env::var("CARGO_MANIFEST_DIR")?);
     let out = PathBuf::from(env::var("OUT_DIR")?);
     if env::var("CARGO_CFG_TARGET_OS")? == "none" {
-        link_for_the_chip(&package)?;
+        link_for_the_chip(&package, &out)?;
     }
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=build");
@@ -76,8 +78,13 @@ fn watch(path: &Path) -> &Path {
     path
 }
 
-/// Linker scripts; `memory.x` is in the root of the workspace.
-fn link_for_the_chip(package: &Path) -> Result<(), Box<dyn Error>> {
+/// Linker scripts; `memory.x` in the root of the workspace includes that of the board.
+fn link_for_the_chip(package: &Path, out: &Path) -> Result<(), Box<dyn Error>> {
+    let variable = |feature: &str| feature.to_uppercase().replace('-', "_");
+    let is_selected =
+        |feature: &str| env::var_os(format!("CARGO_FEATURE_{}", variable(feature))).is_some();
+    let board = board::choose(is_selected, &env::var("TARGET")?)?;
+    board::write_scripts(&board, package, out)?;
     let root = package.parent().ok_or("fsw-target has no parent folder")?;
     println!("cargo:rustc-link-search={}", root.display());
     println!("cargo:rerun-if-changed={}", root.join("memory.x").display());

@@ -1,12 +1,12 @@
-//! `replay`: steps the committed recording and logs the estimate, bit by bit.
+//! `replay`: steps the committed recording by every estimator and logs the results, bit by bit.
 //!
 //! | | |
 //! |---|---|
 //! | purpose | comparison of target and host, bit by bit; the second image to flash on a new board,
 //! after `bringup` |
 //! | rate | as fast as the core allows; time stamps from the recording (10 Hz) |
-//! | estimator | nine-state joint filter in UD form, `f32`, four wheels |
-//! | log | defmt, on RTT and on USART1 (PA9, 115200 baud): progress, then state and covariance as bits |
+//! | estimator | nine-state joint filter in UD form, `f32`, four wheels; then each estimator of the image |
+//! | log | defmt, on RTT and on the serial port of the link (115200 baud): progress, then state and covariance as bits, and one digest for each estimator |
 //! | end | success if every sample was accepted and the estimate converged, failure otherwise |
 //!
 //! `cargo qemu replay` runs it in QEMU, `cargo board replay` on a board. The host program prints the
@@ -16,16 +16,31 @@
 
 use fsw_core::{Estimator, Status};
 use fsw_target::flight::flight_loop::Tick;
+use fsw_target::flight::selected::{EstimatorId, SelectedEstimator};
 use fsw_target::log_line;
 use fsw_target::stand_in::replay::{self, ReplayLoop};
 
 /// Samples per progress line: ten seconds at 10 Hz.
 const SAMPLES_PER_LINE: u32 = 100;
 
+/// Logs the digest of the recording by each estimator of the image. Not inlined: the stack of [`fly`] is free again.
+///
+/// # Errors
+/// The reason, for the log.
+#[inline(never)]
+fn fly_all(estimator: &mut SelectedEstimator) -> Result<(), &'static str> {
+    for &id in EstimatorId::BUILT_IN {
+        let digest = replay::digest(estimator, id).map_err(|_| "an estimator does not start")?;
+        log_line!("digest {} {:#018x}", id.name(), digest);
+    }
+    Ok(())
+}
+
 /// Steps the recording to its end.
 ///
 /// # Errors
 /// The reason, for the log.
+#[inline(never)]
 fn fly() -> Result<(), &'static str> {
     let recording = replay::recording();
     let mut flight = replay::flight_loop(&recording).map_err(|error| {
@@ -108,13 +123,24 @@ fsw_target::ends_by!(fsw_target::arch::exit::end_after);
 #[cortex_m_rt::entry]
 fn main() -> ! {
     use fsw_target::arch::exit;
-    use fsw_target::board::Board;
+    use fsw_target::board::{Board, now_us};
     use fsw_target::runtime::log;
+    use static_cell::ConstStaticCell;
+
+    // In static memory: it exceeds the stack.
+    static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
+        ConstStaticCell::new(SelectedEstimator::uninitialised());
 
     if let Some(board) = Board::take() {
         log::init(board.link.into_log_output());
     }
-    match fly() {
+    let start_us = now_us();
+    let all = fly().and_then(|()| match ESTIMATOR.try_take() {
+        Some(estimator) => fly_all(estimator),
+        None => Err("the estimator exists already"),
+    });
+    defmt::info!("{=u64} us of on-board time", now_us().saturating_sub(start_us));
+    match all {
         Ok(()) => exit::success(),
         Err(reason) => {
             defmt::error!("{=str}", reason);
@@ -125,5 +151,6 @@ fn main() -> ! {
 
 #[cfg(not(target_os = "none"))]
 fn main() -> Result<(), &'static str> {
-    fly()
+    fly()?;
+    fly_all(&mut SelectedEstimator::uninitialised())
 }

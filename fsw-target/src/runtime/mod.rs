@@ -4,9 +4,11 @@
 //! 1. [`failure`]: failures that the code does not handle; `restart`: their record over a reset.
 //! 2. [`log`]: one log line on target and host.
 //! 3. [`extended_time`]: 64-bit time from a 32-bit counter; [`stamps`]: time stamps of gyro samples.
-//! 4. `shared`: state that an interrupt and the loop share; `stack`: high-water mark of the stack.
+//! 4. `shared`: state that an interrupt and the loop share; `shared_time`: on-board time; `serial`: serial ports;
+//!    [`bounded`]: waits; `stack`: high-water mark of the stack.
 //! 5. [`sealed`]: a value whose memory is checked before each use.
 
+pub mod bounded;
 pub mod extended_time;
 pub mod failure;
 pub mod log;
@@ -14,7 +16,11 @@ pub mod log;
 pub mod restart;
 pub mod sealed;
 #[cfg(target_os = "none")]
+pub mod serial;
+#[cfg(target_os = "none")]
 pub mod shared;
+#[cfg(target_os = "none")]
+pub mod shared_time;
 #[cfg(target_os = "none")]
 pub mod stack;
 pub mod stamps;

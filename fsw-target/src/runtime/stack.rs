@@ -1,6 +1,6 @@
 //! Stack measurement: size and high-water mark.
 //!
-//! `memory.x` places the stack at the bottom of the RAM. cortex-m-rt fills it with a constant at start-up
+//! The memory file of the board places the stack at the bottom of the RAM. cortex-m-rt fills it with a constant at start-up
 //! (its feature `paint-stack`); a word that holds another value has been used.
 
 use cortex_m_rt::STACK_PAINT_VALUE;

@@ -1,5 +1,6 @@
 //! Build of firmware images: from source to ELF file.
 
+use crate::board::{Board, STM32F405};
 use crate::toolchain::Toolchain;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 /// Board of the images, by its cargo feature.
-pub const BOARD: &str = "stm32f405";
+pub const BOARD: &str = STM32F405.feature;
 
 /// Root folder of the workspace.
 pub fn workspace_root() -> PathBuf {
@@ -25,10 +26,23 @@ pub fn build_with(bin: &str, arguments: &[&str]) -> Result<PathBuf> {
     build_of("fsw-target", bin, arguments)
 }
 
+/// Builds the image `bin` of fsw-target for a board, with all estimators.
+pub fn build_for(board: &Board, bin: &str) -> Result<PathBuf> {
+    if *board == STM32F405 {
+        return build(bin);
+    }
+    let features = board.features();
+    build_on(board.target, "fsw-target", bin, &["--no-default-features", "--features", &features])
+}
+
 /// As [`build_with`], for an image of any package.
 pub fn build_of(package: &str, bin: &str, arguments: &[&str]) -> Result<PathBuf> {
-    let output = Toolchain::find()?
-        .cargo("build")?
+    build_on(STM32F405.target, package, bin, arguments)
+}
+
+fn build_on(target: &str, package: &str, bin: &str, arguments: &[&str]) -> Result<PathBuf> {
+    let output = Toolchain::find_for(target)?
+        .cargo_for(target, "build")?
         .args(["--package", package, "--bin", bin, "--profile", "firmware"])
         .args(["--message-format", "json-render-diagnostics"])
         .args(arguments)

@@ -28,10 +28,18 @@ impl Machine {
     /// # Errors
     /// QEMU is missing, or does not connect.
     pub fn start<const P: usize>(elf: &Path) -> Result<(Self, [UnixStream; P])> {
+        Self::start_on(MACHINE, elf)
+    }
+
+    /// As [`start`](Self::start), on a machine of QEMU. The P streams are its first serial ports.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn start_on<const P: usize>(machine: &str, elf: &Path) -> Result<(Self, [UnixStream; P])> {
         let folder = tempfile::tempdir().context("no temporary folder for the serial ports")?;
         let mut command = Command::new(QEMU);
         command
-            .args(["-machine", MACHINE, "-display", "none", "-monitor", "none", "-kernel"])
+            .args(["-machine", machine, "-display", "none", "-monitor", "none", "-kernel"])
             .arg(elf)
             .stdin(Stdio::null())
             .stdout(Stdio::null());

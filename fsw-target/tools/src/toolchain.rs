@@ -16,12 +16,7 @@ const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_CARGO: &str = "/usr/bin/cargo";
 const DEBIAN_LINKER: &str = "/usr/bin/ld.lld";
 
-/// Error text without a compiler.
-const HOW_TO_INSTALL: &str = "no compiler for thumbv7em-none-eabihf: run \
-    `rustup target add thumbv7em-none-eabihf`, or on Debian \
-    `apt-get install rustc-web cargo-web rust-web-src lld`";
-
-/// A toolchain that can build for [`TARGET`].
+/// A toolchain that can build for the Cortex-M.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Toolchain {
     /// `cargo` and `rustc` of the environment, with the target installed.
@@ -31,40 +26,57 @@ pub enum Toolchain {
 }
 
 impl Toolchain {
-    /// The first toolchain found.
+    /// The first toolchain found for [`TARGET`].
     ///
     /// # Errors
     /// No toolchain. The message names the packages to install.
     pub fn find() -> Result<Self> {
+        Self::find_for(TARGET)
+    }
+
+    /// As [`find`](Self::find), for `target`.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn find_for(target: &str) -> Result<Self> {
         let ambient = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
-        if sysroot(&ambient).is_some_and(|root| has(&root, &format!("rustlib/{TARGET}/lib"))) {
+        if sysroot(&ambient).is_some_and(|root| has(&root, &format!("rustlib/{target}/lib"))) {
             return Ok(Self::Ambient);
         }
         if sysroot(DEBIAN_RUSTC).is_some_and(|root| has(&root, "rustlib/src/rust/library/core")) {
             return Ok(Self::Debian);
         }
-        bail!(HOW_TO_INSTALL)
+        bail!(
+            "no compiler for {target}: run `rustup target add {target}`, or on Debian \
+             `apt-get install rustc-web cargo-web rust-web-src lld`"
+        )
     }
 
     /// `cargo SUBCOMMAND` for [`TARGET`], to run in the workspace's root folder.
     pub fn cargo(self, subcommand: &str) -> Result<Command> {
+        self.cargo_for(TARGET, subcommand)
+    }
+
+    /// `cargo SUBCOMMAND` for `target`, to run in the workspace's root folder.
+    pub fn cargo_for(self, target: &str, subcommand: &str) -> Result<Command> {
         let mut cargo = match self {
             Self::Ambient => {
                 let mut cargo = Command::new(std::env::var("CARGO").unwrap_or("cargo".into()));
                 cargo.arg(subcommand);
                 cargo
             }
-            Self::Debian => debian_cargo(subcommand)?,
+            Self::Debian => debian_cargo(target, subcommand)?,
         };
-        cargo.args(["--target", TARGET]);
+        cargo.args(["--target", target]);
         Ok(cargo)
     }
 }
 
-fn debian_cargo(subcommand: &str) -> Result<Command> {
+fn debian_cargo(target: &str, subcommand: &str) -> Result<Command> {
     if !Path::new(DEBIAN_LINKER).exists() {
-        bail!("no linker for {TARGET}: run `apt-get install lld`");
+        bail!("no linker for {target}: run `apt-get install lld`");
     }
+    let linker = target.to_uppercase().replace(['-', '.'], "_");
     let mut cargo = Command::new(DEBIAN_CARGO);
     cargo
         .args([subcommand, "-Zbuild-std=core", "-Zbuild-std-features=compiler-builtins-mem"])
@@ -72,7 +84,7 @@ fn debian_cargo(subcommand: &str) -> Result<Command> {
         .env("RUSTC_BOOTSTRAP", "1")
         .env("RUSTC", DEBIAN_RUSTC)
         // Debian's compiler has no linker for bare metal.
-        .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", DEBIAN_LINKER);
+        .env(format!("CARGO_TARGET_{linker}_LINKER"), DEBIAN_LINKER);
     // Variables of the calling cargo's toolchain.
     for variable in ["RUSTUP_TOOLCHAIN", "CARGO", "RUSTDOC", "LD_LIBRARY_PATH"] {
         cargo.env_remove(variable);

@@ -2,7 +2,7 @@
 //!
 //! 1. The 1 MiB below the stack, without access: an access is a fault. A large stack frame could skip a
 //!    smaller guard and reach the registers or the boot loader below the RAM.
-//! 2. In it, with priority over it, 1 KiB from `_identity` of `memory.x`, read only: one-time-programmable
+//! 2. In it, with priority over it, 1 KiB from `_identity` of the memory file, read only: one-time-programmable
 //!    bytes and unique identifier of the chip. A stack frame is written first: here too it is a fault.
 //!
 //! Registers: PM0214, section 4.2.

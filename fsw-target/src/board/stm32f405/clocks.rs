@@ -9,6 +9,7 @@
 //! Registers: RM0090, chapters 3 (flash latency), 5 (PWR) and 7 (RCC of the STM32F405).
 
 use super::rates::{Clocks, PLL_M, PLL_N, PLL_Q, can_prefetch};
+use crate::runtime::bounded::wait;
 use core::sync::atomic::{AtomicU8, Ordering};
 use stm32f4::stm32f405::{FLASH, PWR, RCC};
 
@@ -116,14 +117,4 @@ fn run_on_internal(rcc: &RCC) {
     let _ = wait(FLAG_POLLS, || rcc.cfgr().read().sws().is_hsi());
     rcc.cfgr().modify(|_, w| w.hpre().div1().ppre1().div1().ppre2().div1());
     rcc.cr().modify(|_, w| w.pllon().off().hseon().off());
-}
-
-/// Polls `done` up to `polls` times; `None` if it stays false.
-pub fn wait(polls: u32, mut done: impl FnMut() -> bool) -> Option<()> {
-    for _ in 0..polls {
-        if done() {
-            return Some(());
-        }
-    }
-    None
 }

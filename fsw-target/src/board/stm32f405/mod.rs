@@ -61,7 +61,7 @@ pub use reset::ResetCause;
 pub use services::Services;
 pub use spi::{GyroBus, SpiFault};
 pub use time::{Delay, SleepTick, now_us};
-pub use usart::{Link, SerialCounters, Tunnel};
+pub use usart::{Link, Tunnel};
 pub use watchdog::Watchdog;
 
 use cortex_m::peripheral::scb::SystemHandler;

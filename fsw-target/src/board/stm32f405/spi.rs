@@ -8,10 +8,10 @@
 //!
 //! Registers: RM0090, chapter 28 (SPI).
 
-use super::clocks::wait;
 use super::pins::ChipSelect;
 use super::rates::{Clocks, spi_divider};
 use super::time::Delay;
+use crate::runtime::bounded::wait;
 use embedded_hal::spi::{Error, ErrorKind, ErrorType, SpiBus};
 use embedded_hal_bus::spi::ExclusiveDevice;
 use stm32f4::stm32f405::{SPI1, spi1};

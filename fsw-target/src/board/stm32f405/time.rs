@@ -10,18 +10,17 @@
 //! Registers: RM0090, chapter 18 (TIM2 to TIM5).
 
 use super::rates::{Clocks, timer_prescaler};
-use crate::runtime::extended_time::ExtendedTime;
-use core::cell::Cell;
+use crate::runtime::bounded;
+use crate::runtime::shared_time::SharedTime;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
-use critical_section::Mutex;
 use embedded_hal::delay::DelayNs;
 use stm32f4::stm32f405::{RCC, TIM5, tim5};
 
 /// Rate of the counter, ticks per second.
 const TICKS_PER_S: u32 = 1_000_000;
 
-static TIME: Mutex<Cell<ExtendedTime>> = Mutex::new(Cell::new(ExtendedTime::START));
+static TIME: SharedTime = SharedTime::new(count_us);
 
 /// Starts the counter.
 pub fn start(timer: TIM5, rcc: &RCC, clocks: &Clocks) {
@@ -52,37 +51,20 @@ fn count_us() -> u32 {
 
 /// On-board time, µs: monotonic, also across interrupt handlers.
 pub fn now_us() -> u64 {
-    critical_section::with(|section| {
-        let cell = TIME.borrow(section);
-        let time = cell.get().advanced_to(count_us());
-        cell.set(time);
-        time.us()
-    })
+    TIME.now_us()
 }
 
 /// Polls `done` for up to `limit_us`, or somewhat longer with a stopped counter; `None` if it stays
 /// false.
-pub fn wait_at_most(limit_us: u32, mut done: impl FnMut() -> bool) -> Option<()> {
-    // A poll takes several cycles: one poll per cycle of the limit is always long enough.
-    let polls = limit_us.saturating_mul(super::clocks::in_force().core_hz / TICKS_PER_S);
-    let start = count_us();
-    let mut in_time = None;
-    super::clocks::wait(polls, || {
-        if done() {
-            in_time = Some(());
-        }
-        in_time.is_some() || count_us().wrapping_sub(start) >= limit_us
-    });
-    in_time
+pub fn wait_at_most(limit_us: u32, done: impl FnMut() -> bool) -> Option<()> {
+    let polls_per_us = super::clocks::in_force().core_hz / TICKS_PER_S;
+    bounded::wait_at_most(limit_us, polls_per_us, count_us, done)
 }
 
 /// Advances on-board time to at least `time_us`: to the next time with the current bits of the counter, up
 /// to 71 minutes later.
 pub fn resume_at(time_us: u64) {
-    critical_section::with(|section| {
-        let cell = TIME.borrow(section);
-        cell.set(cell.get().advanced_to(count_us()).resumed_at(time_us));
-    });
+    TIME.resume_at(time_us);
 }
 
 /// Sleep of the loop between two rounds, ended by any interrupt.

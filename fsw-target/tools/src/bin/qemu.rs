@@ -5,6 +5,7 @@ use anyhow::{Result, bail};
 use std::io::Write;
 use std::process::ExitCode;
 use std::time::Duration;
+use target_tools::board::{Board, STM32F405};
 use target_tools::{command, firmware, qemu};
 
 /// Default image.
@@ -19,8 +20,8 @@ fn main() -> ExitCode {
 
 /// Runs the image. Returns whether it reported success.
 fn run() -> Result<bool> {
-    let (machine, image) = arguments()?;
-    let elf = firmware::build(&image)?;
+    let (board, machine, image) = arguments()?;
+    let elf = firmware::build_for(&board, &image)?;
     let mut out = std::io::stdout();
     let run = qemu::run(&elf, &machine, LIMIT, |line| {
         // A closed pipe (`cargo qemu | head`) does not end the run.
@@ -29,9 +30,10 @@ fn run() -> Result<bool> {
     Ok(run.success)
 }
 
-/// Parses `[--machine MACHINE] [IMAGE]`.
-fn arguments() -> Result<(String, String)> {
-    let mut machine = qemu::MACHINE.to_string();
+/// Parses `[--machine MACHINE] [--board BOARD] [IMAGE]`. The machine is that of the board unless one follows it.
+fn arguments() -> Result<(Board, String, String)> {
+    let mut board = STM32F405;
+    let mut machine = board.machine.to_string();
     let mut image = DEFAULT_IMAGE.to_string();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
@@ -42,11 +44,17 @@ fn arguments() -> Result<(String, String)> {
                     bail!("--machine needs the name of a QEMU machine, such as {}", qemu::MACHINE)
                 }
             },
+            "--board" => {
+                board = Board::of_name(&arguments.next().unwrap_or_default())?;
+                machine = board.machine.into();
+            }
             name if !name.starts_with('-') => image = name.into(),
             other => {
-                bail!("unknown argument {other}; usage: cargo qemu [--machine MACHINE] [IMAGE]")
+                bail!(
+                    "unknown argument {other}; usage: cargo qemu [--board BOARD] [--machine MACHINE] [IMAGE]"
+                )
             }
         }
     }
-    Ok((machine, image))
+    Ok((board, machine, image))
 }

@@ -1,10 +1,10 @@
 //! Entry of the hard fault: any fault of the core, an overflow of the stack among them.
 //!
 //! The stack pointer at entry may point outside the RAM. So the handler starts the stack again from its
-//! top, and never returns to the code that faulted.
+//! top, and never returns to the code that faulted. The same for Armv7-M and Armv8-M.
 
+use super::stack_overflowed;
 use crate::runtime::failure::{Failure, Kind, end_image};
-use crate::runtime::stack;
 use core::arch::naked_asm;
 use cortex_m::peripheral::SCB;
 
@@ -17,7 +17,11 @@ use cortex_m::peripheral::SCB;
 ///    are 0;
 /// 3. the stack starts again from its top.
 ///
-/// Registers: PM0214, sections 4.6.3 (FPCCR) and 2.3.7 (exception entry).
+/// Armv8-M sets the stack pointer to the limit where a frame would exceed it, and stores no frame: an address
+/// at the limit is no frame.
+///
+/// Registers: PM0214, sections 4.6.3 (FPCCR) and 2.3.7 (exception entry); Armv8-M Architecture Reference Manual,
+/// DDI0553, PushStack and FPCCR.
 #[allow(unsafe_code, reason = "a function without a stack")]
 // SAFETY: the vector table requires this name, and no other function has it; the assembly uses no
 // stack and continues in a function that does not return.
@@ -42,7 +46,7 @@ extern "C" fn HardFault() -> ! {
         "movw r3, #:lower16:_stack_end",
         "movt r3, #:upper16:_stack_end",
         "cmp r0, r3",
-        "blo 1f",
+        "bls 1f",
         "ldr r1, [r0, #24]",
         "ldr r2, [r0, #20]",
         "1: b {go_on}",
@@ -50,16 +54,12 @@ extern "C" fn HardFault() -> ! {
     )
 }
 
-/// Distance from the end of the stack within which a frame counts as an overflow, bytes: one
-/// instruction pushes up to 16 double words, before or after the frame.
-const OVERFLOW_MARGIN_BYTES: u32 = 128;
-
 extern "C" fn hard_fault(frame: u32, at: u32, from: u32) -> ! {
     // SAFETY: reading the status of the fault has no side effect.
     #[allow(unsafe_code, reason = "the fault may have hit while the block was in use")]
     let status = unsafe { &*SCB::PTR }.cfsr.read();
     defmt::error!("fault status {=u32:#010x}", status);
-    if frame < stack::end() + OVERFLOW_MARGIN_BYTES {
+    if stack_overflowed(status, frame) {
         defmt::error!("stack overflow at {=u32:#010x}, called from {=u32:#010x}", at, from);
         end_image(Failure { kind: Kind::StackOverflow, at, from });
     }
