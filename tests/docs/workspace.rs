@@ -23,7 +23,7 @@ const EXTERNAL: [&str; 8] = [
 /// Cargo's own verbs that pages use.
 const CARGO_VERBS: [&str; 7] = ["build", "run", "rustc", "test", "doc", "clippy", "package"];
 
-/// Aliases that take an image of fsw-target as their only argument.
+/// Aliases that take an image of fsw-target, and `--board` with a feature of it.
 const IMAGE_ALIASES: [&str; 2] = ["board", "qemu"];
 
 /// Packages of the workspace with the names of their targets and features.
@@ -71,9 +71,8 @@ impl Workspace {
         let verb = words.first().ok_or("cargo without a verb")?;
         if self.aliases.contains(verb) {
             if IMAGE_ALIASES.contains(&verb.as_str()) {
-                return words[1..]
-                    .iter()
-                    .try_for_each(|image| self.check_name("fsw-target", image));
+                let mut names = words[1..].iter().filter(|word| *word != "--board");
+                return names.try_for_each(|name| self.check_name("fsw-target", name));
             }
             return if words.len() > 1 { self.check_cargo(&words[1..]) } else { Ok(()) };
         }

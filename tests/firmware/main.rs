@@ -3,12 +3,14 @@
 //! ```text
 //! replay  recorded flight: the bits of the host, and no code that panics
 //! board   failures, restarts, interrupts, serial ports
+//! boards  other boards and cores: the bits of the host
 //! flight  flight image with a ground station on its serial port; memory budgets
 //! ```
 //!
 //! All tests but one need the Cortex-M target, most of them QEMU: `tests/check.sh` runs them.
 
 mod board;
+mod boards;
 mod flight;
 mod replay;
 

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use fsw_core::Estimator;
 use fsw_target::flight::flight_loop::Tick;
+use fsw_target::flight::selected::{EstimatorId, SelectedEstimator};
 use fsw_target::stand_in::replay;
 use host_sim::estimation::{EstimatorName, Precision, Setup, estimate_log, set_up};
 use host_sim::input::craft::StatedHardware;
@@ -13,8 +14,8 @@ use target_tools::{firmware, image, qemu};
 
 use crate::LIMIT;
 
-/// Beginnings of the lines in which `bin/replay` prints state and covariance, as bits of `f32`.
-const BIT_LINES: [&str; 2] = ["state[", "covariance["];
+/// Beginnings of the lines in which `bin/replay` prints bits: state and covariance, and the digest of each estimator.
+const BIT_LINES: [&str; 3] = ["state[", "covariance[", "digest "];
 
 fn run(bin: &str, limit: Duration) -> Result<qemu::Run> {
     qemu::run(&firmware::build(bin)?, qemu::MACHINE, limit, |_| {})
@@ -24,16 +25,19 @@ fn run(bin: &str, limit: Duration) -> Result<qemu::Run> {
 #[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
 fn target_and_host_compute_the_same_bits() -> Result<()> {
     let _alone = crate::alone();
-    let target = run("replay", LIMIT)?;
-    assert!(target.success, "the image reported a failure: {:#?}", target.lines);
+    assert_bits_of_the_host(&run("replay", LIMIT)?)
+}
 
+/// Every line with bits is that of the host.
+pub fn assert_bits_of_the_host(target: &qemu::Run) -> Result<()> {
+    assert!(target.success, "the image reported a failure: {:#?}", target.lines);
     let is_bits = |line: &&String| BIT_LINES.iter().any(|start| line.starts_with(start));
     let target_bits: Vec<_> = target.lines.iter().filter(is_bits).cloned().collect();
     assert_eq!(target_bits, host_bits()?);
     Ok(())
 }
 
-/// Lines of the host for the same recording: state, and each row of the covariance.
+/// Lines of the host for the same recording: state, each row of the covariance, digests.
 fn host_bits() -> Result<Vec<String>> {
     let recording = replay::recording();
     let mut flight = replay::flight_loop(&recording)?;
@@ -45,6 +49,12 @@ fn host_bits() -> Result<Vec<String>> {
     for row in 0..9 {
         let elements = std::array::from_fn(|column| covariance[(row, column)]);
         lines.push(line("covariance", row, elements));
+    }
+    let mut estimator = SelectedEstimator::uninitialised();
+    for &id in EstimatorId::BUILT_IN {
+        let digest = replay::digest(&mut estimator, id);
+        let digest = digest.map_err(|why| anyhow::anyhow!("{}: {why:?}", id.name()))?;
+        lines.push(format!("digest {} {digest:#018x}", id.name()));
     }
     Ok(lines)
 }
