@@ -14,7 +14,6 @@ use host_sim::pil::manoeuvre::{Case, Reached};
 use host_sim::pil::software::Software;
 use host_sim::pil::{BrokenBit, Mission, PilFailed, PilFlight, fly};
 use host_sim::truth::Flight;
-use target_tools::board::{Board, MPS2_AN500, MPS2_AN505, STM32F405};
 use target_tools::budgets;
 
 /// Seed of the gyro noise and of the true errors of the hardware.
@@ -29,7 +28,6 @@ struct Plan {
     restart_at: Option<usize>,
     commands: &'static [(usize, Command)],
     broken: Option<BrokenBit>,
-    board: Board,
 }
 
 /// The whole spin-up of STSAT-3 by `window`.
@@ -40,7 +38,6 @@ const SPIN_UP: Plan = Plan {
     restart_at: None,
     commands: &[],
     broken: None,
-    board: STM32F405,
 };
 
 /// Flies firmware and host, and checks the use of the firmware's stack.
@@ -60,7 +57,7 @@ fn fly_plan(plan: &Plan) -> Result<Result<PilFlight, PilFailed>> {
         commands: plan.commands,
         answering: None,
     };
-    let image = Image::of_board(&plan.board)?;
+    let image = Image::find(None)?;
     let flown = fly(&mission, || image.start(), plan.broken, |_, _| ());
     if let Ok(flown) = &flown {
         let stack = flown.stack_high_water_bytes;
@@ -97,18 +94,6 @@ fn other_estimators_have_the_same_bits_on_firmware_and_host() -> Result<()> {
     for estimator in [EstimatorId::JointEkf, EstimatorId::EkfSgfRls] {
         let flown = fly_plan(&Plan { duration_s: Some(60.0), estimator, ..SPIN_UP })??;
         assert_eq!((flown.compared, flown.estimator.selected()), (601, estimator));
-    }
-    Ok(())
-}
-
-#[test]
-#[ignore = "needs the Cortex-M targets and QEMU: tests/check.sh runs it"]
-fn cortex_m7_and_m33_have_the_bits_of_the_host() -> Result<()> {
-    for board in [MPS2_AN500, MPS2_AN505] {
-        for estimator in [EstimatorId::Window, EstimatorId::JointEkf, EstimatorId::EkfSgfRls] {
-            let flown = fly_plan(&Plan { duration_s: Some(20.0), estimator, board, ..SPIN_UP })??;
-            assert_eq!((flown.compared, flown.estimator.selected()), (201, estimator));
-        }
     }
     Ok(())
 }

@@ -464,7 +464,6 @@ impl<T: Real> Excursion<T> {
     /// Angle, rad, up to half a turn; NaN after a rate beyond all bounds.
     fn angle_rad(&self) -> T {
         let [x, y, z] = self.attitude;
-        let sine = norm(&Vec3::new(x, y, z));
-        if sine > T::one() { T::lit(core::f64::consts::PI) } else { T::lit(2.0) * sine.asin() }
+        T::lit(2.0) * norm(&Vec3::new(x, y, z)).atan2(self.scalar.abs())
     }
 }

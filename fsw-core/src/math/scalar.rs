@@ -87,8 +87,8 @@ pub trait Real:
     fn count(number: u32) -> Self;
     /// Square root, correctly rounded, and so the same on every machine.
     fn sqrt(self) -> Self;
-    /// Angle of this sine, rad; NaN outside -1 to 1.
-    fn asin(self) -> Self;
+    /// Angle of the point with ordinate `self` and abscissa `x`, rad, -π to π.
+    fn atan2(self, x: Self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// True unless infinite or NaN.
@@ -100,7 +100,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($float:ident, $bits:ident, $sqrt:path, $asin:path, $abs:path) => {
+    ($float:ident, $bits:ident, $sqrt:path, $atan2:path, $abs:path) => {
         impl Real for $float {
             const ZERO: Self = 0.0;
             const EPSILON: Self = $float::EPSILON;
@@ -148,8 +148,8 @@ macro_rules! real {
                 $sqrt(self)
             }
             #[inline]
-            fn asin(self) -> Self {
-                $asin(self)
+            fn atan2(self, x: Self) -> Self {
+                $atan2(self, x)
             }
             #[inline]
             fn abs(self) -> Self {
@@ -171,8 +171,8 @@ macro_rules! real {
     };
 }
 
-real!(f32, u32, libm::sqrtf, libm::asinf, libm::fabsf);
-real!(f64, u64, libm::sqrt, libm::asin, libm::fabs);
+real!(f32, u32, libm::sqrtf, libm::atan2f, libm::fabsf);
+real!(f64, u64, libm::sqrt, libm::atan2, libm::fabs);
 
 #[cfg(test)]
 mod tests {

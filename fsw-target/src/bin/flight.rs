@@ -27,6 +27,7 @@ mod on_target {
     use fsw_target::flight::craft::{CRAFT, WHEELS};
     use fsw_target::flight::flight_loop::Sensors;
     use fsw_target::flight::key::MASTER_KEY;
+    use fsw_target::flight::manoeuvre::Manoeuvre;
     use fsw_target::flight::selected::SelectedEstimator;
     use fsw_target::flight::sensors::{CommandedTorque, Gyro};
     use fsw_target::runtime::failure::{Failure, Kind};
@@ -64,6 +65,7 @@ mod on_target {
     /// Estimator and computer in static memory, built in place: they exceed the stack.
     static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
         ConstStaticCell::new(SelectedEstimator::uninitialised());
+    static MANOEUVRE: StaticCell<Manoeuvre> = StaticCell::new();
     static COMPUTER: StaticCell<Option<Computer<'static, OnStm32f405>>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
@@ -115,8 +117,10 @@ mod on_target {
             torque: CommandedTorque::default(),
         };
         let security = Security { flash: board.counter_flash, master: MASTER_KEY };
+        let manoeuvre = manoeuvre(estimator);
         let computer = COMPUTER.try_init(None)?.insert(Computer::new(
             estimator,
+            manoeuvre,
             sensors,
             board.link,
             board.flash,
@@ -133,6 +137,12 @@ mod on_target {
         let estimator = ESTIMATOR.try_take()?;
         estimator.configure(CRAFT).ok()?;
         Some(estimator)
+    }
+
+    /// Manoeuvre for the wheels of the craft. Not inlined, as the estimator.
+    #[inline(never)]
+    fn manoeuvre(estimator: &SelectedEstimator) -> &'static mut Manoeuvre {
+        MANOEUVRE.init_with(|| Manoeuvre::new(estimator.craft().spin_inertia_kg_m2))
     }
 
     /// Edges per turn of a wheel; zero for a place without a wheel.

@@ -18,6 +18,7 @@ mod on_target {
     use fsw_target::arch::exit;
     use fsw_target::board::{self, Board};
     use fsw_target::flight::computer::Computer;
+    use fsw_target::flight::manoeuvre::Manoeuvre;
     use fsw_target::flight::selected::SelectedEstimator;
     use fsw_target::runtime::stack;
     use fsw_target::stand_in::tunnel::parts::{self, Tunnelled};
@@ -34,6 +35,7 @@ mod on_target {
     static LINE: StaticCell<Line> = StaticCell::new();
     static ESTIMATOR: ConstStaticCell<SelectedEstimator> =
         ConstStaticCell::new(SelectedEstimator::uninitialised());
+    static MANOEUVRE: StaticCell<Manoeuvre> = StaticCell::new();
     static COMPUTER: StaticCell<Option<PilComputer>> = StaticCell::new();
 
     #[cortex_m_rt::entry]
@@ -85,7 +87,8 @@ mod on_target {
     ) -> Result<&'static mut PilComputer, &'static str> {
         let setup = line.hello().map_err(|_| "no setup from the simulator")?;
         let selected = estimator(line, &setup)?;
-        bring_up(line, &setup, selected, link)
+        let manoeuvre = manoeuvre(selected);
+        bring_up(line, &setup, (selected, manoeuvre), link)
     }
 
     /// Computer on the tunnel. Not inlined: its stack is free again in the loop.
@@ -93,13 +96,19 @@ mod on_target {
     fn bring_up(
         line: &'static Line,
         setup: &Setup,
-        estimator: &'static mut SelectedEstimator,
+        kept: (&'static mut SelectedEstimator, &'static mut Manoeuvre),
         link: board::Link,
     ) -> Result<&'static mut PilComputer, &'static str> {
         let place = COMPUTER.try_init(None).ok_or("the computer exists already")?;
-        let computer = parts::computer(line, setup, estimator, link, stack::high_water_bytes)
+        let computer = parts::computer(line, setup, kept, link, stack::high_water_bytes)
             .map_err(|_| "the sensors reject their setup")?;
         Ok(place.insert(computer))
+    }
+
+    /// Manoeuvre for the wheels of the craft. Not inlined, as the estimator.
+    #[inline(never)]
+    fn manoeuvre(estimator: &SelectedEstimator) -> &'static mut Manoeuvre {
+        MANOEUVRE.init_with(|| Manoeuvre::new(estimator.craft().spin_inertia_kg_m2))
     }
 
     /// Configured estimator. Not inlined: its stack is free again in the loop.

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use fsw_core::outcome::OutcomeCounts;
+use fsw_target::flight::manoeuvre::Manoeuvre;
 use fsw_target::flight::selected::SelectedEstimator;
 use fsw_target::link::command::Command;
 use fsw_target::link::frame::Frame;
@@ -68,8 +69,10 @@ fn fly_with_filter(
             estimator = lockstep.setup.estimator(&stated).map_err(NotFlown::Unfit)?;
             lockstep.restart(start()?);
         }
+        let mut manoeuvre = Manoeuvre::new(estimator.craft().spin_inertia_kg_m2);
+        let kept = (&mut estimator, &mut manoeuvre);
         let mut software =
-            Software::start(&host, &lockstep.setup, &mut estimator).map_err(NotFlown::Unfit)?;
+            Software::start(&host, &lockstep.setup, kept).map_err(NotFlown::Unfit)?;
         lockstep.settle()?;
         if leg == 0 {
             lockstep.command(&mut software, Command::Select(mission.estimator))?;

@@ -16,6 +16,7 @@ use super::setup::{self, NotFlown};
 use super::*;
 use crate::input::Scenario;
 use crate::truth::Flight;
+use fsw_target::flight::manoeuvre::Manoeuvre;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::command::Command;
 
@@ -96,9 +97,11 @@ impl OnThread {
         let setup = tunnel.hello().ok()?;
         let stated = tunnel.hardware().ok()?;
         let mut estimator = Box::new(setup.estimator(&stated).unwrap());
+        let mut manoeuvre = Manoeuvre::new(estimator.craft().spin_inertia_kg_m2);
         let link = Socket::new(self.link);
         let mut computer =
-            parts::computer(&tunnel, &setup, &mut estimator, link, NOT_MEASURED).ok()?;
+            parts::computer(&tunnel, &setup, (&mut estimator, &mut manoeuvre), link, NOT_MEASURED)
+                .ok()?;
         computer.start();
         while tunnel.end().is_none() {
             computer.poll();
@@ -234,9 +237,15 @@ fn error_of_a_firmware_that_stops_has_the_number_of_samples() {
         let setup = tunnel.hello().unwrap();
         let stated = tunnel.hardware().unwrap();
         let mut estimator = Box::new(setup.estimator(&stated).unwrap());
-        let mut computer =
-            parts::computer(&tunnel, &setup, &mut estimator, Socket::new(lines.link), NOT_MEASURED)
-                .unwrap();
+        let mut manoeuvre = Manoeuvre::new(estimator.craft().spin_inertia_kg_m2);
+        let mut computer = parts::computer(
+            &tunnel,
+            &setup,
+            (&mut estimator, &mut manoeuvre),
+            Socket::new(lines.link),
+            NOT_MEASURED,
+        )
+        .unwrap();
         computer.start();
         while computer.estimator().selected() != EstimatorId::JointEkf
             || tunnel.now_us() < START_US + 2_000_000
@@ -352,10 +361,16 @@ fn missing_telemetry_is_an_error_after_the_time_limit() {
         let setup = tunnel.hello().unwrap();
         let stated = tunnel.hardware().unwrap();
         let mut estimator = Box::new(setup.estimator(&stated).unwrap());
+        let mut manoeuvre = Manoeuvre::new(estimator.craft().spin_inertia_kg_m2);
         let (mute, _other_end) = UnixStream::pair().unwrap();
-        let mut computer =
-            parts::computer(&tunnel, &setup, &mut estimator, Socket::new(mute), NOT_MEASURED)
-                .unwrap();
+        let mut computer = parts::computer(
+            &tunnel,
+            &setup,
+            (&mut estimator, &mut manoeuvre),
+            Socket::new(mute),
+            NOT_MEASURED,
+        )
+        .unwrap();
         computer.start();
         while tunnel.end().is_none() {
             computer.poll();

@@ -104,7 +104,7 @@ impl<P: Parts> Computer<'_, P> {
     #[inline(never)]
     pub(super) fn report_manoeuvre(&mut self) {
         if self.manoeuvre.is_known() {
-            let report = ManoeuvreReport::of(&self.manoeuvre);
+            let report = ManoeuvreReport::of(self.manoeuvre);
             self.send(&report);
         }
     }

@@ -115,7 +115,7 @@ pub struct Computer<'a, P: Parts> {
     downlink: Downlink<QUEUE>,
     flash: Checkpoints<P::Flash>,
     counters: StoredCounters<P::CounterFlash>,
-    manoeuvre: Manoeuvre,
+    manoeuvre: &'a mut Manoeuvre,
     supervisor: Supervisor,
     reporting: Reporting,
     next_report_us: u64,
@@ -148,11 +148,12 @@ struct Gyro {
 }
 
 impl<'a, P: Parts> Computer<'a, P> {
-    /// The computer before [`start`](Self::start). Inlined, so that it is built in its place: it takes more
+    /// The computer before [`start`](Self::start), with a manoeuvre for the wheels of the estimator's craft. Inlined, so that it is built in its place: it takes more
     /// than a kilobyte.
     #[inline(always)]
     pub fn new(
         estimator: &'a mut SelectedEstimator,
+        manoeuvre: &'a mut Manoeuvre,
         sensors: SensorsOf<P>,
         link: P::Link,
         flash: P::Flash,
@@ -161,7 +162,6 @@ impl<'a, P: Parts> Computer<'a, P> {
         reporting: Reporting,
     ) -> Self {
         Self {
-            manoeuvre: Manoeuvre::new(estimator.craft().spin_inertia_kg_m2),
             flight: FlightLoop::new(Sealed::new(estimator), sensors),
             board,
             started_us: 0,
@@ -170,6 +170,7 @@ impl<'a, P: Parts> Computer<'a, P> {
             uplink: Uplink::new(security.master),
             downlink: Downlink::new(),
             flash: Checkpoints::unopened(flash),
+            manoeuvre,
             supervisor: Supervisor::new(),
             reporting,
             next_report_us: 0,
@@ -199,7 +200,7 @@ impl<'a, P: Parts> Computer<'a, P> {
         self.short_lives = self.board.health().last_run.short_lives;
         let is_skipped = self.short_lives >= SHORT_LIVES;
         let estimator = self.flight.estimator_mut().get_mut();
-        self.flash.restore(estimator, &mut self.manoeuvre, &mut self.board, is_skipped);
+        self.flash.restore(estimator, self.manoeuvre, &mut self.board, is_skipped);
         self.restore_manoeuvre();
         self.started_us = self.board.now_us();
         self.next_report_us = self.started_us;
@@ -449,7 +450,7 @@ impl<'a, P: Parts> Computer<'a, P> {
     fn save_checkpoint(&mut self) -> bool {
         self.checked();
         let estimator = self.flight.estimator_mut().get_mut();
-        let saved = self.flash.save(estimator, &mut self.manoeuvre, &mut self.board);
+        let saved = self.flash.save(estimator, self.manoeuvre, &mut self.board);
         self.gyro.silent_since_us = self.board.now_us();
         saved
     }

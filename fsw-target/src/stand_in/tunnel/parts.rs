@@ -12,6 +12,7 @@ use crate::drivers::wheel_tach::{CaptureTimer, Captured, WheelTach};
 use crate::flight::computer::{Computer, Health, Housekeeping, Parts, Reporting, Security};
 use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::Sensors;
+use crate::flight::manoeuvre::Manoeuvre;
 use crate::flight::selected::SelectedEstimator;
 use crate::flight::sensors::{DataReady, TorqueCommand, WheelMotors};
 use crate::flight::supervisor::FeedPermit;
@@ -59,7 +60,7 @@ where
 
 /// The flight computer on a tunnel, before its start. Inlined, as [`Computer::new`] is.
 ///
-/// `stack_high_water_bytes` measures the stack, bytes.
+/// The manoeuvre is for the wheels of the estimator's craft; `stack_high_water_bytes` measures the stack, bytes.
 ///
 /// # Errors
 /// See [`Unfit`].
@@ -67,7 +68,7 @@ where
 pub fn computer<'a, P, L>(
     tunnel: &'a Tunnel<P>,
     setup: &Setup,
-    estimator: &'a mut SelectedEstimator,
+    (estimator, manoeuvre): (&'a mut SelectedEstimator, &'a mut Manoeuvre),
     link: L,
     stack_high_water_bytes: fn() -> u32,
 ) -> Result<Computer<'a, Tunnelled<'a, P, L>>, Unfit>
@@ -93,7 +94,7 @@ where
     let counters = Flash { tunnel, start: CHECKPOINT_BYTES, bytes: COUNTER_BYTES };
     let security = Security { flash: counters, master: setup.master_key() };
     let reporting = Reporting::EachSample;
-    Ok(Computer::new(estimator, sensors, link, flash, security, board, reporting))
+    Ok(Computer::new(estimator, manoeuvre, sensors, link, flash, security, board, reporting))
 }
 
 /// Time stamps and external torque of the samples.

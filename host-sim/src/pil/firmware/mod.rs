@@ -19,8 +19,7 @@ use fsw_target::link::frame::{DELIMITER, FrameReceiver, MAX_PACKET};
 use fsw_target::link::telemetry::Received;
 use fsw_target::link::wire::{Wire, Writer};
 use fsw_target::stand_in::tunnel::{self, Captures, Message, Setup, Stated};
-use target_tools::board::{Board, STM32F405};
-use target_tools::firmware::build_for;
+use target_tools::firmware::build;
 use target_tools::machine::Machine;
 
 use super::flash::OutOfBounds;
@@ -41,28 +40,19 @@ const LISTEN: Duration = Duration::from_millis(5);
 #[derive(Clone, Debug)]
 pub struct Image {
     elf: PathBuf,
-    /// Machine of QEMU.
-    machine: &'static str,
 }
 
 impl Image {
-    /// The image in the file `elf`, or the one built from source, for an STM32F405.
+    /// The image in the file `elf`, or the one built from source.
     ///
     /// # Errors
     /// No compiler for the target.
     pub fn find(elf: Option<PathBuf>) -> anyhow::Result<Self> {
-        match elf {
-            Some(elf) => Ok(Self { elf, machine: STM32F405.machine }),
-            None => Self::of_board(&STM32F405),
-        }
-    }
-
-    /// The image of a board, built from source.
-    ///
-    /// # Errors
-    /// No compiler for the target.
-    pub fn of_board(board: &Board) -> anyhow::Result<Self> {
-        Ok(Self { elf: build_for(board, "pil")?, machine: board.machine })
+        let elf = match elf {
+            Some(elf) => elf,
+            None => build("pil")?,
+        };
+        Ok(Self { elf })
     }
 
     /// Starts the image in QEMU.
@@ -71,7 +61,7 @@ impl Image {
     /// No such file, or no QEMU.
     pub fn start(&self) -> anyhow::Result<Firmware> {
         anyhow::ensure!(self.elf.is_file(), "{}: no such image", self.elf.display());
-        let (machine, [link, sensors]) = Machine::start_on::<2>(self.machine, &self.elf)?;
+        let (machine, [link, sensors]) = Machine::start::<2>(&self.elf)?;
         Firmware::on(sensors, link, PATIENCE, Some(machine))
     }
 }

@@ -13,6 +13,7 @@ use fsw_target::drivers::wheel_tach::WheelTach;
 use fsw_target::flight::computer::{Computer, Parts, Reporting, Security};
 use fsw_target::flight::craft::WHEELS;
 use fsw_target::flight::flight_loop::Sensors;
+use fsw_target::flight::manoeuvre::Manoeuvre;
 use fsw_target::flight::selected::SelectedEstimator;
 use fsw_target::link::Receiver;
 use fsw_target::link::telemetry::Received;
@@ -39,7 +40,7 @@ impl<'o, 'a> Software<'o, 'a> {
     pub fn start(
         hardware: &Rc<RefCell<Hardware<'a>>>,
         setup: &Setup,
-        estimator: &'o mut SelectedEstimator,
+        (estimator, manoeuvre): (&'o mut SelectedEstimator, &'o mut Manoeuvre),
     ) -> Result<Self, Unfit> {
         let ports = Ports::new(Rc::clone(hardware), setup.ticks_per_s);
         let gyro = Bmi088::new(Spi::new(ports.wire.clone()), setup.gyro()?);
@@ -57,7 +58,7 @@ impl<'o, 'a> Software<'o, 'a> {
         let security = Security { flash: counters, master: setup.master_key() };
         let reporting = Reporting::EachSample;
         let mut computer =
-            Computer::new(estimator, sensors, link, flash, security, board, reporting);
+            Computer::new(estimator, manoeuvre, sensors, link, flash, security, board, reporting);
         computer.start();
         Ok(Self { computer, ports, receiver: Receiver::default() })
     }

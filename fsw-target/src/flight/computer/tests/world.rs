@@ -2,6 +2,7 @@
 
 extern crate std;
 use super::super::*;
+use crate::flight::manoeuvre::Manoeuvre;
 use crate::flight::sensors::WheelMotors;
 use crate::flight::supervisor::FeedPermit;
 use crate::link::Receiver;
@@ -367,8 +368,11 @@ impl Ground {
         };
         let estimator = Box::leak(Box::new(SelectedEstimator::new(CRAFT).unwrap()));
         let security = Security { flash: CounterPart(Rc::clone(&world.0)), master };
+        let spin_inertia_kg_m2 = estimator.craft().spin_inertia_kg_m2;
+        let manoeuvre = Box::leak(Box::new(Manoeuvre::new(spin_inertia_kg_m2)));
         let mut computer = Computer::new(
             estimator,
+            manoeuvre,
             sensors,
             world.clone(),
             world.clone(),
