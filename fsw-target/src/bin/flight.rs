@@ -117,10 +117,9 @@ mod on_target {
             torque: CommandedTorque::default(),
         };
         let security = Security { flash: board.counter_flash, master: MASTER_KEY };
-        let manoeuvre = manoeuvre(estimator);
+        let manoeuvre = manoeuvre(estimator)?;
         let computer = COMPUTER.try_init(None)?.insert(Computer::new(
-            estimator,
-            manoeuvre,
+            (estimator, manoeuvre),
             sensors,
             board.link,
             board.flash,
@@ -141,8 +140,8 @@ mod on_target {
 
     /// Manoeuvre for the wheels of the craft. Not inlined, as the estimator.
     #[inline(never)]
-    fn manoeuvre(estimator: &SelectedEstimator) -> &'static mut Manoeuvre {
-        MANOEUVRE.init_with(|| Manoeuvre::new(estimator.craft().spin_inertia_kg_m2))
+    fn manoeuvre(estimator: &SelectedEstimator) -> Option<&'static mut Manoeuvre> {
+        MANOEUVRE.try_init(Manoeuvre::new(estimator.craft().spin_inertia_kg_m2))
     }
 
     /// Edges per turn of a wheel; zero for a place without a wheel.

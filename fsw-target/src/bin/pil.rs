@@ -87,7 +87,7 @@ mod on_target {
     ) -> Result<&'static mut PilComputer, &'static str> {
         let setup = line.hello().map_err(|_| "no setup from the simulator")?;
         let selected = estimator(line, &setup)?;
-        let manoeuvre = manoeuvre(selected);
+        let manoeuvre = manoeuvre(selected).ok_or("the manoeuvre exists already")?;
         bring_up(line, &setup, (selected, manoeuvre), link)
     }
 
@@ -107,8 +107,8 @@ mod on_target {
 
     /// Manoeuvre for the wheels of the craft. Not inlined, as the estimator.
     #[inline(never)]
-    fn manoeuvre(estimator: &SelectedEstimator) -> &'static mut Manoeuvre {
-        MANOEUVRE.init_with(|| Manoeuvre::new(estimator.craft().spin_inertia_kg_m2))
+    fn manoeuvre(estimator: &SelectedEstimator) -> Option<&'static mut Manoeuvre> {
+        MANOEUVRE.try_init(Manoeuvre::new(estimator.craft().spin_inertia_kg_m2))
     }
 
     /// Configured estimator. Not inlined: its stack is free again in the loop.

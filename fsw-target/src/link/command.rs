@@ -73,7 +73,7 @@ pub enum Command {
     },
     /// Tag telemetry with the key of this telecommand's slot, or send it without a tag.
     TagTelemetry(bool),
-    /// Write a segment of the table of a manoeuvre ([`manoeuvre`](crate::flight::manoeuvre)).
+    /// Write a segment of the table of a manoeuvre ([`manoeuvre`]).
     LoadManoeuvre {
         /// Index of the segment, 0 to 19.
         segment: u8,

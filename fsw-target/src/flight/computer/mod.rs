@@ -152,8 +152,7 @@ impl<'a, P: Parts> Computer<'a, P> {
     /// than a kilobyte.
     #[inline(always)]
     pub fn new(
-        estimator: &'a mut SelectedEstimator,
-        manoeuvre: &'a mut Manoeuvre,
+        (estimator, manoeuvre): (&'a mut SelectedEstimator, &'a mut Manoeuvre),
         sensors: SensorsOf<P>,
         link: P::Link,
         flash: P::Flash,

@@ -68,7 +68,7 @@ where
 pub fn computer<'a, P, L>(
     tunnel: &'a Tunnel<P>,
     setup: &Setup,
-    (estimator, manoeuvre): (&'a mut SelectedEstimator, &'a mut Manoeuvre),
+    kept: (&'a mut SelectedEstimator, &'a mut Manoeuvre),
     link: L,
     stack_high_water_bytes: fn() -> u32,
 ) -> Result<Computer<'a, Tunnelled<'a, P, L>>, Unfit>
@@ -94,7 +94,7 @@ where
     let counters = Flash { tunnel, start: CHECKPOINT_BYTES, bytes: COUNTER_BYTES };
     let security = Security { flash: counters, master: setup.master_key() };
     let reporting = Reporting::EachSample;
-    Ok(Computer::new(estimator, manoeuvre, sensors, link, flash, security, board, reporting))
+    Ok(Computer::new(kept, sensors, link, flash, security, board, reporting))
 }
 
 /// Time stamps and external torque of the samples.

@@ -40,7 +40,7 @@ impl<'o, 'a> Software<'o, 'a> {
     pub fn start(
         hardware: &Rc<RefCell<Hardware<'a>>>,
         setup: &Setup,
-        (estimator, manoeuvre): (&'o mut SelectedEstimator, &'o mut Manoeuvre),
+        kept: (&'o mut SelectedEstimator, &'o mut Manoeuvre),
     ) -> Result<Self, Unfit> {
         let ports = Ports::new(Rc::clone(hardware), setup.ticks_per_s);
         let gyro = Bmi088::new(Spi::new(ports.wire.clone()), setup.gyro()?);
@@ -57,8 +57,7 @@ impl<'o, 'a> Software<'o, 'a> {
             Flash { ports: ports.clone(), start: CHECKPOINT_BYTES, bytes: COUNTER_BYTES };
         let security = Security { flash: counters, master: setup.master_key() };
         let reporting = Reporting::EachSample;
-        let mut computer =
-            Computer::new(estimator, manoeuvre, sensors, link, flash, security, board, reporting);
+        let mut computer = Computer::new(kept, sensors, link, flash, security, board, reporting);
         computer.start();
         Ok(Self { computer, ports, receiver: Receiver::default() })
     }

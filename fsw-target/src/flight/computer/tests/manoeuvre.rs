@@ -22,11 +22,11 @@ fn flash_of(ground: &Ground) -> Vec<u8> {
 /// The last manoeuvre report of the next second; `None` before an upload.
 fn report(ground: &mut Ground) -> Option<ManoeuvreReport> {
     let sent = ground.poll(10);
-    let reports = sent.iter().filter_map(|telemetry| match telemetry {
+    let mut reports = sent.iter().filter_map(|telemetry| match telemetry {
         Telemetry::Manoeuvre(report) => Some(*report),
         _ => None,
     });
-    reports.last()
+    reports.next_back()
 }
 
 fn upload(ground: &mut Ground, table: &FlightTable) -> Option<bool> {

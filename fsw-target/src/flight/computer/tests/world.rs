@@ -371,8 +371,7 @@ impl Ground {
         let spin_inertia_kg_m2 = estimator.craft().spin_inertia_kg_m2;
         let manoeuvre = Box::leak(Box::new(Manoeuvre::new(spin_inertia_kg_m2)));
         let mut computer = Computer::new(
-            estimator,
-            manoeuvre,
+            (estimator, manoeuvre),
             sensors,
             world.clone(),
             world.clone(),
