@@ -64,11 +64,13 @@ def yamcs(ports, tmp_path_factory):
             assert text.count(old) == 1
             text = text.replace(old, str(new))
         (folder / name).write_text(text, encoding="utf-8")
+    # The server reads link.xml from its working folder, and writes a cache there.
+    shutil.copy(GROUND / "link.xml", folder)
     jars = pathlib.Path(fprime_yamcs_bundle.__file__).parent / "lib" / "*"
     words = ["java", "-Xmx512m", "-XX:TieredStopAtLevel=1", "-cp", str(jars), "org.yamcs.YamcsServer",
              "--etc-dir", str(folder), "--data-dir", str(folder / "data")]
     log = open(folder / "log", "w", encoding="utf-8")
-    server = subprocess.Popen(words, cwd=GROUND, stdout=log, stderr=log)
+    server = subprocess.Popen(words, cwd=folder, stdout=log, stderr=log)
 
     def running():
         assert server.poll() is None, (folder / "log").read_text(encoding="utf-8")[-3000:]
