@@ -13,9 +13,9 @@ use super::software::Software;
 /// 700 rad/s, and the slowest speed of the tachometer, 0.52 rad/s.
 pub const REST_RAD_S: f32 = 0.002 * 700.0 + 0.52;
 
-/// Sample before the upload, that of the start, and number of samples of the table at 10 Hz.
+/// Samples before the upload.
 pub const UPLOAD_AT: usize = 8;
-/// Sample before the start.
+/// Samples before the start.
 pub const START_AT: usize = 10;
 
 /// A manoeuvre of 2.2 s for wheels of 0.5 mN m and more: each wheel speeds up, slows down, and returns.
@@ -111,7 +111,7 @@ impl Case {
     }
 }
 
-/// What a flight reached, sample by sample.
+/// Extremes of a flight, over all samples.
 #[derive(Clone, Debug, Default)]
 pub struct Reached {
     /// The last report of the manoeuvre.
