@@ -120,6 +120,7 @@
 //! | physics | [`tensor`], [`dynamics`], [`attitude`] | algebra, words |
 //! | input | [`sample`], [`gate`] | physics |
 //! | vocabulary | [`outcome`], [`prior`], [`estimate`]; [`monitor`] | input, physics |
+//! | batch fit | blocks: averages of samples; trajectory: their prediction and its derivatives; fit: Gauss-Newton, prior knowledge. Each depends on those before it | vocabulary, physics |
 //! | systems | [`estimator`]: `window`, `joint_ekf`, `ekf_sgf`, `momentum`, independent of each other | all above |
 //! | storage | [`checkpoint`]: transfer and fingerprint of a state | words |
 //!
@@ -297,6 +298,10 @@ pub mod docs;
 pub mod sample;
 
 pub mod gate;
+
+mod blocks;
+mod fit;
+mod trajectory;
 
 pub mod estimator;
 

@@ -1,12 +1,14 @@
 //! Configuration of the window estimator.
 
-use super::unknowns::{Belief, GROUPS, GROUPS_OF_MODE, Group, Groups, MOST_MODES, groups_of};
 use crate::error::{ConfigError, Invalid};
 use crate::gate;
 use crate::hardware::{Hardware, Mode, Parameter};
 use crate::math::range::{not_negative, positive};
 use crate::math::scalar::Real;
 use crate::prior::Prior;
+use crate::trajectory::unknowns::{
+    Belief, GROUPS, GROUPS_OF_MODE, Group, Groups, MOST_MODES, groups_of,
+};
 
 /// Prior sigma of each element of a modal inertia over the trace: a tenth of a mean moment of inertia. Appendages and
 /// liquids of small spacecraft carry 1 to 20 % of it; one of half of the body would raise its frequency by 40 %, and a

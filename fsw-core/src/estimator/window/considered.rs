@@ -29,13 +29,13 @@
 //! small.
 
 use super::Window;
-use super::belief::{Beliefs, Past};
-use super::fit::{Considering, Descent};
-use super::pass::Pass;
-use super::unknowns::{Belief, Group, Groups, groups_of, shape_of};
 use super::work::Work;
+use crate::fit::belief::{Beliefs, Past};
+use crate::fit::descent::{Considering, Descent};
+use crate::fit::pass::Pass;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Entries, Mat, scalar::Real};
+use crate::trajectory::unknowns::{Belief, Group, Groups, groups_of, shape_of};
 
 /// Share of the expected square of an error of the hardware that residuals may have: three sigma.
 pub const EXPLAINED_SQUARE: f64 = 9.0;

@@ -25,16 +25,16 @@
 //! Until then the residuals are not called white: the window may lie within a fault that goes on, or be too short to
 //! show an error of the model.
 
-use super::belief::Past;
-use super::fit::Descent;
-use super::front::Fit;
-use super::pass::Residuals;
-use super::unknowns::{scale_of, shape_of};
 use super::work::Work;
 use super::{Closing, Schedule, Window};
+use crate::fit::belief::Past;
+use crate::fit::descent::Descent;
+use crate::fit::front::Fit;
+use crate::fit::pass::Residuals;
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::outcome::Reset;
+use crate::trajectory::unknowns::{scale_of, shape_of};
 
 /// Fewest blocks that are fitted apart: before a contradiction, and after it. The latter begin a window, whose
 /// residuals are to be as white as those of 24 clean blocks.

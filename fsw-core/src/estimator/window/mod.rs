@@ -32,42 +32,32 @@
 //! status is diverged, and nothing is discarded.
 
 pub mod config;
-pub mod unknowns;
 
-mod belief;
-mod block;
 mod considered;
-mod drift;
-mod excitation;
-mod fit;
-mod flexible;
-mod front;
 mod inquiry;
-mod pass;
 mod report;
-mod start;
-mod storage;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod tests_of_considered;
 #[cfg(test)]
 mod tests_of_drift;
-mod trajectory;
 mod work;
 
+pub use crate::trajectory::unknowns;
 pub use config::Config;
 pub use work::{Remaining, Slice};
 
-use belief::{Beliefs, Past};
-use block::{Averager, Block, Limits, REFUSED_WEIGHT, Reading};
+use crate::blocks::block::{Averager, Block, Limits, REFUSED_WEIGHT, Reading};
+use crate::blocks::excitation::Excitation;
+use crate::blocks::storage::{Storage, Stretch};
+use crate::fit::belief::{Beliefs, Past};
+use crate::fit::drift::walked_rad_s;
+use crate::fit::front::Front;
+use crate::trajectory::unknowns::{Groups, is_a_set};
 use considered::Considered;
-use excitation::Excitation;
-use front::Front;
 use inquiry::Inquiry;
 use report::Ended;
-use storage::{Storage, Stretch};
-use unknowns::{Groups, is_a_set};
 use work::Work;
 
 use crate::dynamics::wheels::{Momenta, WheelArray};
@@ -420,7 +410,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     fn bias_walked_rad_s(&self) -> T {
         let (walk, instability) =
             (self.config.bias_walk_rad_s_sqrt_s, self.config.bias_instability_rad_s);
-        drift::walked_rad_s(walk, instability, self.stretch().duration_s)
+        walked_rad_s(walk, instability, self.stretch().duration_s)
     }
 
     /// Passes a sample to the outlier gate, and takes in what is ready.

@@ -5,12 +5,11 @@
 //! solution without the prior, with nothing but the ranges of any rigid body.
 
 use super::Window;
-use super::belief::{Beliefs, Past, information_on};
 use super::considered::Source;
-use super::front::Front;
-use super::pass::{LAGS, Pass, Residuals};
-use super::unknowns::{Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, shape_of};
 use crate::estimate::{Estimate, Status};
+use crate::fit::belief::{Beliefs, Past, information_on};
+use crate::fit::front::Front;
+use crate::fit::pass::{LAGS, Pass, Residuals};
 use crate::hardware::{Finding, Parameter, turned_by};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Entries, Mat, Vec3, scalar::Real};
@@ -21,6 +20,9 @@ use crate::monitor::whiteness::{
 };
 use crate::prior::Prior;
 use crate::tensor::Inertia;
+use crate::trajectory::unknowns::{
+    Belief, FIRST_GROUP, Group, Point, by_shape, groups_of, shape_of,
+};
 
 /// Largest correlation that enters the inflation.
 const MOST_CORRELATED: f64 = 0.97;

@@ -11,20 +11,20 @@
 //! | begin of a fit | norms of all blocks, or a solution of the factor |
 //! | conclusion of a window | a solution of six unknowns |
 
-use super::belief::{Beliefs, Past, information_from};
 use super::considered::{EXPLAINED_SQUARE, Source};
-use super::drift::{Drift, per_rad, turn_against_field};
-use super::fit::{Attempt, Considering, Descent, Next, momentum_of};
-use super::front::{Fit, Front};
-use super::pass::Pass;
-use super::start::{FirstPoint, LinearStart};
-use super::storage::{Marks, PairLimits, Stretch};
-use super::trajectory::axes_at;
-use super::unknowns::{Belief, GROUPS, Group, Point, groups_of};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
+use crate::blocks::storage::{Marks, PairLimits, Stretch};
 use crate::dynamics::wheels::Momenta;
+use crate::fit::belief::{Beliefs, Past, information_from};
+use crate::fit::descent::{Attempt, Considering, Descent, Next, momentum_of};
+use crate::fit::drift::{Drift, per_rad, turn_against_field};
+use crate::fit::front::{Fit, Front};
+use crate::fit::pass::Pass;
+use crate::fit::start::{FirstPoint, LinearStart};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Vec3, scalar::Real};
+use crate::trajectory::axes_at;
+use crate::trajectory::unknowns::{Belief, GROUPS, Group, Point, groups_of};
 
 /// Work that is left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -298,9 +298,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         };
         let share = walk * pass.unit_per_kg_m2 * pass.point.scale();
         let variance = share * share * self.open.duration_s;
-        let first = super::unknowns::shape_of(U);
+        let first = crate::trajectory::unknowns::shape_of(U);
         let mut square = T::zero();
-        for (k, times) in super::belief::WALKED.into_iter().enumerate() {
+        for (k, times) in crate::fit::belief::WALKED.into_iter().enumerate() {
             square += information_from(first, &pass.factor, first + k) * T::count(times);
         }
         let noise = self.noise_rad_s();
@@ -388,7 +388,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     pub(super) fn stretch_from(&self, from: usize) -> Stretch<T, W> {
         let before = from.checked_sub(1).and_then(|i| self.blocks.block(i));
         let wheels = before.map_or(Momenta::zeros(), |block| block.wheels_end_n_m_s);
-        Stretch { wheels_n_m_s: wheels, rest: super::storage::Rest::none(), ..self.stretch() }
+        Stretch {
+            wheels_n_m_s: wheels,
+            rest: crate::blocks::storage::Rest::none(),
+            ..self.stretch()
+        }
     }
 
     /// Takes in a block where the task lies: a copy of the task costs as much as a block.
@@ -511,7 +515,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
                 pass.residuals.typical(pass.unit_rad_s)
             }
             _ if *attempt == Attempt::Best => noise,
-            _ => noise * T::lit(super::fit::UNKNOWN_SCALE),
+            _ => noise * T::lit(crate::fit::descent::UNKNOWN_SCALE),
         };
         let walked = self.bias_walked_rad_s();
         let torque_per_rad = if *has_walk { self.torque_per_rad(point, unit) } else { T::zero() };
@@ -719,7 +723,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     fn other_start(&self, unit: T) -> Point<T, U> {
         let of_past = self.past.as_ref().and_then(|past| past.point(unit));
         let of_prior = || {
-            let shape = self.config.prior.as_ref().map(super::belief::shape_of_prior);
+            let shape = self.config.prior.as_ref().map(crate::fit::belief::shape_of_prior);
             let mut point = Point::sphere(Vec3::zeros());
             point.set_shape(&shape.unwrap_or([T::zero(); 5]));
             point
@@ -807,8 +811,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let beliefs = self.beliefs(pass.unit_per_kg_m2);
         beliefs.add(&mut factor, &pass.point);
         let Some(variances) = factor.variances() else { return false };
-        let most = T::lit(SHAPE_OBSERVED * super::belief::SHAPE_SIGMA) / beliefs.noise_rad_s;
-        let shape = super::unknowns::shape_of(U);
+        let most = T::lit(SHAPE_OBSERVED * crate::fit::belief::SHAPE_SIGMA) / beliefs.noise_rad_s;
+        let shape = crate::trajectory::unknowns::shape_of(U);
         variances.iter().skip(shape).take(5).all(|v| *v < most * most)
     }
 

@@ -11,14 +11,14 @@
 //!
 //! The ranges of any rigid body hold every direction that neither data nor prior determine.
 
-use super::unknowns::{
-    Belief, FIRST_GROUP, GROUPS, Group, Groups, Point, by_shape, groups_of, scale_of, shape_of,
-    to_shape,
-};
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::monitor::whiteness::chi_square;
 use crate::prior::Prior;
+use crate::trajectory::unknowns::{
+    Belief, FIRST_GROUP, GROUPS, Group, Groups, Point, by_shape, groups_of, scale_of, shape_of,
+    to_shape,
+};
 
 /// Sigma of each coordinate of the shape over all physical tensors: principal moments over the trace
 /// lie in (0, ½), and uniform over that triangle the coordinates have a sigma of 0.14.

@@ -19,7 +19,7 @@
 //! # Sensitivities
 //!
 //! With `P = D − Σ μ D_u` and V the direct effect of an unknown on the momentum of the body
-//! ([`trajectory`](super::trajectory)), `Eₑ q̇` for an element e of μ,
+//! ([`trajectory`](super)), `Eₑ q̇` for an element e of μ,
 //!
 //! ```text
 //! S = (n − Σ μ)⁻¹ (P − V)
@@ -30,10 +30,8 @@
 //! The motion of a step is a Taylor series, as without modes. The sensitivities go by the classical method of Runge and
 //! Kutta: a step of 0.3 rad of the fastest mode errs by 2e-5 of them.
 
-use super::trajectory::{
-    Crossing, Model, ORDERS, Trajectory, columns_of_the_regressor, of_wheel, product,
-};
 use super::unknowns::{FIRST_GROUP, Group, Groups, Point, by_shape, shape_of};
+use super::{Crossing, Model, ORDERS, Trajectory, columns_of_the_regressor, of_wheel, product};
 use crate::dynamics::wheels::Momenta;
 use crate::math::{Entries, Mat, Vec3, rotated, scalar::Real};
 use crate::tensor::Inertia;
@@ -548,10 +546,10 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
 
 #[cfg(test)]
 mod tests {
-    use super::super::block::Block;
-    use super::super::trajectory::Span;
     use super::super::unknowns::Belief;
     use super::*;
+    use crate::blocks::block::Block;
+    use crate::blocks::span::Span;
     use nalgebra::{Matrix3, Vector3};
     use std::vec::Vec;
 

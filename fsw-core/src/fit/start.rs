@@ -15,12 +15,12 @@
 //!    and its sigma follows.
 
 use super::belief::SHAPE_SIGMA;
-use super::block::Block;
-use super::storage::{Rest, Stretch};
-use super::unknowns::{by_shape, over_trace};
+use crate::blocks::block::Block;
+use crate::blocks::storage::{Rest, Stretch};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Entries, Mat, Vec3, eigen::singular_values, norm, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor, regressor_noise_share};
+use crate::trajectory::unknowns::{by_shape, over_trace};
 
 /// Columns: momentum 3, torque 3, inverse trace 1, elements 6.
 const COLUMNS: usize = 13;

@@ -17,14 +17,14 @@
 //! | [`Attempt::Prior`] | the prior, or earlier windows |
 
 use super::belief::{Beliefs, information_on};
-use super::flexible::{Oscillator, of_body};
 use super::front::Fit;
 use super::pass::Pass;
-use super::trajectory::axes_at;
-use super::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Entries, Vec3, largest_component, scalar::Real};
+use crate::trajectory::axes_at;
+use crate::trajectory::modes::{Oscillator, of_body};
+use crate::trajectory::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 
 /// Newton decrement that ends a descent, σ²: a thirtieth of a sigma from the minimum.
 const SETTLED: f64 = 1e-3;

@@ -12,7 +12,7 @@
 //! A sweep goes on by one group a slice, while further blocks are appended.
 
 use super::block::Block;
-use super::trajectory::Span;
+use super::span::Span;
 use crate::dynamics::wheels::Momenta;
 use crate::math::{Mat, Vec3, largest_component, scalar::Real};
 use crate::persist::{Archive, Persist, mix, name};

@@ -1,9 +1,9 @@
 //! The front: the last fit, carried on block by block.
 
 use super::pass::Pass;
-use super::unknowns::shape_of;
 use crate::math::scalar::Real;
 use crate::monitor::observability::Observed;
+use crate::trajectory::unknowns::shape_of;
 
 /// A fit that has ended, and its judgement.
 #[derive(Clone, Copy, Debug)]

@@ -8,7 +8,7 @@
 //! | | gyro bias | `b` | rad/s |
 //! | | drag, over the trace: torque `−c ω` on each axis | `c` | 1/s |
 //! | | modal inertia of an appendage or a liquid, over the trace: moments; products | `μ_xx μ_yy μ_zz`; `μ_xy μ_xz μ_yz` | – |
-//! | | its frequency and damping: errors of the stated ones (module `flexible`) | `f z` | share |
+//! | | its frequency and damping: errors of the stated ones (module `modes`) | `f z` | share |
 //! | | time offset, error of the known torque, common error of the wheels | `δ t s` | s, share |
 //! | | gyro scale factor error, about each axis | `M_xx M_yy M_zz` | share |
 //! | | gyro axes, upper: reading x of a rate about y, x of z, y of z | `M_xy M_xz M_yz` | rad |
@@ -19,7 +19,7 @@
 //!
 //! The groups down to frequency and damping belong to one window, the others to the hardware, and last from window to window
 //! like the inertia ([`hardware`](crate::hardware)). Where U is too small for all of the hardware, the last place before the
-//! shape stays free, for those that are considered (module `considered`).
+//! shape stays free, for those that are considered (module `considered` of the window).
 //!
 //! Shape and scale come last: the last six rows of a triangular factor are then the information on
 //! the inertia alone, with all other unknowns eliminated.

@@ -18,14 +18,15 @@
 //! block at which it began to rise estimates the instant of the change.
 
 use super::drift::{Drift, turn_against_field};
-use super::storage::Rest;
-use super::trajectory::{Span, Trajectory};
-use super::unknowns::{FIRST_GROUP, Group, Groups, Point, groups_of, shape_of};
+use crate::blocks::span::Span;
+use crate::blocks::storage::Rest;
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
 use crate::monitor::curvature::Curvature;
 use crate::monitor::whiteness::Whiteness;
+use crate::trajectory::Trajectory;
+use crate::trajectory::unknowns::{FIRST_GROUP, Group, Groups, Point, groups_of, shape_of};
 
 /// K: u² of three normal residuals exceeds its square by chance once in 900 blocks (chi-square).
 const ROBUST: f64 = 4.0;
