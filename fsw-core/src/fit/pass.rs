@@ -19,7 +19,7 @@
 
 use super::drift::{Drift, turn_against_field};
 use crate::blocks::span::Span;
-use crate::blocks::storage::Rest;
+use crate::blocks::stretch::Rest;
 use crate::dynamics::wheels::Momenta;
 use crate::math::square_root_information::{RecursiveResidual, SquareRootInformation};
 use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};

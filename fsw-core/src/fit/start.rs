@@ -16,7 +16,7 @@
 
 use super::belief::SHAPE_SIGMA;
 use crate::blocks::block::Block;
-use crate::blocks::storage::{Rest, Stretch};
+use crate::blocks::stretch::{Rest, Stretch};
 use crate::math::square_root_information::SquareRootInformation;
 use crate::math::{Entries, Mat, Vec3, eigen::singular_values, norm, scalar::Real, skew};
 use crate::tensor::{Inertia, regressor, regressor_noise_share};

@@ -30,8 +30,11 @@
 //! The motion of a step is a Taylor series, as without modes. The sensitivities go by the classical method of Runge and
 //! Kutta: a step of 0.3 rad of the fastest mode errs by 2e-5 of them.
 
+use super::model::Model;
+use super::sensitivity::columns_of_the_regressor;
+use super::step::{Crossing, ORDERS, product};
 use super::unknowns::{FIRST_GROUP, Group, Groups, Point, by_shape, shape_of};
-use super::{Crossing, Model, ORDERS, Trajectory, columns_of_the_regressor, of_wheel, product};
+use super::{Trajectory, of_wheel};
 use crate::dynamics::wheels::Momenta;
 use crate::math::{Entries, Mat, Vec3, rotated, scalar::Real};
 use crate::tensor::Inertia;

@@ -50,7 +50,8 @@ pub use work::{Remaining, Slice};
 
 use crate::blocks::block::{Averager, Block, Limits, REFUSED_WEIGHT, Reading};
 use crate::blocks::excitation::Excitation;
-use crate::blocks::storage::{Storage, Stretch};
+use crate::blocks::storage::Storage;
+use crate::blocks::stretch::Stretch;
 use crate::fit::belief::{Beliefs, Past};
 use crate::fit::drift::walked_rad_s;
 use crate::fit::front::Front;

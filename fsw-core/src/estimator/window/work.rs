@@ -13,7 +13,8 @@
 
 use super::considered::{EXPLAINED_SQUARE, Source};
 use super::{FIRST_FIT_BLOCKS, Schedule, Window};
-use crate::blocks::storage::{Marks, PairLimits, Stretch};
+use crate::blocks::storage::{Marks, PairLimits};
+use crate::blocks::stretch::{Rest, Stretch};
 use crate::dynamics::wheels::Momenta;
 use crate::fit::belief::{Beliefs, Past, information_from};
 use crate::fit::descent::{Attempt, Considering, Descent, Next, momentum_of};
@@ -388,11 +389,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     pub(super) fn stretch_from(&self, from: usize) -> Stretch<T, W> {
         let before = from.checked_sub(1).and_then(|i| self.blocks.block(i));
         let wheels = before.map_or(Momenta::zeros(), |block| block.wheels_end_n_m_s);
-        Stretch {
-            wheels_n_m_s: wheels,
-            rest: crate::blocks::storage::Rest::none(),
-            ..self.stretch()
-        }
+        Stretch { wheels_n_m_s: wheels, rest: Rest::none(), ..self.stretch() }
     }
 
     /// Takes in a block where the task lies: a copy of the task costs as much as a block.
