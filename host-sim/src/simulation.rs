@@ -27,8 +27,7 @@ pub fn sensors(scenario: &Scenario, flight: &Flight, seed: u64) -> Vec<LogRow> {
     let hardware = &scenario.true_hardware;
     let period_s = 1.0 / scenario.gyro.rate_hz;
     let mut gyro = Gyro::with_errors(&scenario.gyro, &hardware.gyro, seed);
-    let wheels = scenario.wheels.len();
-    let mut tachometers = Tachometers::new(hardware.tachometer, wheels, period_s, seed);
+    let mut tachometers = Tachometers::new(scenario.tachometers().collect(), period_s, seed);
     let mut clock = Clock::new(hardware.clock, period_s, seed);
     let observed = flight.trajectory.as_ref().map(|along| Observed::new(scenario, along));
     let row = |(instant, line): (&Instant, u64)| {

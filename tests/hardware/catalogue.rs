@@ -6,9 +6,8 @@
 
 use host_sim::input::Scenario;
 use host_sim::input::craft::Mode;
-use host_sim::input::scenario::hardware::{
-    GyroErrors, Orbit, Pulse, TachometerErrors, TachometerKind, TrueMode, WheelErrors,
-};
+use host_sim::input::craft::hardware::{Tachometer, TachometerKind};
+use host_sim::input::scenario::hardware::{GyroErrors, Orbit, Pulse, TrueMode, WheelErrors};
 use nalgebra::Vector3;
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -195,20 +194,49 @@ fn clock(rows: &mut Rows) {
 }
 
 fn tachometers(rows: &mut Rows) {
-    let counting = |window_s: Option<f64>| TachometerErrors {
+    let counting = |window_s: Option<f64>| Tachometer {
         kind: TachometerKind::Count { window_s },
-        ..TachometerErrors::default()
+        ..Tachometer::default()
     };
     rows.group("tachometer counts 6/turn", Some(true));
     for window_s in [0.1, 1.0] {
         let edit = move |s: &mut Scenario| s.true_hardware.tachometer = counting(Some(window_s));
         rows.add(format!("in {window_s} s"), edit);
     }
-    rows.group("tachometer period", Some(true)).add("6/turn, 1 µs", |s| {
+    rows.group("tachometer period, not stated", Some(true)).add("6/turn, 1 µs", |s| {
         s.true_hardware.tachometer.kind = TachometerKind::Period { resolution_s: 1e-6 };
         // The mean over the last edge interval is 0.5 to 1.5 of it old: 7 ms at 150 rad/s.
         s.hardware.gyro_delay_sigma_s = 7e-3;
     });
+    let mut stated = |name, levels: &[(&str, Tachometer)]| {
+        rows.group(name, Some(true));
+        for (level, tachometer) in levels.iter().copied() {
+            rows.add(level, move |s| s.hardware.tachometers.fill(tachometer));
+        }
+    };
+    let ideal = Tachometer::default();
+    let of_kind = |kind| Tachometer { kind, ..ideal };
+    let period = |edges_per_turn, resolution_s| Tachometer {
+        edges_per_turn,
+        ..of_kind(TachometerKind::Period { resolution_s })
+    };
+    stated("tachometer mean, stated", &[("–", of_kind(TachometerKind::Mean))]);
+    stated(
+        "tachometer counts 6/turn, stated",
+        &[("in 0.1 s", counting(Some(0.1))), ("in 1 s", counting(Some(1.0)))],
+    );
+    stated(
+        "tachometer period, stated",
+        &[
+            ("6/turn, 1 µs", period(6.0, 1e-6)),
+            ("6/turn, 10 µs", period(6.0, 1e-5)),
+            ("24/turn, 1 µs", period(24.0, 1e-6)),
+        ],
+    );
+    let rounded = |rpm| Tachometer { quantum_rad_s: rpm * RPM, ..ideal };
+    stated("tachometer rounded, stated", &[("3 rpm", rounded(3.0)), ("10 rpm", rounded(10.0))]);
+    let held = |hold_s| Tachometer { hold_s, ..ideal };
+    stated("tachometer held, stated", &[("1 s", held(1.0)), ("3 s", held(3.0))]);
     rows.group("tachometer rounded", Some(true));
     for rpm in [1.0, 3.0, 10.0] {
         let edit = move |s: &mut Scenario| s.true_hardware.tachometer.quantum_rad_s = rpm * RPM;

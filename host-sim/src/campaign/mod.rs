@@ -23,10 +23,12 @@ use rayon::iter::{ParallelBridge, ParallelIterator};
 use thiserror::Error;
 
 use crate::estimation::{
-    EstimatorName, Precision, SetUpError, Setup, estimate_log, largest_systematic,
+    EstimatorName, Method, Precision, SetUpError, Setup, estimate_log, largest_systematic,
+    with_wheel_error,
 };
 use crate::fault::Computer;
 use crate::input::Scenario;
+use crate::input::log::correct_wheels;
 use crate::simulation::log_of;
 use crate::truth::IntegrationFailed;
 pub(crate) use score::over;
@@ -140,8 +142,12 @@ impl Campaign<'_> {
         let scenario = self.scenario.of_seed(seed);
         let truth = self.truths.of_run(&scenario, seed)?;
         let reference = truth.reference;
-        let log = log_of(&scenario, &truth.flight, seed);
-        let craft = scenario.craft();
+        let mut log = log_of(&scenario, &truth.flight, seed);
+        let mut craft = scenario.craft();
+        if let Some(error) = correct_wheels(&mut log, &craft.hardware) {
+            let method = Method { estimator: self.estimator, precision: self.precision };
+            (craft, _) = with_wheel_error(method, &craft, &log, &error)?;
+        }
         let setup = Setup {
             estimator: self.estimator,
             precision: self.precision,

@@ -136,10 +136,12 @@ fn note_ignored_keys(scenario: &Scenario, notes: &mut Notes) {
         );
     }
     let hardware = &scenario.true_hardware;
-    if hardware.tachometer != Default::default() || hardware.clock != Default::default() {
+    if scenario.tachometers().any(|it| it != Default::default())
+        || hardware.clock != Default::default()
+    {
         notes.add(
-            "the wheels have encoders on the flight computer's own timer; [hardware.tachometer] and \
-             [hardware.clock] are ignored",
+            "the wheels have encoders on the flight computer's own timer; [wheels.tachometer], \
+             [hardware.tachometer] and [hardware.clock] are ignored",
         );
     }
     let gyro = &scenario.gyro;

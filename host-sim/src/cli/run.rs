@@ -5,8 +5,8 @@ use clap::Args;
 use super::estimate::{estimate, note_changes};
 use super::notes::Notes;
 use super::{Failure, Options, command_line, print};
-use crate::estimation::Method;
-use crate::input::log::LogRow;
+use crate::estimation::{Method, with_wheel_error};
+use crate::input::log::{LogRow, correct_wheels};
 use crate::input::scenario::DEFAULT_SCENARIO;
 use crate::input::{Craft, Scenario, plausible, scenario};
 use crate::report::{FlightResult, HistoryRow, ReportFolder, RunReport, Simulated, table};
@@ -51,7 +51,14 @@ pub(super) fn fly(
     let log = log_of(&scenario, &flight, seed);
     let craft = scenario.craft();
     let faults = (scenario.faults.as_slice(), seed);
-    let estimated = estimate(method, keep_history, &craft, &log, &scenario.name, faults, notes)?;
+    let mut rows = log.clone();
+    let (known, note) = match correct_wheels(&mut rows, &craft.hardware) {
+        Some(error) => with_wheel_error(method, &craft, &rows, &error)
+            .map_err(|error| Failure::SetUp { source_name: scenario.name.clone(), error })?,
+        None => (craft.clone(), None),
+    };
+    note.into_iter().for_each(|note| notes.add(note));
+    let estimated = estimate(method, keep_history, &known, &rows, &scenario.name, faults, notes)?;
     let report = RunReport::of_flight(&scenario, seed, &flight, estimated.report);
     Ok(Flown { scenario, craft, log, flight, report, history: estimated.history })
 }

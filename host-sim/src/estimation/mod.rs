@@ -23,6 +23,7 @@ mod name;
 mod setup;
 mod stream;
 mod system;
+mod wheel_error;
 
 pub use adapter::{Acceleration, AnyEstimator, any_estimator};
 pub use error::SetUpError;
@@ -33,3 +34,4 @@ pub use name::{EstimatorName, Method, Precision, Properties};
 pub use setup::Setup;
 pub use stream::{EstimationResult, estimate_log, median_period_s};
 pub use system::set_up;
+pub use wheel_error::with_wheel_error;

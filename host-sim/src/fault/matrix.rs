@@ -14,6 +14,7 @@ use super::{Entry, Judged, Record, inject, interval_us};
 use crate::campaign::{RunFailed, Truths};
 use crate::estimation::{Method, Setup};
 use crate::input::Scenario;
+use crate::input::craft::hardware::Tachometer;
 use crate::simulation::sensors;
 
 /// Largest final error over that of the clean flight after a transient that discards no data from before it.
@@ -138,7 +139,9 @@ impl Matrix<'_> {
     /// Flies one run of one estimator.
     fn task(&self, run: u64, method: usize) -> Result<Task, RunFailed> {
         let seed = self.first_seed.wrapping_add(run);
-        let scenario = Scenario { faults: Vec::new(), ..self.scenario.of_seed(seed) };
+        let mut scenario = Scenario { faults: Vec::new(), ..self.scenario.of_seed(seed) };
+        // The driver of the flight computer corrects its readings.
+        scenario.hardware.tachometers.fill(Tachometer::default());
         let truth = self.truths.of_run(&scenario, seed)?;
         let log = sensors(&scenario, &truth.flight, seed);
         let craft = scenario.craft();

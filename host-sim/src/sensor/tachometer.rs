@@ -18,7 +18,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use crate::input::scenario::hardware::{TachometerErrors, TachometerKind};
+use crate::input::craft::hardware::{Tachometer, TachometerKind};
 use crate::truth::Trajectory;
 use crate::truth::trajectory::EDGE_TIME_S;
 
@@ -84,41 +84,40 @@ impl<'a> Angles<'a> {
 
 /// Tachometers of all wheels, with their own random generator.
 pub struct Tachometers {
-    errors: TachometerErrors,
+    of_wheels: Vec<Tachometer>,
     period_s: f64,
     /// Angle of each wheel from its last edge at the start, rad.
     offset_rad: Vec<f64>,
-    /// Samples that hold the same output.
-    held_samples: u64,
     sample: u64,
     held_rad_s: Vec<f64>,
     random: Pcg64,
 }
 
 impl Tachometers {
-    /// Tachometers of this many wheels, read with this period, s.
-    pub fn new(errors: TachometerErrors, wheels: usize, period_s: f64, seed: u64) -> Self {
+    /// The tachometer of each wheel, read with this period, s.
+    pub fn new(of_wheels: Vec<Tachometer>, period_s: f64, seed: u64) -> Self {
         let mut random = Pcg64::seed_from_u64(seed);
         random.advance(TACHOMETER_OFFSET);
-        let edge_rad = std::f64::consts::TAU / errors.edges_per_turn;
-        let offset_rad = (0..wheels).map(|_| edge_rad * random.random::<f64>()).collect();
-        let held_samples = ((errors.hold_s / period_s).round() as u64).max(1);
-        let held_rad_s = vec![0.0; wheels];
-        Self { errors, period_s, offset_rad, held_samples, sample: 0, held_rad_s, random }
+        let offset_rad =
+            of_wheels.iter().map(|it| it.edge_rad() * random.random::<f64>()).collect();
+        let held_rad_s = vec![0.0; of_wheels.len()];
+        Self { of_wheels, period_s, offset_rad, sample: 0, held_rad_s, random }
     }
 
     /// Readings of the next sample, rad/s, from the true speeds at its time. With a trajectory, the
     /// speeds are those of the measuring principle at the true time of the sample, s.
     pub fn read(&mut self, true_rad_s: &[f64], along: Option<(&Angles<'_>, f64)>) -> Vec<f64> {
-        if self.sample.is_multiple_of(self.held_samples) {
-            for wheel in 0..true_rad_s.len() {
+        for (wheel, true_rad_s) in true_rad_s.iter().enumerate() {
+            let tachometer = self.of_wheels[wheel];
+            let held_samples = ((tachometer.hold_s / self.period_s).round() as u64).max(1);
+            if self.sample.is_multiple_of(held_samples) {
                 let measured = match along {
                     Some((angles, time_s)) => {
-                        self.measure(angles, wheel, time_s - self.errors.latency_s)
+                        self.measure(angles, wheel, time_s - tachometer.latency_s)
                     }
-                    None => true_rad_s[wheel],
+                    None => *true_rad_s,
                 };
-                self.held_rad_s[wheel] = self.digitise(measured);
+                self.held_rad_s[wheel] = self.digitise(&tachometer, measured);
             }
         }
         self.sample += 1;
@@ -126,7 +125,8 @@ impl Tachometers {
     }
 
     fn measure(&self, angles: &Angles<'_>, wheel: usize, time_s: f64) -> f64 {
-        match self.errors.kind {
+        let edge_rad = self.of_wheels[wheel].edge_rad();
+        match self.of_wheels[wheel].kind {
             TachometerKind::Speed => angles.speed_rad_s(wheel, time_s),
             TachometerKind::Mean => {
                 let turned = angles.angle_rad(wheel, time_s)
@@ -137,9 +137,9 @@ impl Tachometers {
                 let window_s = window_s.unwrap_or(self.period_s);
                 let edges = |time_s: f64| {
                     let angle = angles.angle_rad(wheel, time_s) + self.offset_rad[wheel];
-                    (angle / self.edge_rad()).floor()
+                    (angle / edge_rad).floor()
                 };
-                (edges(time_s) - edges(time_s - window_s)) * self.edge_rad() / window_s
+                (edges(time_s) - edges(time_s - window_s)) * edge_rad / window_s
             }
             TachometerKind::Period { resolution_s } => {
                 self.of_period(angles, wheel, time_s, resolution_s).unwrap_or(0.0)
@@ -155,7 +155,7 @@ impl Tachometers {
         resolution_s: f64,
     ) -> Option<f64> {
         let direction = angles.speed_rad_s(wheel, time_s).signum();
-        let (edge_rad, offset_rad) = (self.edge_rad(), self.offset_rad[wheel]);
+        let (edge_rad, offset_rad) = (self.of_wheels[wheel].edge_rad(), self.offset_rad[wheel]);
         let passed =
             (direction * (angles.angle_rad(wheel, time_s) + offset_rad) / edge_rad).floor();
         let edge = |number: f64| {
@@ -167,12 +167,8 @@ impl Tachometers {
         (between_s > 0.0).then(|| direction * edge_rad / between_s)
     }
 
-    fn edge_rad(&self) -> f64 {
-        std::f64::consts::TAU / self.errors.edges_per_turn
-    }
-
-    fn digitise(&mut self, speed_rad_s: f64) -> f64 {
-        let TachometerErrors { quantum_rad_s, noise_rad_s, .. } = self.errors;
+    fn digitise(&mut self, tachometer: &Tachometer, speed_rad_s: f64) -> f64 {
+        let Tachometer { quantum_rad_s, noise_rad_s, .. } = *tachometer;
         let mut reading = speed_rad_s;
         if noise_rad_s > 0.0 {
             let normal: f64 = StandardNormal.sample(&mut self.random);
@@ -209,10 +205,10 @@ mod tests {
     }
 
     /// Reading less true speed at these times.
-    fn errors(errors: TachometerErrors, late_s: f64) -> Vec<f64> {
+    fn errors(errors: Tachometer, late_s: f64) -> Vec<f64> {
         let trajectory = accelerating();
         let angles = Angles::new(&trajectory);
-        let mut tachometers = Tachometers::new(errors, 1, 0.1, 3);
+        let mut tachometers = Tachometers::new(vec![errors], 0.1, 3);
         (0..100u64)
             .map(|k| {
                 let time_s = k as f64 * 0.1;
@@ -227,16 +223,16 @@ mod tests {
 
     #[test]
     fn latency_and_mean_are_late() {
-        let late = TachometerErrors { latency_s: 0.03, ..TachometerErrors::default() };
+        let late = Tachometer { latency_s: 0.03, ..Tachometer::default() };
         assert!(largest(&errors(late, 0.03)) < 1e-6);
-        let mean = TachometerErrors { kind: TachometerKind::Mean, ..TachometerErrors::default() };
+        let mean = Tachometer { kind: TachometerKind::Mean, ..Tachometer::default() };
         assert!(largest(&errors(mean, 0.05)) < 1e-6);
     }
 
     #[test]
     fn count_is_whole_edges_of_the_window() {
         let kind = TachometerKind::Count { window_s: Some(0.5) };
-        let found = errors(TachometerErrors { kind, ..TachometerErrors::default() }, 0.25);
+        let found = errors(Tachometer { kind, ..Tachometer::default() }, 0.25);
         let edge = TAU / 6.0 / 0.5;
         // A count is off by less than one edge, and off by half of one somewhere.
         assert!(largest(&found) < edge && largest(&found) > 0.5 * edge, "{}", largest(&found));
@@ -249,7 +245,7 @@ mod tests {
     #[test]
     fn period_is_the_mean_speed_between_two_edges() {
         let kind = TachometerKind::Period { resolution_s: 1e-6 };
-        let found = errors(TachometerErrors { kind, ..TachometerErrors::default() }, 0.0);
+        let found = errors(Tachometer { kind, ..Tachometer::default() }, 0.0);
         // An edge takes 5.2 ms: the reading is 2.6 to 7.9 ms late, 0.008 to 0.024 rad/s; the resolution
         // is 1 µs of 5.2 ms, 0.04 rad/s.
         assert!(largest(&found) < 0.07, "{}", largest(&found));
@@ -259,19 +255,19 @@ mod tests {
 
     #[test]
     fn output_is_held_and_rounded() {
-        let held = TachometerErrors { hold_s: 1.0, ..TachometerErrors::default() };
+        let held = Tachometer { hold_s: 1.0, ..Tachometer::default() };
         for (k, error) in errors(held, 0.0).iter().enumerate() {
             assert!((error + 3.0 * 0.1 * (k % 10) as f64).abs() < 1e-6, "{k}: {error}");
         }
-        let rounded = TachometerErrors { quantum_rad_s: 0.1, ..TachometerErrors::default() };
+        let rounded = Tachometer { quantum_rad_s: 0.1, ..Tachometer::default() };
         let found = errors(rounded, 0.0);
         assert!(largest(&found) < 0.0501, "{}", largest(&found));
     }
 
     #[test]
     fn noise_has_its_sigma() {
-        let noisy = TachometerErrors { noise_rad_s: 0.5, ..TachometerErrors::default() };
-        let mut tachometers = Tachometers::new(noisy, 1, 0.1, 3);
+        let noisy = Tachometer { noise_rad_s: 0.5, ..Tachometer::default() };
+        let mut tachometers = Tachometers::new(vec![noisy], 0.1, 3);
         let squares = (0..10_000).map(|_| tachometers.read(&[7.0], None)[0] - 7.0);
         let variance = squares.map(|x| x * x).sum::<f64>() / 1e4;
         assert!((variance / 0.25 - 1.0).abs() < 5.0 * (2.0f64 / 1e4).sqrt(), "{variance}");

@@ -16,8 +16,8 @@ use nalgebra::Vector3;
 use super::flight::{advance_past_kinks, kinks_s};
 use super::integrate::{Equations, IntegrationFailed, advance};
 use super::spacecraft::Spacecraft;
+use crate::input::craft::hardware::{Tachometer, TachometerKind};
 use crate::input::scenario::Scenario;
-use crate::input::scenario::hardware::TachometerKind;
 
 /// Largest distance of two grid points, s.
 const MAX_STEP_S: f64 = 0.02;
@@ -252,12 +252,15 @@ fn margins_s(scenario: &Scenario) -> (f64, f64) {
         + hardware.gyro.delay_s.abs();
     let clock = &hardware.clock;
     let drift_s = clock.drift.abs() * scenario.duration_s;
-    let window_s = match hardware.tachometer.kind {
-        TachometerKind::Count { window_s } => window_s.unwrap_or(period_s),
-        TachometerKind::Period { .. } => EDGE_TIME_S,
-        TachometerKind::Speed | TachometerKind::Mean => period_s,
+    let reach_s = |tachometer: Tachometer| {
+        let window_s = match tachometer.kind {
+            TachometerKind::Count { window_s } => window_s.unwrap_or(period_s),
+            TachometerKind::Period { .. } => EDGE_TIME_S,
+            TachometerKind::Speed | TachometerKind::Mean => period_s,
+        };
+        period_s.max(window_s) + tachometer.latency_s
     };
-    let before_s = period_s.max(window_s) + hardware.tachometer.latency_s;
+    let before_s = scenario.tachometers().map(reach_s).fold(period_s, f64::max);
     let filter_s = LAG_CONSTANTS * hardware.gyro.lag_s;
     (delay_s + filter_s + before_s + period_s, delay_s + drift_s + period_s)
 }

@@ -39,10 +39,12 @@ const ROOT: Table = Table {
 };
 
 /// The tables of a craft file.
-pub const TABLES: [Table; 15] = [
+pub const TABLES: [Table; 17] = [
     ROOT,
     wheel::TABLE,
+    hardware::TACHOMETER_TABLE,
     hardware::WHEELS_TABLE,
+    hardware::TACHOMETERS_TABLE,
     gyro::TABLE,
     hardware::TORQUE_TABLE,
     hardware::MOUNT_TABLE,
@@ -196,6 +198,7 @@ struct CraftFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::craft::hardware::{Tachometer, TachometerKind};
     use crate::craft::{Mode, WheelLimits};
     use crate::error::Problem;
 
@@ -220,6 +223,14 @@ mod tests {
             clock_sigma: 1e-4,
             wheel_spin_inertia_sigma: vec![0.02],
             wheel_axis_sigma_rad: vec![0.3f64.to_radians()],
+            tachometers: vec![Tachometer {
+                kind: TachometerKind::Period { resolution_s: 5e-7 },
+                edges_per_turn: 24.0,
+                quantum_rad_s: 0.1,
+                hold_s: 1.0,
+                latency_s: 0.01,
+                noise_rad_s: 0.02,
+            }],
             common_spin_inertia_sigma: 0.004,
             torque_scale_sigma: 0.1,
             torque_sigma_n_m: Some(1e-5),
@@ -424,7 +435,7 @@ mod tests {
             message("[[wheel]]\naxs = [1, 0, 0]\nspin_inertia_kg_m2 = 1\n[gyros]\n[gyro]\nnoise = 1\n"),
             "craft.toml:2: unknown key `axs` (did you mean `axis`?); known keys here: name, axis, \
              spin_inertia_kg_m2, max_torque_n_m, max_speed_rad_s, spin_inertia_sigma, \
-             axis_sigma_deg\n\
+             axis_sigma_deg, tachometer\n\
              error: craft.toml:4: unknown key `gyros` (did you mean `gyro`?); known keys here: wheel, \
              wheels, gyro, torque, mount, mode, prior, filter, disturbance, log\n\
              error: craft.toml:6: unknown key `noise` (did you mean `noise_rad_s`?); known keys here: "
@@ -454,7 +465,10 @@ mod tests {
     #[test]
     fn every_key_of_the_reader_has_a_row_in_the_reference() {
         for table in TABLES {
-            let source = TomlSource::new("craft.toml", &format!("{}\nxyzzy = 1", table.header));
+            // A table of a wheel follows its wheel.
+            let above = if table.header.starts_with("[wheel.") { "[[wheel]]\n" } else { "" };
+            let text = format!("{above}{}\nxyzzy = 1", table.header);
+            let source = TomlSource::new("craft.toml", &text);
             let problem = source.parse::<CraftFile>().err().unwrap().problem;
             let Problem::UnknownKey { known, .. } = problem else { panic!("{problem}") };
             assert_eq!(known, table.names(), "{}", table.header);

@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::hardware::{AXIS_SIGMA, SPIN_INERTIA_SIGMA, StatedHardware, WheelStatements};
+use super::hardware::{
+    AXIS_SIGMA, SPIN_INERTIA_SIGMA, StatedHardware, TACHOMETER, TachometerFile, WheelStatements,
+};
 use crate::error::{InputError, Problem};
 use crate::key::{ANY, DIRECTION, Key, NUMBER, POSITIVE, TEXT, Table, VECTOR};
 use crate::section::{List, Section};
@@ -54,7 +56,16 @@ pub const MAX_SPEED: Key = Key::required(
 pub const TABLE: Table = Table {
     header: "[[wheel]]",
     about: "A reaction wheel. At most 8, in the order of the log's columns; none is valid.",
-    keys: &[NAME, AXIS, SPIN_INERTIA, MAX_TORQUE, MAX_SPEED, SPIN_INERTIA_SIGMA, AXIS_SIGMA],
+    keys: &[
+        NAME,
+        AXIS,
+        SPIN_INERTIA,
+        MAX_TORQUE,
+        MAX_SPEED,
+        SPIN_INERTIA_SIGMA,
+        AXIS_SIGMA,
+        TACHOMETER,
+    ],
 };
 
 /// A reaction wheel: balanced, symmetric about its axis.
@@ -158,6 +169,7 @@ pub(super) struct WheelFile {
     max_speed_rad_s: Option<Spanned<f64>>,
     spin_inertia_sigma: Option<Spanned<f64>>,
     axis_sigma_deg: Option<Spanned<f64>>,
+    tachometer: Option<TachometerFile>,
 }
 
 impl WheelFile {
@@ -166,6 +178,7 @@ impl WheelFile {
         WheelStatements {
             spin_inertia_sigma: self.spin_inertia_sigma.clone(),
             axis_sigma_deg: self.axis_sigma_deg.clone(),
+            tachometer: self.tachometer.clone(),
         }
     }
 

@@ -17,11 +17,12 @@ mod held;
 mod read;
 mod record;
 mod samples;
+mod tachometer;
 mod time;
 mod time_columns;
 mod write;
 
 pub use columns::COLUMNS;
 pub use read::LogTables;
-pub use record::{Interpolation, LogRow, RecordedLog};
+pub use record::{Interpolation, LogRow, RecordedLog, correct_wheels};
 pub use write::write_log;

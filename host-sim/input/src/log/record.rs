@@ -4,7 +4,11 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::tachometer;
 use crate::craft::StatedHardware;
+
+/// Reason of the rows beyond the instants of the wheels' readings.
+const NO_WHEELS: &str = "no_wheels";
 
 /// A checked log: at least one row, time strictly increasing, every value finite.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,13 +28,29 @@ pub struct RecordedLog {
 }
 
 impl RecordedLog {
-    /// Removes the known scale error and misalignment of the gyro from the readings. A known delay
-    /// remains: it is the mean of the estimator's time offset.
+    /// Removes the known scale error and misalignment of the gyro from the readings, and the delay of stated
+    /// tachometers. A known delay of the gyro remains: it is the mean of the estimator's time offset.
     pub fn correct(&mut self, hardware: &StatedHardware) {
         for row in &mut self.rows {
             row.rate_rad_s = hardware.corrected_rate_rad_s(&row.rate_rad_s);
         }
+        let rows = self.rows.len();
+        let Some(corrected) = correct_wheels(&mut self.rows, hardware) else { return };
+        let left_out = rows - self.rows.len();
+        if left_out > 0 {
+            self.skipped_rows.insert(NO_WHEELS, left_out as u64);
+        }
+        self.interpolation = Some(match &self.interpolation {
+            Some(held) => held.with(&corrected),
+            None => corrected,
+        });
     }
+}
+
+/// Corrects the wheel speeds of the rows by what is stated of the tachometers, and leaves out rows beyond the instant of
+/// the last reading or before a gap. Returns the error that remains; none if nothing is stated.
+pub fn correct_wheels(rows: &mut Vec<LogRow>, hardware: &StatedHardware) -> Option<Interpolation> {
+    tachometer::correct(rows, hardware)
 }
 
 /// Error of interpolated wheel speeds.
@@ -40,6 +60,17 @@ pub struct Interpolation {
     pub sigma_rad_s: Vec<f64>,
     /// Typical time between readings, s.
     pub period_s: f64,
+}
+
+impl Interpolation {
+    /// This error and another one of the same wheels.
+    fn with(&self, other: &Self) -> Self {
+        let pairs = self.sigma_rad_s.iter().zip(&other.sigma_rad_s);
+        Self {
+            sigma_rad_s: pairs.map(|(a, b)| a.hypot(*b)).collect(),
+            period_s: self.period_s.max(other.period_s),
+        }
+    }
 }
 
 /// One sample.

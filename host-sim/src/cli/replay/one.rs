@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use flight_input::inertia::tensor;
-
 use super::super::Failure;
 use super::super::estimate::{Estimated, estimate};
 use super::super::notes::Notes;
 use crate::diagnosis::diagnose;
-use crate::estimation::{EstimatorName, Method, Precision, median_period_s};
-use crate::input::{Craft, RecordedLog, interpolated, log_file, plausible, units};
+use crate::estimation::{EstimatorName, Method, Precision, with_wheel_error};
+use crate::input::{Craft, RecordedLog, log_file, plausible, units};
 use crate::report::{ExplanationReport, FlightResult, ReportFolder};
 
 /// A log and the craft that recorded it.
@@ -72,40 +70,18 @@ impl Replay<'_> {
 }
 
 impl Replay<'_> {
-    /// The craft, with the error of interpolated wheel speeds in the noise of its gyro. Its effect on the rate
-    /// requires the inertia: that of a first pass, or of the prior.
+    /// The craft, with the error of interpolated wheel speeds in the noise of its gyro.
     fn with_interpolation(
         &self,
         method: Method,
         read: &Read,
         notes: &mut Notes,
     ) -> Result<Craft, Failure> {
-        let mut craft = self.craft.clone();
-        let Some(interpolation) = &read.log.interpolation else { return Ok(craft) };
-        let rows = &read.log.rows;
-        let first =
-            estimate(method, false, &craft, rows, &read.file, (&[], 0), Notes::quiet())?.report;
-        let is_known = first.observed_directions == 6 && first.physical;
-        let found = is_known.then(|| first.elements_kg_m2());
-        let elements = found.or_else(|| craft.prior.as_ref().map(|prior| prior.inertia_kg_m2));
-        let noise = elements.and_then(|elements| {
-            let inertia = tensor(&elements);
-            interpolated::rate_noise_rad_s(&craft, interpolation, &inertia, median_period_s(rows))
-        });
-        let Some(noise) = noise else {
-            notes.add(
-                "the error of the interpolated wheel speeds is not in the sigma: no inertia is known; \
-                 state a [prior]",
-            );
-            return Ok(craft);
-        };
-        // A noise that is not stated is that of the residuals, the error of the interpolation included.
-        let gyro = craft.gyro.noise_rad_s.unwrap_or(first.residual_rms_rad_s);
-        craft.gyro.noise_rad_s = Some(gyro.hypot(noise));
-        notes.add(format!(
-            "the error of the interpolated wheel speeds is in the sigma, as a noise of {noise:.2e} rad/s \
-             beside that of the gyro, {gyro:.2e} rad/s"
-        ));
+        let Some(error) = &read.log.interpolation else { return Ok(self.craft.clone()) };
+        let failure = |error| Failure::SetUp { source_name: read.file.clone(), error };
+        let (craft, note) =
+            with_wheel_error(method, self.craft, &read.log.rows, error).map_err(failure)?;
+        note.into_iter().for_each(|note| notes.add(note));
         Ok(craft)
     }
 }

@@ -75,16 +75,19 @@ const WHEELS_TABLE: Table = Table {
         hardware::EACH_SPIN_INERTIA_SIGMA.or("0"),
         hardware::EACH_AXIS_SIGMA.or("0"),
         hardware::COMMON_SPIN_INERTIA_SIGMA,
+        hardware::EACH_TACHOMETER,
     ],
     ..hardware::WHEELS_TABLE
 };
 
-const OWN_TABLES: [Table; 18] = [
+const OWN_TABLES: [Table; 20] = [
     ROOT,
     spacecraft::TABLE,
     wheel::TABLE,
     profile::WHEEL_TABLE,
+    hardware::TACHOMETER_TABLE,
     WHEELS_TABLE,
+    hardware::TACHOMETERS_TABLE,
     profile::EXTERNAL_TABLE,
     control::TABLE,
     gyro::TABLE,

@@ -2,7 +2,9 @@
 
 use flight_input::InputError;
 use flight_input::craft::Wheel;
-use flight_input::craft::hardware::{AXIS_SIGMA, SPIN_INERTIA_SIGMA, WheelStatements};
+use flight_input::craft::hardware::{
+    AXIS_SIGMA, SPIN_INERTIA_SIGMA, TACHOMETER, TachometerFile, WheelStatements,
+};
 use flight_input::craft::wheel::{
     AXIS, MAX_SPEED, MAX_TORQUE, NAME, SPIN_INERTIA, WheelLimitsFile,
 };
@@ -40,6 +42,7 @@ pub(super) const TABLE: Table = Table {
         TORQUE,
         SPIN_INERTIA_SIGMA,
         AXIS_SIGMA,
+        TACHOMETER,
     ],
 };
 
@@ -67,6 +70,7 @@ pub(super) struct WheelFile {
     torque: Option<WheelProfileFile>,
     spin_inertia_sigma: Option<Spanned<f64>>,
     axis_sigma_deg: Option<Spanned<f64>>,
+    tachometer: Option<TachometerFile>,
 }
 
 impl WheelFile {
@@ -75,6 +79,7 @@ impl WheelFile {
         WheelStatements {
             spin_inertia_sigma: self.spin_inertia_sigma.clone(),
             axis_sigma_deg: self.axis_sigma_deg.clone(),
+            tachometer: self.tachometer.clone(),
         }
     }
 

@@ -1,6 +1,8 @@
 //! Keys of the stated hardware, and the data-sheet values of a craft file's absent keys.
 
-use crate::key::{ANY, FINITE, FLAG, Key, NOT_NEGATIVE, NUMBER, POSITIVE, Range, Table, VECTOR};
+use crate::key::{
+    ANY, FINITE, FLAG, Key, NOT_NEGATIVE, NUMBER, POSITIVE, Range, TABLE, Table, VECTOR,
+};
 
 /// Largest share: the linear error model has errors of its square.
 const LARGEST_SHARE: f64 = 0.5;
@@ -229,11 +231,18 @@ const DAMPING_SIGMA: Key = Key::required(
 )
 .or("0.25, assumed");
 
+/// Tachometers of all wheels.
+pub const EACH_TACHOMETER: Key =
+    Key::required("tachometer", TABLE, "", ANY, "Tachometers of all wheels").or("ideal");
+/// Tachometer of one wheel.
+pub const TACHOMETER: Key =
+    Key::required("tachometer", TABLE, "", ANY, "Tachometer").or("that of `[wheels]`");
+
 /// The keys of `[wheels]`.
 pub const WHEELS_TABLE: Table = Table {
     header: "[wheels]",
     about: "Errors of all wheels. Those of a single wheel are keys of its `[[wheel]]`. Optional.",
-    keys: &[EACH_SPIN_INERTIA_SIGMA, EACH_AXIS_SIGMA, COMMON_SPIN_INERTIA_SIGMA],
+    keys: &[EACH_SPIN_INERTIA_SIGMA, EACH_AXIS_SIGMA, COMMON_SPIN_INERTIA_SIGMA, EACH_TACHOMETER],
 };
 /// The keys of `[torque]` in a craft file.
 pub const TORQUE_TABLE: Table = Table {

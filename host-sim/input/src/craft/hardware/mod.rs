@@ -32,6 +32,7 @@
 
 mod keys;
 mod read;
+mod tachometer;
 mod write;
 
 use nalgebra::{Matrix3, Vector3};
@@ -39,13 +40,17 @@ use nalgebra::{Matrix3, Vector3};
 pub use keys::{
     AVERAGED, AXES_SIGMA, AXIS_SIGMA, Assumption, BIAS_INSTABILITY, BIAS_SIGMA, BIAS_WALK,
     CLOCK_SIGMA, COMMON_SPIN_INERTIA_SIGMA, DATA_SHEET, DELAY, DELAY_SIGMA, EACH_AXIS_SIGMA,
-    EACH_SPIN_INERTIA_SIGMA, KNOWN_AXES, KNOWN_SCALE, MODE_TABLE, MOUNT_SIGMA, MOUNT_TABLE,
-    NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA,
-    TORQUE_TABLE, VARYING_TORQUE_SIGMA, WHEELS_TABLE,
+    EACH_SPIN_INERTIA_SIGMA, EACH_TACHOMETER, KNOWN_AXES, KNOWN_SCALE, MODE_TABLE, MOUNT_SIGMA,
+    MOUNT_TABLE, NOISE_TOLERANCE, SCALE_SIGMA, SPIN_INERTIA_SIGMA, TACHOMETER, TORQUE_SCALE_SIGMA,
+    TORQUE_SIGMA, TORQUE_TABLE, VARYING_TORQUE_SIGMA, WHEELS_TABLE,
 };
 pub use read::{
     GyroStatements, ModeFile, MountFile, Statements, TorqueScaleFile, Unstated, WheelStatements,
     WheelsFile,
+};
+pub use tachometer::{
+    TACHOMETER_KEYS, TACHOMETER_TABLE, TACHOMETERS_TABLE, Tachometer, TachometerFile,
+    TachometerKind,
 };
 
 /// Errors of the hardware as known to the estimator: known parts, and one sigma of the rest.
@@ -81,6 +86,8 @@ pub struct StatedHardware {
     pub wheel_spin_inertia_sigma: Vec<f64>,
     /// Tilt of each wheel's axis along each of its two [`tilt_directions`], one sigma, rad.
     pub wheel_axis_sigma_rad: Vec<f64>,
+    /// Tachometer of each wheel.
+    pub tachometers: Vec<Tachometer>,
     /// Error that all spin inertias have in common, one sigma, share.
     pub common_spin_inertia_sigma: f64,
     /// Scale error of the external torque, the same for all axes, one sigma, share.
@@ -118,6 +125,7 @@ impl StatedHardware {
         Self {
             wheel_spin_inertia_sigma: vec![0.0; wheels],
             wheel_axis_sigma_rad: vec![0.0; wheels],
+            tachometers: vec![Tachometer::default(); wheels],
             ..Self::default()
         }
     }

@@ -10,6 +10,7 @@ use super::keys::{
     MODE_FREQUENCY, MODE_FREQUENCY_SIGMA, MOUNT_SIGMA, NOISE_TOLERANCE, SCALE_SIGMA,
     SPIN_INERTIA_SIGMA, TORQUE_SCALE_SIGMA, TORQUE_SIGMA, VARYING_TORQUE_SIGMA,
 };
+use super::tachometer::TachometerFile;
 use super::{Mode, StatedHardware};
 use crate::error::InputError;
 use crate::key::Key;
@@ -62,6 +63,8 @@ pub struct WheelStatements {
     pub spin_inertia_sigma: Number,
     /// `axis_sigma_deg`.
     pub axis_sigma_deg: Number,
+    /// `[wheel.tachometer]`.
+    pub tachometer: Option<TachometerFile>,
 }
 
 /// `[wheels]` as written.
@@ -71,6 +74,7 @@ pub struct WheelsFile {
     spin_inertia_sigma: Number,
     axis_sigma_deg: Number,
     common_spin_inertia_sigma: Number,
+    tachometer: Option<TachometerFile>,
 }
 
 /// `[torque]` of a craft file as written.
@@ -196,6 +200,8 @@ impl Statements {
         let inertia =
             section.optional_number(&EACH_SPIN_INERTIA_SIGMA, &each.spin_inertia_sigma)?;
         let axis_deg = section.optional_number(&EACH_AXIS_SIGMA, &each.axis_sigma_deg)?;
+        let tachometer = each.tachometer.clone().unwrap_or_default();
+        let tachometer = tachometer.read(&section.table("tachometer"))?;
         for (index, wheel) in self.each_wheel.iter().enumerate() {
             let entry = root.entry("wheel", index);
             let own = entry.optional_number(&SPIN_INERTIA_SIGMA, &wheel.spin_inertia_sigma)?;
@@ -206,6 +212,10 @@ impl Statements {
                 own_deg.or(axis_deg).unwrap_or_else(|| reader.absent("wheel.axis_sigma_deg"));
             hardware.wheel_spin_inertia_sigma.push(sigma);
             hardware.wheel_axis_sigma_rad.push(tilt_deg.to_radians());
+            hardware.tachometers.push(match &wheel.tachometer {
+                Some(own) => own.read(&entry.table("tachometer"))?,
+                None => tachometer,
+            });
         }
         let common = &each.common_spin_inertia_sigma;
         hardware.common_spin_inertia_sigma =

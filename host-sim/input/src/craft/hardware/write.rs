@@ -61,6 +61,9 @@ impl StatedHardware {
         self.write_assumable(text, "wheel.spin_inertia_sigma", &SPIN_INERTIA_SIGMA, sigma);
         let tilt_deg = degrees(of(&self.wheel_axis_sigma_rad));
         self.write_assumable(text, "wheel.axis_sigma_deg", &AXIS_SIGMA, tilt_deg);
+        if let Some(tachometer) = self.tachometers.get(index) {
+            tachometer.write(text);
+        }
     }
 
     /// The tables `[wheels]`, `[torque]`, `[mount]` and `[[mode]]`.

@@ -10,6 +10,7 @@
 //! stated.
 
 use flight_input::craft::MAX_WHEELS;
+use flight_input::craft::hardware::{Tachometer, TachometerKind};
 use nalgebra::{Unit, Vector3};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -125,6 +126,16 @@ impl Scenario {
             || stated.gyro_delay_sigma_s != 0.0
             || stated.gyro_averaged
             || self.true_hardware.needs_trajectory()
+            || self.tachometers().any(|it| it.kind != TachometerKind::Speed || it.latency_s != 0.0)
+    }
+
+    /// True tachometer of each wheel: that of `[hardware]`, or the stated one.
+    pub fn tachometers(&self) -> impl Iterator<Item = Tachometer> + '_ {
+        let of_all = self.true_hardware.tachometer;
+        let is_ideal = of_all == Tachometer::default();
+        let stated = |wheel: usize| self.hardware.tachometers.get(wheel).copied();
+        (0..self.wheels.len())
+            .map(move |wheel| stated(wheel).filter(|_| is_ideal).unwrap_or(of_all))
     }
 }
 

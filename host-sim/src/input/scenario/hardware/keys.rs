@@ -1,8 +1,9 @@
 //! Keys of `[hardware]`.
 
+use flight_input::craft::hardware::TACHOMETER_KEYS;
 use flight_input::key::{
     ANY, DIRECTION, FINITE, FLAG, Key, NOT_NEGATIVE, NUMBER, POSITIVE, Range, TABLE as A_TABLE,
-    TABLES as REPEATED, TEXT, Table, VECTOR,
+    TABLES as REPEATED, Table, VECTOR,
 };
 
 const SHARE: Range = Range::new("above -0.5 and below 0.5", |x| x.abs() < 0.5);
@@ -11,7 +12,6 @@ const PROBABILITY: Range = Range::new("0 to 1", |x| (0.0..=1.0).contains(&x));
 const CORRELATION: Range = Range::new("zero or positive, below 1", |x| (0.0..1.0).contains(&x));
 const HALF: Range = Range::new("zero or positive, below 0.5", |x| (0.0..0.5).contains(&x));
 const PARTS_PER_MILLION: Range = Range::new("-100000 to 100000", |x| x.abs() <= 1e5);
-const KINDS: Range = Range::new("speed, mean, count or period", |_| true);
 /// Modal inertia. The readers check the sum over the modes.
 pub(super) const MODAL_SHARE: Range = Range::new(
     "positive, and small enough for the least moment of the body to stay positive",
@@ -186,53 +186,10 @@ const WHEELS_TABLE: Table = Table {
     keys: &[COMMON_SPIN_INERTIA],
 };
 
-pub(super) const KIND: Key = Key::required(
-    "kind",
-    TEXT,
-    "",
-    KINDS,
-    "Instantaneous speed, mean over the sample interval, edges in a window, or time between two edges",
-)
-.or("speed");
-pub(super) const EDGES: Key =
-    Key::required("edges_per_turn", NUMBER, "", POSITIVE, "Edges per turn").or("6");
-pub(super) const WINDOW: Key =
-    Key::required("window_s", NUMBER, "s", POSITIVE, "`count`: window that ends with the reading")
-        .or("sample period");
-pub(super) const RESOLUTION: Key =
-    Key::required("resolution_s", NUMBER, "s", POSITIVE, "`period`: resolution of the timer")
-        .or("1e-6");
-pub(super) const QUANTUM: Key =
-    Key::required("quantum_rad_s", NUMBER, "rad/s", NOT_NEGATIVE, "Least significant bit").or("0");
-pub(super) const HOLD: Key = Key::required(
-    "hold_s",
-    NUMBER,
-    "s",
-    NOT_NEGATIVE,
-    "Interval at which the output is renewed; held in between",
-)
-.or("0");
-pub(super) const LATENCY: Key = Key::required(
-    "latency_s",
-    NUMBER,
-    "s",
-    NOT_NEGATIVE,
-    "A reading stamped t shows the speed at t − latency",
-)
-.or("0");
-pub(super) const TACHOMETER_NOISE: Key = Key::required(
-    "noise_rad_s",
-    NUMBER,
-    "rad/s",
-    NOT_NEGATIVE,
-    "White noise of a reading, one sigma",
-)
-.or("0");
-
 const TACHOMETER_TABLE: Table = Table {
     header: "[hardware.tachometer]",
-    about: "Errors of the tachometers, the same for each wheel. `pil` has encoders instead. Optional.",
-    keys: &[KIND, EDGES, WINDOW, RESOLUTION, QUANTUM, HOLD, LATENCY, TACHOMETER_NOISE],
+    about: "True tachometers of all wheels, in place of the stated ones. `pil` has encoders instead. Optional.",
+    keys: TACHOMETER_KEYS,
 };
 
 pub(super) const TORQUE_SCALE: Key =
@@ -343,7 +300,7 @@ const ROOT: Table = Table {
         Key::required("clock", A_TABLE, "", ANY, "Clock of the samples").or("ideal"),
         Key::required("wheel", REPEATED, "", ANY, "Each wheel").or("ideal"),
         Key::required("wheels", A_TABLE, "", ANY, "All wheels").or("ideal"),
-        Key::required("tachometer", A_TABLE, "", ANY, "Tachometers").or("ideal"),
+        Key::required("tachometer", A_TABLE, "", ANY, "Tachometers").or("the stated ones"),
         Key::required("torque", A_TABLE, "", ANY, "Commanded external torque").or("ideal"),
         Key::required("orbit", A_TABLE, "", ANY, "Orbit").or("none"),
         Key::required("pulse", REPEATED, "", ANY, "Thruster pulses").or("none"),

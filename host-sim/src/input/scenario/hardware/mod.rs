@@ -20,7 +20,7 @@ pub mod draw;
 mod keys;
 mod read;
 
-use flight_input::craft::hardware::{gyro_matrix, tilt_directions};
+use flight_input::craft::hardware::{Tachometer, gyro_matrix, tilt_directions};
 use nalgebra::{Matrix3, Unit, Vector3};
 
 use super::wheel::SimulatedWheel;
@@ -38,8 +38,8 @@ pub struct TrueHardware {
     pub wheels: Vec<WheelErrors>,
     /// Error that all spin inertias have in common, share.
     pub common_spin_inertia: f64,
-    /// Tachometers, the same model for each wheel.
-    pub tachometer: TachometerErrors,
+    /// Tachometers of all wheels, in place of the stated ones unless ideal.
+    pub tachometer: Tachometer,
     /// Scale error of the external torque: the true one is `1 + torque_scale` times the commanded.
     pub torque_scale: f64,
     /// Orbit, for torques of the environment.
@@ -127,59 +127,6 @@ pub struct WheelErrors {
     pub dynamic_imbalance_kg_m2: f64,
 }
 
-/// Measuring principle of a tachometer.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum TachometerKind {
-    /// Instantaneous speed.
-    #[default]
-    Speed,
-    /// Mean speed over the sample interval that ends with the reading.
-    Mean,
-    /// Number of edges in a window that ends with the reading, over its duration.
-    Count {
-        /// Duration of the window, s; none for the sample period.
-        window_s: Option<f64>,
-    },
-    /// Inverse of the time between the last two edges.
-    Period {
-        /// Resolution of the timer, s.
-        resolution_s: f64,
-    },
-}
-
-/// Errors of the tachometers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TachometerErrors {
-    /// Measuring principle.
-    pub kind: TachometerKind,
-    /// Edges per turn, of the principles that count edges.
-    pub edges_per_turn: f64,
-    /// Least significant bit, rad/s; zero for a continuous output.
-    pub quantum_rad_s: f64,
-    /// The output is renewed at this interval and held in between, s; zero for each sample.
-    pub hold_s: f64,
-    /// A reading stamped `t` shows the speed at `t − latency`, s.
-    pub latency_s: f64,
-    /// White noise of one reading, one sigma, rad/s.
-    pub noise_rad_s: f64,
-}
-
-impl Default for TachometerErrors {
-    fn default() -> Self {
-        Self {
-            kind: TachometerKind::Speed,
-            edges_per_turn: DEFAULT_EDGES_PER_TURN,
-            quantum_rad_s: 0.0,
-            hold_s: 0.0,
-            latency_s: 0.0,
-            noise_rad_s: 0.0,
-        }
-    }
-}
-
-/// Edges of one Hall sensor on a motor with six pole pairs.
-pub(super) const DEFAULT_EDGES_PER_TURN: f64 = 6.0;
-
 /// Circular orbit about the Earth, and properties of the body that its environment acts on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Orbit {
@@ -249,13 +196,10 @@ impl TrueHardware {
     /// True if a reading depends on the motion between the samples.
     pub fn needs_trajectory(&self) -> bool {
         let gyro = &self.gyro;
-        let tachometer = &self.tachometer;
         gyro.delay_s != 0.0
             || gyro.lag_s != 0.0
             || gyro.averaged
             || self.clock != ClockErrors::default()
-            || tachometer.kind != TachometerKind::Speed
-            || tachometer.latency_s != 0.0
     }
 
     /// True if a wheel has an imbalance.

@@ -1,6 +1,7 @@
 //! `[hardware]` as written, and its checks.
 
 use flight_input::InputError;
+use flight_input::craft::hardware::TachometerFile;
 use flight_input::key::Key;
 use flight_input::section::{List, Section};
 use nalgebra::Unit;
@@ -10,20 +11,18 @@ use toml::Spanned;
 use super::super::problem::ScenarioProblem;
 use super::keys::{
     AIR_DENSITY, ALTITUDE, AXES, AXIS_TILT, COMMON_SPIN_INERTIA, DAMPING, DELAY, DIPOLE, DRAG_AREA,
-    DRIFT, DYNAMIC_IMBALANCE, EDGES, FLICKER, FREQUENCY, HOLD, INCLINATION, INERTIA_SHARE, JITTER,
-    LAG, LATENCY, MODE_AXIS, NOISE_CORRELATION, NOISE_FACTOR, OUTLIER_SHARE, OUTLIER_SIGMA, PHASE,
-    POSITION, PRESSURE_CENTRE, PULSE_DURATION, PULSE_TIME, PULSE_TORQUE, QUANTUM, RESOLUTION,
-    SCALE, SPIN_INERTIA, STATIC_IMBALANCE, TACHOMETER_NOISE, TORQUE_SCALE, WINDOW,
+    DRIFT, DYNAMIC_IMBALANCE, FLICKER, FREQUENCY, INCLINATION, INERTIA_SHARE, JITTER, LAG,
+    MODE_AXIS, NOISE_CORRELATION, NOISE_FACTOR, OUTLIER_SHARE, OUTLIER_SIGMA, PHASE, POSITION,
+    PRESSURE_CENTRE, PULSE_DURATION, PULSE_TIME, PULSE_TORQUE, SCALE, SPIN_INERTIA,
+    STATIC_IMBALANCE, TORQUE_SCALE,
 };
 use super::{
-    ClockErrors, DEFAULT_EDGES_PER_TURN, DEFAULT_OUTLIER_SIGMA, GyroErrors, Orbit, Pulse,
-    TachometerErrors, TachometerKind, TrueHardware, TrueMode, WheelErrors,
+    ClockErrors, DEFAULT_OUTLIER_SIGMA, GyroErrors, Orbit, Pulse, TrueHardware, TrueMode,
+    WheelErrors,
 };
 
 /// Parts of a whole per part per million.
 const PER_MILLION: f64 = 1e-6;
-/// Resolution of a timer at 1 MHz, s.
-const DEFAULT_RESOLUTION_S: f64 = 1e-6;
 
 type Number = Option<Spanned<f64>>;
 
@@ -96,30 +95,6 @@ struct WheelFile {
 #[serde(deny_unknown_fields)]
 struct WheelsFile {
     common_spin_inertia: Number,
-}
-
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Kind {
-    #[default]
-    Speed,
-    Mean,
-    Count,
-    Period,
-}
-
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TachometerFile {
-    #[serde(default)]
-    kind: Kind,
-    edges_per_turn: Number,
-    window_s: Number,
-    resolution_s: Number,
-    quantum_rad_s: Number,
-    hold_s: Number,
-    latency_s: Number,
-    noise_rad_s: Number,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -277,26 +252,6 @@ impl WheelFile {
             static_imbalance_kg_m: or(section, &STATIC_IMBALANCE, static_imbalance, 0.0)?,
             position_m: section.vector_or_zero(&POSITION, &self.position_m)?,
             dynamic_imbalance_kg_m2: or(section, &DYNAMIC_IMBALANCE, dynamic_imbalance, 0.0)?,
-        })
-    }
-}
-
-impl TachometerFile {
-    fn read(&self, section: &Section<'_>) -> Result<TachometerErrors, InputError> {
-        let window_s = section.optional_number(&WINDOW, &self.window_s)?;
-        let resolution_s = or(section, &RESOLUTION, &self.resolution_s, DEFAULT_RESOLUTION_S)?;
-        Ok(TachometerErrors {
-            kind: match self.kind {
-                Kind::Speed => TachometerKind::Speed,
-                Kind::Mean => TachometerKind::Mean,
-                Kind::Count => TachometerKind::Count { window_s },
-                Kind::Period => TachometerKind::Period { resolution_s },
-            },
-            edges_per_turn: or(section, &EDGES, &self.edges_per_turn, DEFAULT_EDGES_PER_TURN)?,
-            quantum_rad_s: or(section, &QUANTUM, &self.quantum_rad_s, 0.0)?,
-            hold_s: or(section, &HOLD, &self.hold_s, 0.0)?,
-            latency_s: or(section, &LATENCY, &self.latency_s, 0.0)?,
-            noise_rad_s: or(section, &TACHOMETER_NOISE, &self.noise_rad_s, 0.0)?,
         })
     }
 }
