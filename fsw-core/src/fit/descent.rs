@@ -200,11 +200,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         if self.weights_grow() {
             return Next::Pass(self.pass.point);
         }
-        // A damped step leaves most of its decrement, and a step along a curved valley finds another one: it
-        // is not rounding then that moves the point.
-        let promised = self.last_decrement * variance;
-        let is_falling = self.damping > T::zero()
-            || self.best.is_some_and(|(_, best)| best - cost > promised * T::lit(FALLING));
+        let is_falling = self.is_falling(cost, variance);
         if !self.is_repeated {
             self.damping =
                 if self.damping < T::lit(1e-3) { T::zero() } else { self.damping * T::lit(0.1) };
@@ -225,6 +221,14 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         }
         self.is_repeated = false;
         self.step(step, beliefs, wheels)
+    }
+
+    /// True where the cost still falls by more than rounding: a damped step leaves most of its decrement, and a step
+    /// along a curved valley finds another one.
+    fn is_falling(&self, cost: T, variance: T) -> bool {
+        let promised = self.last_decrement * variance;
+        self.damping > T::zero()
+            || self.best.is_some_and(|(_, best)| best - cost > promised * T::lit(FALLING))
     }
 
     /// True for a point that is worse than the accepted one by more than rounding. The robust cost is bounded: far from the

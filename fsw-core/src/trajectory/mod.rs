@@ -139,6 +139,15 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         }
     }
 
+    /// Square of the angle of the motion across a block, rad². Motion is as fast as the body turns, or as wheels of
+    /// much momentum make it nutate.
+    #[inline(always)]
+    fn turn_square(&self, wheels: &Vec3<T>, duration_s: T) -> T {
+        let nutation = self.model.inverse * self.momentum;
+        let rate = self.model.rate_of(&self.momentum, wheels);
+        rate.dot(&rate).max(nutation.dot(&nutation)) * (duration_s * duration_s)
+    }
+
     /// Steps across a block in which the body turns by an angle of this square, rad², in `duration_s`.
     #[inline(always)]
     fn steps_of(&self, turn_square: T, duration_s: T) -> u32 {
@@ -158,10 +167,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         let dt = block.duration_s;
         let drive = span.drive_within(model.delay_s);
         let wheels = drive.wheels.map(|momenta| model.axes * momenta);
-        // Motion is as fast as the body turns, or as wheels of much momentum make it nutate.
-        let nutation = model.inverse * self.momentum;
-        let rate = model.rate_of(&self.momentum, &wheels[0]);
-        let turn_square = rate.dot(&rate).max(nutation.dot(&nutation)) * (dt * dt);
+        let turn_square = self.turn_square(&wheels[0], dt);
         let steps = self.steps_of(turn_square, dt);
         let share = T::one() / T::count(steps);
         let mean_beyond = drive.beyond * model.torque_share;
