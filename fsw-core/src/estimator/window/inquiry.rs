@@ -30,9 +30,9 @@ use super::{Closing, Schedule, Window};
 use crate::fit::belief::Past;
 use crate::fit::descent::Descent;
 use crate::fit::front::Fit;
-use crate::fit::pass::Residuals;
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
+use crate::monitor::residuals::Residuals;
 use crate::outcome::Reset;
 use crate::trajectory::unknowns::{scale_of, shape_of};
 

@@ -36,6 +36,7 @@ pub mod config;
 mod considered;
 mod inquiry;
 mod report;
+mod solution;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

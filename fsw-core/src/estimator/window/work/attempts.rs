@@ -1,0 +1,434 @@
+//! Attempts of a fit: linear start, descent from it, and further starts where its end is not explained.
+
+use super::Chosen;
+use super::Work;
+use crate::blocks::stretch::{Rest, Stretch};
+use crate::dynamics::wheels::Momenta;
+use crate::estimator::window::Window;
+use crate::estimator::window::considered::EXPLAINED_SQUARE;
+use crate::fit::belief::Beliefs;
+use crate::fit::descent::{Attempt, Considering, Descent, Next, momentum_of};
+use crate::fit::drift::{Drift, per_rad, turn_against_field};
+use crate::fit::front::{Fit, Front};
+use crate::fit::start::{FirstPoint, LinearStart};
+use crate::math::{Vec3, scalar::Real};
+use crate::trajectory::axes_at;
+use crate::trajectory::unknowns::{Belief, Group, Point, groups_of};
+
+/// Next task after the last pass of an attempt.
+#[derive(Clone, Copy, Debug)]
+enum After<T: Real, const U: usize> {
+    /// Another linear start.
+    Start { has_torque: bool, from: usize, end: usize, chosen: Option<Chosen<T, U>> },
+    /// The result of all attempts.
+    End { is_settled: bool },
+}
+
+/// Modal inertia of a start over the tensor. A body raises the frequency of a mode of share s by s/2: from no inertia a
+/// mode of 1 % damping keeps within a radian of phase up to a share of 3 %, from this one from 3 to 9 %.
+const MODAL_SHARE: f64 = 0.06;
+
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
+    Window<T, W, N, U, C, M>
+{
+    /// Solution of the front as the start of a fit, if its data determine the shape.
+    #[inline(never)]
+    pub(super) fn carried_point(&self) -> Option<(Point<T, U>, T)> {
+        let front = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)?;
+        let unit = front.pass.unit_per_kg_m2;
+        let stretch = self.stretch();
+        let wheels = stretch.wheels_n_m_s * unit;
+        let holds_modes = front.pass.holds_modes;
+        let step = front.pass.solution(&Beliefs { holds_modes, ..self.beliefs(unit) })?;
+        let mut point = front.pass.point_after(&step, &wheels, &self.groups);
+        if stretch.rest.weight > T::zero() {
+            // The window may begin later now: at the end of its rest.
+            let drive = axes_at(&point, &self.groups, self.wheels.axes()) * wheels;
+            point.set_momentum(&momentum_of(&point, &stretch.rest.rate_rad_s, &drive));
+        }
+        Some((point, unit))
+    }
+
+    /// Begins a linear start, without a disturbance torque first.
+    pub(in super::super) fn begin_start(
+        &mut self,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T, U>>,
+    ) {
+        self.begin_start_with(false, from, end, chosen);
+    }
+
+    fn begin_start_with(
+        &mut self,
+        has_torque: bool,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T, U>>,
+    ) {
+        let stretch = self.start_of(from);
+        self.prepare_start(&stretch, has_torque, from, end, chosen);
+        if let Work::Start { linear, .. } = &mut self.work {
+            linear.add_rest(&stretch.rest, self.wheels.axes());
+        }
+    }
+
+    /// Linear start before its first row. Not inlined: it takes a copy on the stack.
+    #[inline(never)]
+    fn prepare_start(
+        &mut self,
+        stretch: &Stretch<T, W>,
+        has_torque: bool,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T, U>>,
+    ) {
+        let blocks = (from..end).filter_map(|i| self.blocks.block(i));
+        let axes = self.wheels.axes();
+        let linear = LinearStart::new(blocks, axes, stretch, from, self.blocks.usual(), has_torque);
+        self.work = Work::Start { linear, from, end, chosen };
+    }
+
+    /// Stretch that begins with block `from`, which is not the first one.
+    pub(in super::super) fn stretch_from(&self, from: usize) -> Stretch<T, W> {
+        let before = from.checked_sub(1).and_then(|i| self.blocks.block(i));
+        let wheels = before.map_or(Momenta::zeros(), |block| block.wheels_end_n_m_s);
+        Stretch { wheels_n_m_s: wheels, rest: Rest::none(), ..self.stretch() }
+    }
+
+    /// Takes in a block where the task lies: a copy of the task costs as much as a block.
+    #[inline(never)]
+    pub(super) fn take_block(&mut self) {
+        let mut span = None;
+        if let Work::Descent(Descent { pass, from, .. }) = &self.work {
+            let stretch = self.start_of(*from);
+            let has_offset = self.groups.has_offset();
+            let unit = pass.unit_per_kg_m2;
+            span = self.blocks.span(pass.next, &stretch, unit, self.period_s, has_offset);
+        }
+        match (&mut self.work, span) {
+            (Work::Descent(descent), Some(span)) => descent.pass.take(&span),
+            (Work::Start { linear, .. }, _) => match self.blocks.block(linear.next) {
+                Some(block) => linear.take(block, self.wheels.axes()),
+                None => self.work = Work::Idle,
+            },
+            _ => self.work = Work::Idle,
+        }
+    }
+
+    /// Decides after a pass. Calls in sequence: each has one copy of a task on the stack.
+    #[inline(never)]
+    pub(super) fn decide(&mut self) {
+        match self.after_pass() {
+            None => {}
+            Some(After::End { is_settled }) => {
+                if let Work::Descent(descent) = &mut self.work {
+                    descent.fit = Some(Fit::ended(descent.from, is_settled));
+                }
+            }
+            Some(After::Start { has_torque, from, end, chosen }) => {
+                self.begin_start_with(has_torque, from, end, chosen);
+            }
+        }
+    }
+
+    /// Solution of the linear start, and descent from it.
+    #[inline(never)]
+    pub(super) fn end_start(&mut self) {
+        let Work::Start { linear, from, end, chosen } = &self.work else { return };
+        let (from, end, chosen) = (*from, *end, *chosen);
+        let attempt = if linear.has_torque { Attempt::Torque } else { Attempt::Linear };
+        let first = linear.conclude(self.noise_rad_s());
+        self.begin_descent(&first, attempt, from, end, chosen);
+    }
+
+    fn start_of(&self, from: usize) -> Stretch<T, W> {
+        if from == 0 { self.stretch() } else { self.stretch_from(from) }
+    }
+
+    /// Descent without a first point yet. Not inlined: it takes a copy on the stack.
+    #[inline(never)]
+    pub(super) fn prepare_descent(&mut self, from: usize, end: usize, attempt: Attempt) {
+        self.work = Work::Descent(Descent::new(from, end, attempt));
+    }
+
+    /// Descent from the linear start.
+    #[inline(never)]
+    fn begin_descent(
+        &mut self,
+        first: &FirstPoint<T>,
+        attempt: Attempt,
+        from: usize,
+        end: usize,
+        chosen: Option<Chosen<T, U>>,
+    ) {
+        let unit = first.per_kg_m2.unwrap_or_else(|| self.known_scale());
+        let mut point = Point::sphere(Vec3::zeros());
+        point.set_shape(&first.shape);
+        for place in 0..groups_of(U) {
+            if self.groups.is_at(place, Group::Torque) {
+                point.set_place(place, &first.torque);
+            }
+        }
+        self.set_initial_rate(&mut point, from, unit);
+        self.prepare_descent(from, end, attempt);
+        if let Work::Descent(descent) = &mut self.work {
+            (descent.linear, descent.chosen) = (Some(point), chosen);
+        }
+        self.begin_pass(&point, unit);
+    }
+
+    /// Inverse trace without help of the data: of earlier windows, of the prior, or of before, 1/(kg m²).
+    fn known_scale(&self) -> T {
+        let trace = |j: &[T; 6]| j[0] + j[1] + j[2];
+        match (&self.past, &self.config.prior) {
+            (Some(past), _) => past.per_kg_m2,
+            (None, Some(prior)) => T::one() / trace(&prior.inertia_kg_m2),
+            (None, None) => T::one(),
+        }
+    }
+
+    /// Momentum of a point from the measured rate at the first block.
+    #[inline(never)]
+    fn set_initial_rate(&self, point: &mut Point<T, U>, from: usize, unit: T) {
+        let stretch = self.start_of(from);
+        let rate = if stretch.rest.weight > T::zero() {
+            stretch.rest.rate_rad_s
+        } else {
+            self.blocks.block(from).map_or(Vec3::zeros(), |block| block.rate_rad_s)
+        };
+        let axes = axes_at(point, &self.groups, self.wheels.axes());
+        let drive = axes * (stretch.wheels_n_m_s * unit);
+        point.set_momentum(&momentum_of(point, &rate, &drive));
+    }
+
+    /// Begins a pass about a point.
+    #[inline(never)]
+    pub(in super::super) fn begin_pass(&mut self, point: &Point<T, U>, unit: T) {
+        let Work::Descent(descent) = &self.work else { return };
+        let Descent { from, attempt, has_walk, considering, typical_rad_s, .. } = descent;
+        let stretch = self.start_of(*from);
+        let (noise, reference) = (self.noise_rad_s(), self.reference_rad_s());
+        let typical = match &self.front {
+            _ if *has_walk => noise,
+            _ if *typical_rad_s > T::zero() => *typical_rad_s,
+            Some(Front { pass, .. }) if *attempt == Attempt::Carried => {
+                pass.residuals.typical(pass.unit_rad_s)
+            }
+            _ if *attempt == Attempt::Best => noise,
+            _ => noise * T::lit(crate::fit::descent::UNKNOWN_SCALE),
+        };
+        let walked = self.bias_walked_rad_s();
+        let torque_per_rad = if *has_walk { self.torque_per_rad(point, unit) } else { T::zero() };
+        let rest_s = stretch.rest.weight * self.period_s;
+        let of_pass = (C > 0).then(|| self.groups_of_pass(*considering));
+        let groups = of_pass.as_ref().unwrap_or(&self.groups);
+        let Work::Descent(Descent { pass, from, end, .. }) = &mut self.work else { return };
+        pass.torque_per_rad = torque_per_rad;
+        pass.drift = Drift::new(walked, noise, stretch.duration_s, rest_s);
+        let (scale, explained) = (typical.max(noise), pass.explained * T::lit(EXPLAINED_SQUARE));
+        let watch = scale.max(reference);
+        pass.scale_rad_s = (scale * scale + explained).sqrt();
+        pass.watch_rad_s = (watch * watch + explained).sqrt();
+        pass.unit_rad_s = noise;
+        pass.unit_per_kg_m2 = unit;
+        let wheels = stretch.wheels_n_m_s * unit;
+        let axes = self.wheels.axes();
+        if !pass.begin(point, groups, axes, *from, &stretch.rest, &wheels) {
+            pass.next = *end;
+            pass.residuals.cost = T::MAX;
+        }
+    }
+
+    /// Walk of the torque of fields over the trace at a point, over the noise: variance for each radian, 1/s².
+    fn torque_per_rad(&self, point: &Point<T, U>, unit: T) -> T {
+        let of_trace = self.config.varying_torque_n_m * unit * point.scale();
+        let share = of_trace / self.noise_rad_s();
+        let stretch = self.stretch();
+        share * share * per_rad(turn_against_field(stretch.turn_rad, stretch.duration_s))
+    }
+
+    /// Present task, and all knowledge beside the blocks.
+    fn task(&mut self, unit_per_kg_m2: T) -> (Beliefs<'_, T, U>, &mut Work<T, W, U, M>) {
+        let noise_rad_s = self.noise_rad_s();
+        let has_prior = self.has_prior && !self.is_doubtful;
+        let bias_walked_rad_s = self.bias_walked_rad_s();
+        let Self { groups, config, past, work, .. } = self;
+        let prior = config.prior.as_ref().filter(|_| has_prior);
+        let past = past.as_ref();
+        let beliefs = Beliefs {
+            groups,
+            prior,
+            past,
+            unit_per_kg_m2,
+            noise_rad_s,
+            holds_hardware: false,
+            holds_modes: false,
+            bias_walked_rad_s,
+            has_varying_torque: config.varying_torque_n_m > T::zero(),
+        };
+        (beliefs, work)
+    }
+
+    /// After a pass over all blocks of a descent.
+    #[inline(never)]
+    fn after_pass(&mut self) -> Option<After<T, U>> {
+        let Work::Descent(descent) = &self.work else { return None };
+        match descent.considering {
+            Considering::Not => {}
+            Considering::Group(index) => {
+                self.take_cross(index);
+                self.consider(index.saturating_add(1));
+                return None;
+            }
+            Considering::Done => return self.after_attempt(true, true),
+        }
+        let unit = descent.pass.unit_per_kg_m2;
+        let wheels = self.start_of(descent.from).wheels_n_m_s * unit;
+        let (beliefs, work) = self.task(unit);
+        let Work::Descent(descent) = work else { return None };
+        match descent.after_pass(&beliefs, &wheels) {
+            Next::Pass(point) => {
+                self.begin_pass(&point, unit);
+                None
+            }
+            Next::Final => {
+                self.begin_final_pass(unit);
+                None
+            }
+            Next::End { is_settled: true } if self.considers() => {
+                self.consider(0);
+                None
+            }
+            Next::End { is_settled } => self.after_attempt(is_settled, true),
+            Next::Failed => self.after_attempt(false, false),
+        }
+    }
+
+    /// Begins the pass that judges the residuals at the solution.
+    #[inline(never)]
+    fn begin_final_pass(&mut self, unit: T) {
+        let (beliefs, work) = self.task(unit);
+        let Work::Descent(Descent { pass, .. }) = work else { return };
+        let (point, step) = (pass.point, pass.solution(&beliefs));
+        self.begin_pass(&point, unit);
+        if let Work::Descent(descent) = &mut self.work {
+            descent.pass.offset = step.unwrap_or([T::zero(); U]);
+        }
+    }
+
+    /// After an attempt: another one, or the result.
+    #[inline(never)]
+    fn after_attempt(&mut self, is_settled: bool, is_at_end: bool) -> Option<After<T, U>> {
+        let Work::Descent(Descent { pass, attempt, .. }) = &self.work else { return None };
+        let unit = pass.unit_per_kg_m2;
+        let is_good = is_settled && self.is_explained(pass);
+        // A change within the blocks is not a matter of where the descent starts.
+        let is_sound_start =
+            *attempt == Attempt::Carried || self.inquiry.is_some_and(|i| i.has_asked);
+        let residuals = &pass.residuals;
+        let is_changed =
+            is_settled && is_sound_start && (residuals.is_contradicted || residuals.has_many_low());
+        if is_good || is_changed || *attempt == Attempt::Best {
+            return Some(After::End { is_settled });
+        }
+        if let (beliefs, Work::Descent(descent)) = self.task(unit) {
+            let at_end = (
+                descent.pass.point,
+                descent.pass.residuals.cost + beliefs.cost(&descent.pass.point),
+            );
+            let ended = if is_at_end { Some(at_end) } else { descent.accepted() };
+            if let Some((point, cost)) = ended
+                && descent.chosen.is_none_or(|(_, (least, _))| cost < least)
+            {
+                descent.chosen = Some((point, (cost, unit)));
+            }
+        }
+        self.next_attempt(is_settled)
+    }
+
+    #[inline(never)]
+    fn next_attempt(&mut self, is_settled: bool) -> Option<After<T, U>> {
+        let Work::Descent(descent) = &self.work else { return None };
+        let &Descent { from, end, linear, chosen, .. } = descent;
+        let attempt = match (descent.attempt, linear) {
+            (Attempt::Carried, _) => {
+                return Some(After::Start { has_torque: false, from, end, chosen });
+            }
+            (Attempt::Linear, _) if self.solves_for_torque() => {
+                return Some(After::Start { has_torque: true, from, end, chosen });
+            }
+            (Attempt::Linear | Attempt::Torque, Some(_)) => Attempt::Sphere,
+            (Attempt::Sphere, Some(_)) if self.has_other_start() => Attempt::Prior,
+            _ => Attempt::Best,
+        };
+        let unit = descent.pass.unit_per_kg_m2;
+        let (mut point, mut unit) = (linear.unwrap_or(descent.pass.point), unit);
+        match attempt {
+            Attempt::Sphere if M > 0 => self.set_modes(&mut point),
+            Attempt::Sphere => {
+                let scale = point.scale();
+                point = Point::sphere(Vec3::zeros());
+                point.set_scale(scale);
+                self.set_initial_rate(&mut point, from, unit);
+            }
+            Attempt::Prior => {
+                unit = self.known_scale();
+                point = self.other_start(unit);
+                self.set_initial_rate(&mut point, from, unit);
+            }
+            _ => match chosen {
+                Some((chosen, (_, of_chosen))) => (point, unit) = (chosen, of_chosen),
+                None => return Some(After::End { is_settled }),
+            },
+        }
+        if let Work::Descent(descent) = &mut self.work {
+            descent.restart(attempt);
+            descent.pass.holds_modes &= attempt != Attempt::Sphere;
+        }
+        self.begin_pass(&point, unit);
+        None
+    }
+
+    /// Sets the modal inertias to a share of the tensor.
+    fn set_modes(&self, point: &mut Point<T, U>) {
+        let [xx, yy, zz, xy, xz, yz] = point.over_trace().map(|n| n * T::lit(MODAL_SHARE));
+        for place in 0..groups_of(U) {
+            match self.groups.place.get(place) {
+                Some(Some((Group::ModalMoments(_), _))) => {
+                    point.set_place(place, &Vec3::new(xx, yy, zz));
+                }
+                Some(Some((Group::ModalProducts(_), _))) => {
+                    point.set_place(place, &Vec3::new(xy, xz, yz));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn solves_for_torque(&self) -> bool {
+        if groups_of(U) == 0 {
+            return false;
+        }
+        let is_solved = |at: &Option<(Group, Belief<T>)>| {
+            matches!(at, Some((Group::Torque, Belief::Within(_))))
+        };
+        self.groups.place.iter().any(is_solved)
+    }
+
+    fn has_other_start(&self) -> bool {
+        self.past.is_some() || self.config.prior.is_some()
+    }
+
+    /// Point of earlier windows, or of the prior.
+    fn other_start(&self, unit: T) -> Point<T, U> {
+        let of_past = self.past.as_ref().and_then(|past| past.point(unit));
+        let of_prior = || {
+            let shape = self.config.prior.as_ref().map(crate::fit::belief::shape_of_prior);
+            let mut point = Point::sphere(Vec3::zeros());
+            point.set_shape(&shape.unwrap_or([T::zero(); 5]));
+            point
+        };
+        of_past.unwrap_or_else(of_prior)
+    }
+}

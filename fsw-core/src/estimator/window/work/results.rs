@@ -1,0 +1,270 @@
+//! Result of a fit: what it explains and observes, and how its information joins that of earlier windows.
+
+use super::Work;
+use crate::estimator::window::considered::Source;
+use crate::estimator::window::{FIRST_FIT_BLOCKS, Schedule, Window};
+use crate::fit::belief::Past;
+use crate::fit::descent::Descent;
+use crate::fit::front::{Fit, Front};
+use crate::fit::pass::Pass;
+use crate::math::scalar::Real;
+use crate::math::square_root_information::SquareRootInformation;
+use crate::trajectory::unknowns::{Belief, GROUPS, Group, groups_of};
+
+/// Residual over noise above which a model does not explain the blocks.
+const EXPLAINED: f64 = 1.3;
+/// Share of the range of the shape below which it is observed.
+const SHAPE_OBSERVED: f64 = 0.5;
+/// Contradiction of an assumed absence of drag: chi-square of three degrees of freedom exceeds it once
+/// in 10⁵.
+const DRAG_SHOWN: f64 = 26.0;
+/// One sigma of a gyro bias that is allowed for beside drag, rad/s: a steady rate against the air and a
+/// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
+const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
+
+impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
+    Window<T, W, N, U, C, M>
+{
+    /// True where the residuals of a pass agree with the noise, but for outliers: those at the point, or
+    /// those at the solution of the blocks alone, from which earlier windows and the prior may differ.
+    #[inline(never)]
+    pub(in super::super) fn is_explained(&self, pass: &Pass<T, W, U, M>) -> bool {
+        let at_point = pass.residuals.typical(pass.unit_rad_s);
+        let typical = at_point.min(crate::estimator::window::report::rms(&pass.residuals, U));
+        let most = self.reference_rad_s() * T::lit(EXPLAINED);
+        typical * typical <= most * most + self.explained(pass)
+            && !pass.residuals.has_many_low()
+            && pass.is_finite()
+    }
+
+    /// Judges what the fit that has ended observes.
+    #[inline(never)]
+    pub(super) fn judge_fit(&mut self) {
+        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        let observed = self.observed_by(pass);
+        if let Work::Descent(Descent { fit: Some(fit), .. }) = &mut self.work {
+            fit.observed = Some(observed);
+        }
+    }
+
+    /// The fit that has ended, with all judgements.
+    fn judged_fit(&self) -> Option<Fit> {
+        let Work::Descent(Descent { pass, fit: Some(fit), .. }) = &self.work else { return None };
+        Some(Fit {
+            is_good: self.is_good(pass, fit.is_settled),
+            is_shape_observed: self.is_shape_observed(pass),
+            ..*fit
+        })
+    }
+
+    /// Result of all attempts: the new front, or an answer to the inquiry. Calls in sequence: each has a factor of its
+    /// own on the stack.
+    #[inline(never)]
+    pub(super) fn end_fit(&mut self) {
+        let Some(fit) = self.judged_fit() else { return };
+        if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
+            self.answer(&fit);
+            self.work = Work::Idle;
+            return;
+        }
+        self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
+        self.take_front(&fit);
+        self.work = Work::Idle;
+        if fit.is_good {
+            if self.lets_drag_loose() || self.drop_contradicted() {
+                self.schedule.due_at = self.schedule.blocks;
+            }
+            self.inquiry = None;
+            self.reconsider();
+        } else {
+            self.inquire();
+        }
+    }
+
+    /// The fit that has ended becomes the front.
+    #[inline(never)]
+    pub(in super::super) fn take_front(&mut self, fit: &Fit) {
+        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        let rows = pass.residuals.rows;
+        self.front = Some(Front::new(pass, fit));
+        if let Some(front) = &mut self.front {
+            front.pass.residuals.curvature.end();
+        }
+        self.take_front_cross(rows);
+    }
+
+    /// True for a fit at a minimum whose residuals agree with the noise from the first block to the last.
+    pub(in super::super) fn is_good(&self, pass: &Pass<T, W, U, M>, is_settled: bool) -> bool {
+        is_settled && self.is_explained(pass) && !pass.residuals.is_contradicted
+    }
+
+    /// True where the sigma of every coordinate of the shape is well below its range.
+    #[inline(never)]
+    fn is_shape_observed(&self, pass: &Pass<T, W, U, M>) -> bool {
+        let mut factor = pass.factor;
+        let beliefs = self.beliefs(pass.unit_per_kg_m2);
+        beliefs.add(&mut factor, &pass.point);
+        let Some(variances) = factor.variances() else { return false };
+        let most = T::lit(SHAPE_OBSERVED * crate::fit::belief::SHAPE_SIGMA) / beliefs.noise_rad_s;
+        let shape = crate::trajectory::unknowns::shape_of(U);
+        variances.iter().skip(shape).take(5).all(|v| *v < most * most)
+    }
+
+    /// Contradiction of each group that is assumed to be absent by the blocks of a fit: chi-square of three degrees
+    /// of freedom. A stated noise that is too small does not exaggerate it.
+    #[inline(never)]
+    pub(in super::super) fn contradictions(&self, pass: &Pass<T, W, U, M>) -> [T; GROUPS] {
+        if groups_of(U) == 0 {
+            return [T::zero(); GROUPS];
+        }
+        let mut factor = pass.factor;
+        let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
+        beliefs.noise_rad_s = beliefs.noise_rad_s.max(self.sigma_of_sample(pass));
+        beliefs.add(&mut factor, &pass.point)
+    }
+
+    /// Drag becomes an unknown where the blocks of the front contradict its absence.
+    #[inline(never)]
+    fn lets_drag_loose(&mut self) -> bool {
+        if groups_of(U) == 0 {
+            return false;
+        }
+        let Some(drag) = self.config.drag_per_s else { return false };
+        let Some(Front { pass, .. }) = &self.front else { return false };
+        let contradiction = self.contradictions(pass);
+        let mut is_loose = false;
+        for (place, of_place) in self.groups.place.iter_mut().enumerate() {
+            let is_shown = contradiction[place] > T::lit(DRAG_SHOWN);
+            if is_shown && matches!(of_place, Some((Group::Drag, Belief::Zero))) {
+                *of_place = Some((Group::Drag, Belief::Within([drag; 3])));
+                is_loose = true;
+            }
+        }
+        if is_loose {
+            let hardware = self.groups.hardware;
+            for of_place in self.groups.place.iter_mut().take(hardware) {
+                if of_place.is_none() {
+                    let bias = Belief::Within([T::lit(BIAS_WITH_DRAG_RAD_S); 3]);
+                    *of_place = Some((Group::Bias, bias));
+                    break;
+                }
+            }
+        }
+        is_loose
+    }
+
+    /// Concludes the window that is being closed: its information goes to the past.
+    #[inline(never)]
+    pub(in super::super) fn conclude(&mut self) {
+        let end = self.end();
+        self.join_past();
+        self.front = None;
+        self.closing = self.waiting.take();
+        self.work = Work::Idle;
+        self.inquiry = None;
+        self.blocks.drop_before(end);
+        let further = self.blocks.len().saturating_sub(end) as u32;
+        let is_final = self.closing.is_some();
+        self.schedule = Schedule { blocks: further, is_final, ..Schedule::new() };
+        self.schedule.reopen();
+        self.config.set_groups::<U>(&mut self.groups);
+    }
+
+    /// Adds the information of the front to that of the windows before it, unless these contradict it.
+    #[inline(never)]
+    fn join_past(&mut self) {
+        let Some(front) = &self.front else { return };
+        let is_good = self.is_good(&front.pass, front.is_settled);
+        self.ended = self.ended_with(front);
+        if !is_good {
+            return;
+        }
+        let walk = self.walk_kg_m2();
+        if let Some(past) = &mut self.past {
+            past.walk(walk);
+        }
+        self.drop_contradicted();
+        self.reconsider();
+        if self.replace_past() {
+            // The mean over the window is a third of it away from its end in variance.
+            self.past_age_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
+        }
+    }
+
+    /// Information of the front, joined with that of the windows before it, as that of earlier windows. False where it
+    /// is not finite.
+    #[inline(never)]
+    fn replace_past(&mut self) -> bool {
+        let Some(Front { pass, .. }) = &self.front else { return false };
+        let mut window = SquareRootInformation::default();
+        self.information(pass, &mut window);
+        let unit = pass.unit_per_kg_m2;
+        if let Some(past) = &self.past {
+            past.add_to(&mut window, &pass.point, unit);
+        }
+        let (scale, sigma) = (pass.point.scale(), self.sigma_of_sample(pass));
+        if C > 0 {
+            self.join_cross(Source::Front, (unit, scale), sigma);
+        }
+        let Some(Front { pass, .. }) = &self.front else { return false };
+        let is_finite = Past::replace(&mut self.past, &mut window, &pass.point, unit);
+        if let (true, Some(past)) = (is_finite, &self.past) {
+            self.unit_per_kg_m2 = past.per_kg_m2;
+        }
+        is_finite
+    }
+
+    /// Writes the information of the blocks alone on hardware and inertia, of unit variance, to `window`.
+    pub(in super::super) fn information(
+        &self,
+        pass: &Pass<T, W, U, M>,
+        window: &mut SquareRootInformation<T, U>,
+    ) {
+        let sigma = self.window_alone(pass, window);
+        window.rescale(T::one(), T::one() / (sigma * sigma));
+        // The pins of what does not last stay as they are.
+        window.eliminate(self.groups.first_kept::<U>());
+    }
+
+    /// Discards earlier windows and the prior where the blocks of the front contradict them. True if it
+    /// did.
+    fn drop_contradicted(&mut self) -> bool {
+        let is_contradicted = self.is_contradicted();
+        if is_contradicted {
+            self.forget_past();
+        }
+        is_contradicted
+    }
+
+    /// True where the blocks of the front contradict earlier windows and the prior.
+    #[inline(never)]
+    fn is_contradicted(&self) -> bool {
+        let Some(Front { pass, .. }) = &self.front else { return false };
+        let mut window = SquareRootInformation::default();
+        let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
+        beliefs.noise_rad_s = self.window_alone(pass, &mut window);
+        beliefs.add_hardware(&mut window, &pass.point);
+        if C > 0 {
+            let past = self.past.as_ref().map(|past| (past, &self.considered.past));
+            self.widen(&mut window, (pass.unit_per_kg_m2, beliefs.noise_rad_s), past);
+        }
+        beliefs.contradiction(&mut window, &pass.point) > beliefs.contradicted()
+    }
+
+    /// Writes the information of the blocks alone on hardware and inertia to `window`, in units of a sample's variance.
+    /// Returns the sigma of a sample.
+    #[inline(never)]
+    pub(in super::super) fn window_alone(
+        &self,
+        pass: &Pass<T, W, U, M>,
+        window: &mut SquareRootInformation<T, U>,
+    ) -> T {
+        *window = pass.factor;
+        let mut beliefs = self.beliefs(pass.unit_per_kg_m2);
+        let sigma = self.sigma_of_sample(pass);
+        beliefs.noise_rad_s = sigma;
+        beliefs.add_of_window(window, &pass.point);
+        window.eliminate(self.groups.first_kept::<U>());
+        sigma
+    }
+}
