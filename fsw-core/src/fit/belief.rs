@@ -12,12 +12,11 @@
 //! The ranges of any rigid body hold every direction that neither data nor prior determine.
 
 use crate::math::scalar::Real;
-use crate::math::square_root_information::SquareRootInformation;
+use crate::math::square_root_information::{SquareRootInformation, unit_row};
 use crate::monitor::whiteness::chi_square;
 use crate::prior::Prior;
 use crate::trajectory::unknowns::{
-    Belief, FIRST_GROUP, GROUPS, Group, Groups, Point, by_shape, groups_of, scale_of, shape_of,
-    to_shape,
+    Belief, FIRST_GROUP, GROUPS, Group, Groups, Point, groups_of, scale_of, shape_of, to_shape,
 };
 
 /// Sigma of each coordinate of the shape over all physical tensors: principal moments over the trace
@@ -307,9 +306,8 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
                     self.holds_hardware && place >= self.groups.hardware
                 };
                 let sigma = if is_held { sigma * T::lit(HELD) } else { sigma };
-                let mut row = [T::zero(); U];
                 let column = FIRST_GROUP + 3 * place + i;
-                row[column] = T::one();
+                let mut row = unit_row(column);
                 let variance_of_row = match self.groups.by_clock(column, &places) {
                     Some(by_clock) => {
                         let of_row = self.beside_clock(&mut row, column, by_clock, &places);
@@ -383,8 +381,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         self.each_known(point, add);
         let centre = self.prior.map_or([T::zero(); 5], shape_of_prior);
         for k in 0..5 {
-            let mut row = [T::zero(); U];
-            row[shape_of(U) + k] = T::one();
+            let row = unit_row(shape_of(U) + k);
             let weight = variance * T::lit(1.0 / (SHAPE_SIGMA * SHAPE_SIGMA));
             add(&row, centre[k] - point.shape()[k], weight);
         }
@@ -399,18 +396,13 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         }
     }
 
-    /// Row of one element of the prior: `∂j/∂q = B / κ`, `∂j/∂x = −j / x`, in kg m².
+    /// Row of one element of the prior, in kg m².
     fn prior_row(&self, prior: &Prior<T>, element: usize, point: &Point<T, U>) -> ([T; U], T) {
         let element = element.min(5);
         let trace = T::one() / (point.scale() * self.unit_per_kg_m2);
-        let mut of_element = [T::zero(); 6];
-        of_element[element] = trace;
-        let by = by_shape::<T, T>(&of_element);
         let mut row = [T::zero(); U];
-        row[shape_of(U)..shape_of(U) + 5].copy_from_slice(&by);
-        let at_point = point.over_trace()[element] * trace;
-        row[scale_of(U)] = -at_point / point.scale();
-        (row, prior.inertia_kg_m2[element] - at_point)
+        row[shape_of(U)..].copy_from_slice(&point.of_element(element, trace));
+        (row, prior.inertia_kg_m2[element] - point.over_trace()[element] * trace)
     }
 
     /// Constrains the groups that are tested to zero; returns the squares that this adds over the noise.
@@ -427,8 +419,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
             }
             for i in 0..3 {
                 let column = FIRST_GROUP + 3 * place + i;
-                let mut row = [T::zero(); U];
-                row[column] = T::one();
+                let row = unit_row(column);
                 let weight = information_on(factor, column) * T::lit(CONSTRAINT);
                 let weight = if weight > T::zero() { weight } else { T::one() };
                 let left = factor.fold(&row, -point.value(column), weight);

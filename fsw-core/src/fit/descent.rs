@@ -20,7 +20,7 @@ use super::belief::{Beliefs, information_on};
 use super::front::Fit;
 use super::pass::Pass;
 use crate::dynamics::wheels::Momenta;
-use crate::math::square_root_information::SquareRootInformation;
+use crate::math::square_root_information::{SquareRootInformation, unit_row};
 use crate::math::{Entries, Vec3, largest_component, scalar::Real};
 use crate::trajectory::axes_at;
 use crate::trajectory::modes::{Oscillator, of_body};
@@ -421,9 +421,7 @@ fn damp<T: Real, const U: usize>(factor: &mut SquareRootInformation<T, U>, dampi
         *of_column = information_on(factor, column) * (damping * damping);
     }
     for column in 0..U {
-        let mut row = [T::zero(); U];
-        row[column] = T::one();
-        factor.fold(&row, T::zero(), information[column]);
+        factor.fold(&unit_row(column), T::zero(), information[column]);
     }
 }
 

@@ -354,6 +354,16 @@ impl<T: Real, const U: usize> Point<T, U> {
         over_trace(&self.shape())
     }
 
+    /// Derivatives of an element `j = n / κ` of the tensor by shape and scale, for the trace `1 / κ`: `∂j/∂q = B / κ` and
+    /// `∂j/∂x = −j / x`.
+    pub fn of_element(&self, element: usize, trace: T) -> [T; 6] {
+        let element = element.min(5);
+        let mut one = [T::zero(); 6];
+        one[element] = trace;
+        let [q0, q1, q2, q3, q4] = by_shape::<T, T>(&one);
+        [q0, q1, q2, q3, q4, -self.over_trace()[element] * trace / self.scale()]
+    }
+
     /// Value of a further group; zero where it is not in use.
     pub fn group(&self, groups: &Groups<T>, group: Group) -> Vec3<T> {
         match (0..GROUPS).find(|place| groups.is_at(*place, group)) {

@@ -12,7 +12,7 @@ use crate::fit::belief::{Beliefs, Past, information_on};
 use crate::fit::front::Front;
 use crate::fit::pass::Pass;
 use crate::hardware::{Finding, Parameter, turned_by};
-use crate::math::square_root_information::SquareRootInformation;
+use crate::math::square_root_information::{SquareRootInformation, unit_row};
 use crate::math::{Entries, Mat, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::monitor::observability::Observed;
@@ -338,9 +338,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.write_blocks(blocks, &mut factor);
         all.add_kept(&mut factor, point);
         for column in self.groups.first_kept::<U>()..shape_of(U) {
-            let mut row = [T::zero(); U];
-            row[column] = T::one();
-            factor.fold(&row, T::zero(), information_on(&factor, column) * T::lit(KNOWN));
+            let weight = information_on(&factor, column) * T::lit(KNOWN);
+            factor.fold(&unit_row(column), T::zero(), weight);
         }
         if !factor.covariance_of_last(&mut solution.covariance) {
             return;
@@ -375,12 +374,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// Results on the modes, for the window's fit.
     fn findings_of_modes(&self, visit: &mut dyn FnMut(Finding<T>)) {
         let Some(Front { pass, .. }) = &self.front else { return };
-        let (mut factor, sigma) = (pass.factor, self.sigma_of_sample(pass));
-        let beliefs = Beliefs { noise_rad_s: sigma, ..self.beliefs(pass.unit_per_kg_m2) };
-        beliefs.add(&mut factor, &pass.point);
-        let Some(step) = factor.solve() else { return };
+        let mut factor = pass.factor;
+        let Some((point, sigma)) = self.solve_all(pass, &mut factor) else { return };
         let mut solution = Solution::blank();
-        solution.point = pass.point.stepped(&step);
+        solution.point = point;
         solution.unit_per_kg_m2 = pass.unit_per_kg_m2;
         let trace = solution.trace_kg_m2();
         let of_window = 0..self.groups.hardware;
@@ -430,7 +427,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
                     continue;
                 };
                 // One column of the covariance at a time: the whole matrix exceeds a flight computer's stack.
-                let Some(covariance) = factor.solve_normal(&unit_vector(column)) else { continue };
+                let Some(covariance) = factor.solve_normal(&unit_row(column)) else { continue };
                 let root = covariance[column].sqrt();
                 let of_step =
                     Mat::<T, 6, 1>::from_fn(|k, _| covariance[shape_of(U) + k] * (sigma / root));
@@ -492,6 +489,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         Some((point, sigma, unit))
     }
 
+    /// Adds all beliefs to the factor of a pass. Returns the solution for all unknowns, and one sigma of a sample.
+    fn solve_all(
+        &self,
+        pass: &Pass<T, W, U, M>,
+        factor: &mut SquareRootInformation<T, U>,
+    ) -> Option<(Point<T, U>, T)> {
+        let sigma = self.sigma_of_sample(pass);
+        let beliefs = Beliefs { noise_rad_s: sigma, ..self.beliefs(pass.unit_per_kg_m2) };
+        beliefs.add(factor, &pass.point);
+        let step = factor.solve()?;
+        Some((pass.point.stepped(&step), sigma))
+    }
+
     /// Torque and bias where the data determine them.
     #[inline(never)]
     fn report_groups(&self, pass: &Pass<T, W, U, M>, estimate: &mut Estimate<T>) {
@@ -499,13 +509,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if groups_of(U) == 0 || !self.groups.place.iter().any(is_asked_for) {
             return;
         }
-        let (unit, sigma) = (pass.unit_per_kg_m2, self.sigma_of_sample(pass));
         let mut factor = pass.factor;
-        let beliefs = Beliefs { noise_rad_s: sigma, ..self.beliefs(unit) };
-        beliefs.add(&mut factor, &pass.point);
-        let (Some(step), Some(variances)) = (factor.solve(), factor.variances()) else { return };
-        let solved = pass.point.stepped(&step);
-        let trace = T::one() / (solved.scale() * unit);
+        let Some((solved, sigma)) = self.solve_all(pass, &mut factor) else { return };
+        let Some(variances) = factor.variances() else { return };
+        let trace = T::one() / (solved.scale() * pass.unit_per_kg_m2);
         for place in 0..groups_of(U) {
             let Some((group, Belief::Within(range))) = self.groups.place[place] else { continue };
             let to_physical = if group == Group::Torque { trace } else { T::one() };
@@ -604,11 +611,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             is_explained: self.is_good(&front.pass, front.is_settled),
         }
     }
-}
-
-/// Unit vector of one unknown.
-fn unit_vector<T: Real, const U: usize>(index: usize) -> [T; U] {
-    core::array::from_fn(|i| if i == index { T::one() } else { T::zero() })
 }
 
 /// Root mean square of the residuals of a sample, one axis, rad/s.

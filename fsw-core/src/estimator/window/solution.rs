@@ -5,7 +5,7 @@ use crate::math::{Entries, Mat, Vec3, scalar::Real};
 use crate::monitor::observability::observed;
 use crate::prior::Prior;
 use crate::tensor::Inertia;
-use crate::trajectory::unknowns::{Point, by_shape};
+use crate::trajectory::unknowns::Point;
 
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
@@ -117,19 +117,14 @@ impl<T: Real, const U: usize> Solution<T, U> {
         T::one() / (self.point.scale() * self.unit_per_kg_m2)
     }
 
-    /// Derivatives of the six elements, kg m², by shape and scale: `∂j/∂q = B / κ` and `∂j/∂x = −j / x`.
+    /// Derivatives of the six elements, kg m², by shape and scale.
     pub fn jacobian(&self) -> Mat<T, 6, 6> {
-        let trace = T::one() / (self.point.scale() * self.unit_per_kg_m2);
-        let n = self.point.over_trace();
+        let trace = self.trace_kg_m2();
         let mut jacobian = Mat::<T, 6, 6>::zeros();
         for element in 0..6 {
-            let mut of_element = [T::zero(); 6];
-            of_element[element] = trace;
-            let by = by_shape::<T, T>(&of_element);
-            for k in 0..5 {
-                *jacobian.at_mut(element, k) = by[k];
+            for (k, by) in self.point.of_element(element, trace).into_iter().enumerate() {
+                *jacobian.at_mut(element, k) = by;
             }
-            jacobian[(element, 5)] = -n[element] * trace / self.point.scale();
         }
         jacobian
     }

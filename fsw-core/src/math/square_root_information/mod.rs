@@ -288,8 +288,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     pub fn eliminate(&mut self, index: usize) {
         let rows = self.factor.iter_mut().zip(&mut self.right_hand_side).enumerate();
         for (i, (row, y)) in rows.take(index) {
-            *row = [T::zero(); N];
-            row[i] = T::one();
+            *row = unit_row(i);
             *y = T::zero();
         }
     }
@@ -504,6 +503,11 @@ fn fold<T: Real>(
         }
     }
     RecursiveResidual { value: y, weight }
+}
+
+/// Row of one unknown alone; of none for an index beyond the last one.
+pub fn unit_row<T: Real, const N: usize>(index: usize) -> [T; N] {
+    core::array::from_fn(|i| if i == index { T::one() } else { T::zero() })
 }
 
 #[cfg(test)]

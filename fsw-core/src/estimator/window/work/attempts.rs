@@ -308,9 +308,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// Begins the pass that judges the residuals at the solution.
     #[inline(never)]
     fn begin_final_pass(&mut self, unit: T) {
-        let (beliefs, work) = self.task(unit);
-        let Work::Descent(Descent { pass, .. }) = work else { return };
-        let (point, step) = (pass.point, pass.solution(&beliefs));
+        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        let (point, step) = (pass.point, pass.solution(&self.beliefs(unit)));
         self.begin_pass(&point, unit);
         if let Work::Descent(descent) = &mut self.work {
             descent.pass.offset = step.unwrap_or([T::zero(); U]);
@@ -332,11 +331,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if is_good || is_changed || *attempt == Attempt::Best {
             return Some(After::End { is_settled });
         }
-        if let (beliefs, Work::Descent(descent)) = self.task(unit) {
-            let at_end = (
-                descent.pass.point,
-                descent.pass.residuals.cost + beliefs.cost(&descent.pass.point),
-            );
+        let cost = pass.residuals.cost + self.beliefs(unit).cost(&pass.point);
+        let at_end = (pass.point, cost);
+        if let Work::Descent(descent) = &mut self.work {
             let ended = if is_at_end { Some(at_end) } else { descent.accepted() };
             if let Some((point, cost)) = ended
                 && descent.chosen.is_none_or(|(_, (least, _))| cost < least)
