@@ -14,6 +14,7 @@ use host_sim::pil::manoeuvre::{Case, Reached};
 use host_sim::pil::software::Software;
 use host_sim::pil::{BrokenBit, Mission, PilFailed, PilFlight, fly};
 use host_sim::truth::Flight;
+use target_tools::board::{Board, MPS2_AN500, MPS2_AN505, STM32F405};
 use target_tools::budgets;
 
 /// Seed of the gyro noise and of the true errors of the hardware.
@@ -21,6 +22,7 @@ const SEED: u64 = 0;
 
 /// A flight of a scenario.
 struct Plan {
+    board: Board,
     scenario: &'static str,
     /// Duration, s. None for the whole scenario.
     duration_s: Option<f64>,
@@ -32,6 +34,7 @@ struct Plan {
 
 /// The whole spin-up of STSAT-3 by `window`.
 const SPIN_UP: Plan = Plan {
+    board: STM32F405,
     scenario: "stsat3-spin-up",
     duration_s: None,
     estimator: EstimatorId::Window,
@@ -57,7 +60,7 @@ fn fly_plan(plan: &Plan) -> Result<Result<PilFlight, PilFailed>> {
         commands: plan.commands,
         answering: None,
     };
-    let image = Image::find(None)?;
+    let image = Image::find(&plan.board, None)?;
     let flown = fly(&mission, || image.start(), plan.broken, |_, _| ());
     if let Ok(flown) = &flown {
         let stack = flown.stack_high_water_bytes;
@@ -94,6 +97,17 @@ fn other_estimators_have_the_same_bits_on_firmware_and_host() -> Result<()> {
     for estimator in [EstimatorId::JointEkf, EstimatorId::EkfSgfRls] {
         let flown = fly_plan(&Plan { duration_s: Some(60.0), estimator, ..SPIN_UP })??;
         assert_eq!((flown.compared, flown.estimator.selected()), (601, estimator));
+    }
+    Ok(())
+}
+
+/// A Cortex-M7 and a Cortex-M33.
+#[test]
+#[ignore = "needs the Cortex-M targets and QEMU: tests/check.sh runs it"]
+fn other_boards_have_the_same_bits_as_the_host() -> Result<()> {
+    for board in [MPS2_AN500, MPS2_AN505] {
+        let flown = fly_plan(&Plan { board, duration_s: Some(10.0), ..SPIN_UP })??;
+        assert_eq!((flown.compared, flown.outcomes.accepted), (101, 101), "{}", board.feature);
     }
     Ok(())
 }
@@ -191,7 +205,7 @@ fn manoeuvre_ends_with_the_wheels_at_their_speeds_of_the_start() -> Result<()> {
     let mut scenario = Scenario::load("cubesat-pyramid")?;
     scenario.duration_s = 9.0;
     let flight = Flight::simulate(&scenario)?;
-    let image = Image::find(None)?;
+    let image = Image::find(&STM32F405, None)?;
     for case in Case::all() {
         let commands = case.commands();
         let mission = Mission {

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use target_tools::board::{BOARDS, Board, STM32F405};
 
 use super::estimate::note_changes;
 use super::flight_estimator::FlightEstimator;
@@ -34,6 +36,9 @@ pub struct Arguments {
     /// Cut the power after this many samples, and continue from the checkpoint in flash
     #[arg(long, value_name = "SAMPLE")]
     restart_at: Option<usize>,
+    /// Board of the firmware, by its machine in QEMU
+    #[arg(long, default_value = STM32F405.feature, value_parser = boards())]
+    board: Board,
     /// ELF file of the image `pil`; without it, the image is built from source
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
@@ -46,7 +51,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let Arguments { scenario, estimator, seed, restart_at, image, out, json } = arguments;
+    let Arguments { scenario, estimator, seed, restart_at, board, image, out, json } = arguments;
     let sources = scenario::sources(scenario);
     let scenario = Scenario::load(scenario)?.of_seed(*seed);
     let mut notes = Notes::default();
@@ -66,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     // A mission that cannot be flown fails before the image is built.
     setup::of(&mission).map_err(PilFailed::from)?;
-    let image = Image::find(image.clone()).map_err(PilFailed::from)?;
+    let image = Image::find(board, image.clone()).map_err(PilFailed::from)?;
 
     let begun = Instant::now();
     let bar = progress_bar(flight.instants.len() as u64, "samples");
@@ -90,6 +95,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         write_folder(folder, &mission, &sources?, &report, &history)?;
     }
     print(*json, &report, &table)
+}
+
+/// Parser of the name of a board.
+fn boards() -> impl TypedValueParser<Value = Board> {
+    PossibleValuesParser::new(BOARDS.map(|board| board.feature))
+        .try_map(|name| Board::of_name(&name))
 }
 
 fn write_folder(

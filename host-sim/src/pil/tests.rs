@@ -19,6 +19,7 @@ use crate::truth::Flight;
 use fsw_target::flight::manoeuvre::Manoeuvre;
 use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::command::Command;
+use target_tools::board::STM32F405;
 
 /// The first 12 s of a CubeSat with four wheels.
 fn scenario() -> Scenario {
@@ -400,7 +401,7 @@ fn mission_that_the_image_cannot_fly_is_rejected_before_the_start() {
 
 #[test]
 fn missing_image_file_is_an_error() {
-    let image = Image::find(Some(Path::new("no/such/image").into())).unwrap();
+    let image = Image::find(&STM32F405, Some(Path::new("no/such/image").into())).unwrap();
     let error = image.start().err().map(|error| error.to_string());
     assert_eq!(error.as_deref(), Some("no/such/image: no such image"));
 }

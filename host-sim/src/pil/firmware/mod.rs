@@ -19,7 +19,8 @@ use fsw_target::link::frame::{DELIMITER, FrameReceiver, MAX_PACKET};
 use fsw_target::link::telemetry::Received;
 use fsw_target::link::wire::{Wire, Writer};
 use fsw_target::stand_in::tunnel::{self, Captures, Message, Setup, Stated};
-use target_tools::firmware::build;
+use target_tools::board::Board;
+use target_tools::firmware::build_for;
 use target_tools::machine::Machine;
 
 use super::flash::OutOfBounds;
@@ -40,19 +41,20 @@ const LISTEN: Duration = Duration::from_millis(5);
 #[derive(Clone, Debug)]
 pub struct Image {
     elf: PathBuf,
+    machine: &'static str,
 }
 
 impl Image {
-    /// The image in the file `elf`, or the one built from source.
+    /// The image of a board in the file `elf`, or the one built from source.
     ///
     /// # Errors
     /// No compiler for the target.
-    pub fn find(elf: Option<PathBuf>) -> anyhow::Result<Self> {
+    pub fn find(board: &Board, elf: Option<PathBuf>) -> anyhow::Result<Self> {
         let elf = match elf {
             Some(elf) => elf,
-            None => build("pil")?,
+            None => build_for(board, "pil")?,
         };
-        Ok(Self { elf })
+        Ok(Self { elf, machine: board.machine })
     }
 
     /// Starts the image in QEMU.
@@ -61,7 +63,7 @@ impl Image {
     /// No such file, or no QEMU.
     pub fn start(&self) -> anyhow::Result<Firmware> {
         anyhow::ensure!(self.elf.is_file(), "{}: no such image", self.elf.display());
-        let (machine, [link, sensors]) = Machine::start::<2>(&self.elf)?;
+        let (machine, [link, sensors]) = Machine::start_on::<2>(self.machine, &self.elf)?;
         Firmware::on(sensors, link, PATIENCE, Some(machine))
     }
 }
