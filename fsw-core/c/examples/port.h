@@ -18,10 +18,49 @@ static inline void put_hex(uint32_t word) {
     put(text);
 }
 
-/* Instructions between count_begin and count_end; put_count prints the largest number and the mean since its last call.
- * Nothing on a host. */
-void count_begin(void);
-void count_end(void);
-void put_count(const char *flight, const char *estimator);
+/* A space, and a decimal number. */
+static inline void put_unsigned(uint32_t number) {
+    char text[12];
+    int first = 11;
+    text[first] = '\0';
+    do {
+        text[--first] = (char)('0' + number % 10u);
+        number /= 10u;
+    } while (number > 0);
+    text[--first] = ' ';
+    put(&text[first]);
+}
+
+/* A space, and a number below 4000 with six decimals, cut. */
+static inline void put_decimal(float value) {
+    const float size = value < 0.0f ? -value : value;
+    const uint32_t whole = (uint32_t)size, millionths = (uint32_t)((size - (float)whole) * 1e6f);
+    char text[] = ".000000";
+    uint32_t rest = millionths;
+    for (int i = 6; i > 0; i--) {
+        text[i] = (char)('0' + rest % 10u);
+        rest /= 10u;
+    }
+    put(value < 0.0f ? " -" : " ");
+    char digits[12];
+    int first = 11;
+    digits[first] = '\0';
+    rest = whole;
+    do {
+        digits[--first] = (char)('0' + rest % 10u);
+        rest /= 10u;
+    } while (rest > 0);
+    put(&digits[first]);
+    put(text);
+}
+
+/* Cost of the calls of one function: number, instructions, bytes of stack. */
+struct cost {
+    uint32_t number, largest, sum, stack;
+};
+
+/* What lies between cost_begin and cost_end is added. Nothing on a host. */
+void cost_begin(void);
+void cost_end(struct cost *cost);
 
 #endif

@@ -21,22 +21,28 @@
 #define FSW_WHEELS 4
 
 /**
+ * Unknowns of a window: momentum and inertia 9, three groups of three. Disturbance torque, gyro bias and drag take one
+ * each where they are asked for. Stated errors of the hardware need one: time offset, torque scale and common spin inertia.
+ */
+#define FSW_WINDOW_UNKNOWNS 18
+
+/**
  * Alignment of the memory of an estimator, bytes.
  */
 #define FSW_ALIGN 8
 
 /**
- * Memory of `window` on any processor, bytes: 51,136 are needed with 32-bit indices, 51,280 with 64-bit ones.
+ * Memory of `window` on any processor, bytes. A build needs fsw_window_size() of them.
  */
-#define FSW_WINDOW_SIZE 53248
+#define FSW_WINDOW_SIZE 55296
 
 /**
  * The same in words of 64 bits.
  */
-#define FSW_WINDOW_SIZE_U64 6656
+#define FSW_WINDOW_SIZE_U64 6912
 
 /**
- * Memory of `joint-ekf` on any processor, bytes: 7,368 are needed.
+ * Memory of `joint-ekf` on any processor, bytes. A build needs fsw_joint_ekf_size() of them.
  */
 #define FSW_JOINT_EKF_SIZE 8192
 
@@ -247,7 +253,7 @@ enum fsw_status
      */
     FSW_STATUS_CONVERGED = 0,
     /**
-     * Some directions observed: use the observed elements.
+     * Some directions observed: use the elements of `observed_elements`, each within its sigma.
      */
     FSW_STATUS_PARTIAL = 1,
     /**
@@ -380,7 +386,8 @@ typedef struct fsw_gate {
 } fsw_gate;
 
 /**
- * Inertia before any data: expected elements and one sigma of each.
+ * Inertia before any data: expected elements and one sigma of each. The inertia is that of the spacecraft with its
+ * wheels locked to the body, spin inertia included.
  */
 typedef struct fsw_prior {
     /**
@@ -614,8 +621,8 @@ typedef struct fsw_estimate {
      */
     fsw_status status;
     /**
-     * Elements `jxx jyy jzz jxy jxz jyz`, kg m², body axes about the centre of mass. `jxy` is the tensor entry,
-     * −∫xy dm.
+     * Elements `jxx jyy jzz jxy jxz jyz`, kg m², body axes about the centre of mass, wheels locked: the angular
+     * momentum is `J ω + Σ Iₛ Ω a`, Ω relative to the body. `jxy` is the tensor entry, −∫xy dm.
      */
     float inertia_kg_m2[6];
     /**
@@ -639,7 +646,8 @@ typedef struct fsw_estimate {
      */
     uint32_t observed_directions;
     /**
-     * Bit i is set where element i is observed.
+     * Bit i is set where element i is observed: its sigma by the data is below a tenth of the mean moment, a
+     * twentieth for products.
      */
     uint32_t observed_elements;
     /**

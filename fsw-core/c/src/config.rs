@@ -7,7 +7,7 @@
 //! | flag other than 0 | true |
 //! | count beyond 65535 | refused: the field's name |
 
-use crate::sizes::{CONSIDERED, FSW_WHEELS, PARAMETERS, UNKNOWNS};
+use crate::sizes::{CONSIDERED, FSW_WHEELS, FSW_WINDOW_UNKNOWNS, PARAMETERS};
 use crate::types::*;
 use fsw_core::error::Invalid;
 use fsw_core::estimator::{joint_ekf, window};
@@ -67,7 +67,7 @@ impl Configures for fsw_window_config {
             gate: gate(&self.gate)?,
             ..window::Config::of_unknown_noise()
         };
-        config.validate::<UNKNOWNS, CONSIDERED, 0>()?;
+        config.validate::<FSW_WINDOW_UNKNOWNS, CONSIDERED, 0>()?;
         Ok(WindowStart { config, wheels: wheels(&self.wheels)? })
     }
 }

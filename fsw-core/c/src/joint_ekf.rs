@@ -1,7 +1,7 @@
 //! Functions of `joint-ekf`.
 
-use crate::config::{self, Configures, JointEkfStart};
-use crate::memory::{Flown, Output, Slot, code, input, set_text, six};
+use crate::config::{self, JointEkfStart};
+use crate::memory::{Flown, Output, Slot, code, input, six};
 use crate::sizes::JointEkfF32;
 use crate::types::*;
 use crate::{report, words};
@@ -73,10 +73,7 @@ pub unsafe extern "C" fn fsw_joint_ekf_config_check(
     text: *mut c_char,
     bytes: usize,
 ) -> fsw_result {
-    code(|| match input(config)?.start() {
-        Ok(_) => set_text(text, bytes, &[]).map(|()| fsw_result::Ok),
-        Err(error) => set_text(text, bytes, &report::refusal(&error)).map(|()| fsw_result::Config),
-    })
+    code(|| report::check_config(config, text, bytes))
 }
 
 /// Starts an estimator in the caller's memory. Memory that holds one already is started anew.

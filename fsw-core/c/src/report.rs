@@ -1,7 +1,10 @@
 //! Outcome, estimate and findings of `fsw-core` to structs of C.
 
+use crate::config::Configures;
+use crate::memory::{SizedStruct, input, set_text};
 use crate::sizes::FSW_WHEELS;
 use crate::types::*;
+use core::ffi::c_char;
 use fsw_core::error::Invalid;
 use fsw_core::gate::Rejection;
 use fsw_core::hardware::{Finding, Parameter};
@@ -126,6 +129,25 @@ pub(crate) fn finding(finding: &Finding<f32>) -> fsw_finding {
     }
 }
 
+/// Checks a configuration, and writes field and reason of a refusal, a wrong `struct_size` included.
+pub(crate) fn check_config<C: Configures + SizedStruct>(
+    config: *const C,
+    text: *mut c_char,
+    bytes: usize,
+) -> Result<fsw_result, fsw_result> {
+    let (result, parts) = match input(config) {
+        Err(fsw_result::StructSize) => {
+            (fsw_result::StructSize, ["struct_size", ": ", "is not that of this library"])
+        }
+        Err(refused) => return Err(refused),
+        Ok(config) => match config.start() {
+            Ok(_) => (fsw_result::Ok, [""; 3]),
+            Err(error) => (fsw_result::Config, refusal(&error)),
+        },
+    };
+    set_text(text, bytes, &parts).map(|()| result)
+}
+
 /// Field and reason of a refused configuration, to be written one after the other. Without `core::fmt`, which an image
 /// may not contain otherwise.
 pub(crate) fn refusal(error: &ConfigError) -> [&'static str; 3] {
@@ -136,7 +158,7 @@ pub(crate) fn refusal(error: &ConfigError) -> [&'static str; 3] {
         Invalid::AboveOne => "must not be above one",
         Invalid::OutOfRange { .. } => "is beyond the largest permitted value",
         Invalid::ZeroAxis => "an axis must have a length above zero",
-        Invalid::NoRoom => "is an unknown that this library is not compiled for",
+        Invalid::NoRoom => "has no place: see FSW_WINDOW_UNKNOWNS",
         Invalid::NotPhysical(_) => "is the tensor of no rigid body",
     };
     [error.field, ": ", reason]

@@ -12,25 +12,25 @@ pub const FSW_WHEELS: usize = 4;
 
 /// Blocks of a window: up to 48 turns of the body.
 const BLOCKS: usize = 512;
-/// Unknowns of a window: momentum and inertia 9, two groups of three. Without stated errors of the hardware these are
-/// disturbance torque, gyro bias or drag; with them time offset, torque scale and common spin inertia.
-pub(crate) const UNKNOWNS: usize = 15;
+/// Unknowns of a window: momentum and inertia 9, three groups of three. Disturbance torque, gyro bias and drag take one
+/// each where they are asked for. Stated errors of the hardware need one: time offset, torque scale and common spin inertia.
+pub const FSW_WINDOW_UNKNOWNS: usize = 18;
 /// Groups of hardware errors that a window considers: gyro 3, one for each wheel.
 pub(crate) const CONSIDERED: usize = 3 + FSW_WHEELS;
 /// Parameters that `joint-ekf` considers: gyro 9, wheels 3 each, time offset, common spin inertia, torque scale; gyro
 /// bias 3, disturbance torque 3.
 pub(crate) const PARAMETERS: usize = 12 + 3 * FSW_WHEELS + 6;
 
-pub(crate) type WindowF32 = Window<f32, FSW_WHEELS, BLOCKS, UNKNOWNS, CONSIDERED>;
+pub(crate) type WindowF32 = Window<f32, FSW_WHEELS, BLOCKS, FSW_WINDOW_UNKNOWNS, CONSIDERED>;
 pub(crate) type JointEkfF32 = JointEkfUd<f32, FSW_WHEELS, PARAMETERS>;
 
 /// Alignment of the memory of an estimator, bytes.
 pub const FSW_ALIGN: usize = 8;
-/// Memory of `window` on any processor, bytes: 51,136 are needed with 32-bit indices, 51,280 with 64-bit ones.
-pub const FSW_WINDOW_SIZE: usize = 53_248;
+/// Memory of `window` on any processor, bytes. A build needs fsw_window_size() of them.
+pub const FSW_WINDOW_SIZE: usize = 55_296;
 /// The same in words of 64 bits.
-pub const FSW_WINDOW_SIZE_U64: usize = 6_656;
-/// Memory of `joint-ekf` on any processor, bytes: 7,368 are needed.
+pub const FSW_WINDOW_SIZE_U64: usize = 6_912;
+/// Memory of `joint-ekf` on any processor, bytes. A build needs fsw_joint_ekf_size() of them.
 pub const FSW_JOINT_EKF_SIZE: usize = 8_192;
 /// The same in words of 64 bits.
 pub const FSW_JOINT_EKF_SIZE_U64: usize = 1_024;

@@ -50,7 +50,8 @@ pub enum fsw_result {
     State = 9,
 }
 
-/// Inertia before any data: expected elements and one sigma of each.
+/// Inertia before any data: expected elements and one sigma of each. The inertia is that of the spacecraft with its
+/// wheels locked to the body, spin inertia included.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct fsw_prior {
@@ -291,7 +292,7 @@ pub enum fsw_remaining {
 pub enum fsw_status {
     /// Six directions observed, residuals explained: use the tensor with its covariance.
     Converged = 0,
-    /// Some directions observed: use the observed elements.
+    /// Some directions observed: use the elements of `observed_elements`, each within its sigma.
     Partial = 1,
     /// No direction observed.
     Unobservable = 2,
@@ -307,8 +308,8 @@ pub struct fsw_estimate {
     pub struct_size: u32,
     /// Usability.
     pub status: fsw_status,
-    /// Elements `jxx jyy jzz jxy jxz jyz`, kg m², body axes about the centre of mass. `jxy` is the tensor entry,
-    /// −∫xy dm.
+    /// Elements `jxx jyy jzz jxy jxz jyz`, kg m², body axes about the centre of mass, wheels locked: the angular
+    /// momentum is `J ω + Σ Iₛ Ω a`, Ω relative to the body. `jxy` is the tensor entry, −∫xy dm.
     pub inertia_kg_m2: [f32; 6],
     /// One sigma of each element, kg m².
     pub sigma_kg_m2: [f32; 6],
@@ -320,7 +321,8 @@ pub struct fsw_estimate {
     pub sigma_random_kg_m2: [f32; 6],
     /// Observed directions in the space of the six elements, 0 to 6.
     pub observed_directions: u32,
-    /// Bit i is set where element i is observed.
+    /// Bit i is set where element i is observed: its sigma by the data, to first order, is below a tenth of the mean
+    /// moment, a twentieth for products. Where the scale is badly known, `sigma_kg_m2` is larger than that.
     pub observed_elements: u32,
     /// 1 where the trace is observed: the size of the tensor and not only its ratios.
     pub observed_scale: u32,

@@ -94,11 +94,11 @@ pub fn run(program: &Path) -> String {
     printed
 }
 
-/// Runs an image to its end, 256 ns of virtual time per instruction.
+/// Runs an image to its end, 16 ns of virtual time per instruction.
 pub fn run_in_qemu(program: &Path) -> String {
     let mut qemu = Command::new("timeout");
     qemu.args(["300", "qemu-system-arm", "-machine", target_tools::qemu::MACHINE]);
-    qemu.args(["-display", "none", "-monitor", "none", "-serial", "none", "-icount", "shift=8"]);
+    qemu.args(["-display", "none", "-monitor", "none", "-serial", "none", "-icount", "shift=4"]);
     qemu.args(["-semihosting-config", "enable=on,target=native,chardev=out"]);
     qemu.args(["-chardev", "stdio,id=out", "-kernel"]).arg(program).stdin(Stdio::null());
     output(&mut qemu)
