@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -48,6 +48,28 @@ class Outcome:
     used_sample: bool
 
 
+def _whole(name: str, value: object) -> int:
+    """A whole number, or an error that names it."""
+    try:
+        whole = int(value)  # type: ignore[call-overload]
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {value!r}; it takes a whole number") from None
+    if whole != value or whole < 0:
+        raise ValueError(f"{name} is {value!r}; it takes a whole number from 0 on")
+    return whole
+
+
+def _numbers(name: str, values: Iterable[float], count: int | None = None) -> list[float]:
+    """Numbers, or an error that names them."""
+    try:
+        numbers = [float(x) for x in values]
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {values!r}; it takes a sequence of numbers") from None
+    if count is not None and len(numbers) != count:
+        raise ValueError(f"{name} has {len(numbers)} numbers; it takes {count}")
+    return numbers
+
+
 class SteppedEstimator:
     """An estimator of the flight core, by its name.
 
@@ -83,11 +105,11 @@ class SteppedEstimator:
         """Process one sample."""
         attitude = sample.attitude
         name, used = self._own().step(
-            int(sample.time_us),
-            [float(x) for x in sample.rate_rad_s],
-            [float(x) for x in sample.wheel_speed_rad_s],
-            [float(x) for x in sample.torque_n_m],
-            None if attitude is None else [float(x) for x in attitude],
+            _whole("time_us", sample.time_us),
+            _numbers("rate_rad_s", sample.rate_rad_s, 3),
+            _numbers("wheel_speed_rad_s", sample.wheel_speed_rad_s),
+            _numbers("torque_n_m", sample.torque_n_m, 3),
+            None if attitude is None else _numbers("attitude", attitude, 4),
         )
         return Outcome(name, used)
 

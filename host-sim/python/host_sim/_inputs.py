@@ -34,6 +34,11 @@ def columns_of(log: Log) -> Any:
     """Path, or pairs of name and column: float64 arrays, or texts."""
     if isinstance(log, (str, os.PathLike)):
         return os.fspath(log)
+    if not hasattr(log, "columns") and not isinstance(log, Mapping):
+        raise ValueError(
+            f"log: a {type(log).__name__} has no named columns; "
+            "give a data frame, a dictionary of columns or the path of a file"
+        )
     names = log.columns if hasattr(log, "columns") else log.keys()
     return [(str(name), _column(log[name])) for name in names]
 

@@ -3,6 +3,7 @@
 use fsw_core::outcome::OutcomeCounts;
 use host_sim::estimation::{AnyEstimator, EstimationResult, Events, Method, Setup, set_up};
 use host_sim::input::Craft;
+use host_sim::input::craft::LogFormat;
 use host_sim::input::log::LogRow;
 use host_sim::report::ReplayReport;
 use pyo3::exceptions::PyValueError;
@@ -10,6 +11,10 @@ use pyo3::prelude::*;
 
 use crate::input::{Source, method};
 use crate::json;
+
+/// Note on a craft that maps the columns of a log.
+const LOG_IGNORED: &str =
+    "[log] of the craft is for logs; samples are in µs, rad/s and N m, and are not converted";
 
 /// An estimator of the flight core.
 #[pyclass(unsendable, module = "host_sim._native")]
@@ -100,6 +105,10 @@ impl Estimator {
             estimate: self.estimator.estimate(),
             hardware: self.estimator.hardware(),
         };
-        json(&ReplayReport::new(self.method, self.samples, &result))
+        let mut report = ReplayReport::new(self.method, self.samples, &result);
+        if self.craft.log != LogFormat::default() {
+            report.notes.push(LOG_IGNORED.to_owned());
+        }
+        json(&report)
     }
 }

@@ -54,6 +54,13 @@ def test_craft_and_scenario_may_be_dictionaries():
         (lambda: host_sim.replay(CRAFT | {"gyros": {}}, LOG), ["gyros", "gyro"]),
         (lambda: host_sim.replay(CRAFT, LOG | {"gyro_x_rad_s": np.zeros(7)}), ["7", "30 rows"]),
         (lambda: host_sim.replay(CRAFT, {"t_s": LOG["t_s"]}), ["log", "gyro_x_rad_s"]),
+        (lambda: host_sim.replay(CRAFT, np.zeros((30, 4))), ["log: a ndarray", "data frame"]),
+        (
+            lambda: host_sim.replay(
+                CRAFT | {"log": {"gyro": {"columns": ["a", "b", "c"], "file": "gyro.csv"}}}, LOG
+            ),
+            ["names the file gyro.csv", "merge"],
+        ),
         (lambda: host_sim.replay(CRAFT, LOG, estimator="ekf-sgf-rls"), ["[prior]"]),
         (lambda: host_sim.diagnose(CRAFT, {k: v[:5] for k, v in LOG.items()}), ["5 rows"]),
         (lambda: host_sim.design("stsat3-spin-up", duration_s=-1), ["duration", "positive"]),
@@ -66,6 +73,35 @@ def test_bad_input_is_a_value_error_with_the_message_of_the_command(call, words)
         call()
     for word in words:
         assert word in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "sample, words",
+    [
+        (host_sim.Sample(0.5, [0, 0, 0], [1.0]), "time_us is 0.5"),
+        (host_sim.Sample(0, [0, 0], [1.0]), "rate_rad_s has 2 numbers; it takes 3"),
+        (host_sim.Sample(0, [0, 0, 0], 1.0), "wheel_speed_rad_s is 1.0"),
+    ],
+)
+def test_a_sample_of_another_shape_is_refused_by_name(sample, words):
+    estimator = host_sim.Window(CRAFT, sample_period_s=0.1)
+    with pytest.raises(ValueError, match=words):
+        estimator.step(sample)
+
+
+def test_a_mapped_log_is_not_applied_to_samples_and_a_note_says_so():
+    mapped = CRAFT | {"log": {"gyro": {"columns": ["a", "b", "c"], "unit": "deg/s"}}}
+    notes = host_sim.Window(mapped, sample_period_s=0.1).estimate().notes
+    assert any("[log] of the craft is for logs" in note for note in notes)
+
+
+def test_a_column_whose_name_contradicts_its_unit_is_noted():
+    names = ["wx_dps", "wy_dps", "wz_dps"]
+    log = dict(LOG) | {name: LOG[f"gyro_{axis}_rad_s"] for name, axis in zip(names, "xyz")}
+    for unit, is_noted in [("rad/s", True), ("deg/s", False)]:
+        mapped = CRAFT | {"log": {"gyro": {"columns": names, "unit": unit}}}
+        notes = host_sim.replay(mapped, log).notes
+        assert any("its name says deg/s" in note for note in notes) == is_noted, notes
 
 
 def test_stepped_estimator_refuses_another_number_of_wheels():

@@ -35,6 +35,13 @@ impl VerbFailed {
     }
 }
 
+impl VerbFailed {
+    /// An input that cannot be used.
+    fn of_input(message: String) -> Self {
+        Self { message, is_bad_input: true }
+    }
+}
+
 impl From<Failure> for VerbFailed {
     fn from(failure: Failure) -> Self {
         let is_bad_input = failure.exit_code() == BAD_INPUT;
@@ -72,6 +79,15 @@ pub fn log_of_columns(
     cells: &[Vec<String>],
     craft: &Craft,
 ) -> Result<RecordedLog, VerbFailed> {
+    let log = &craft.log;
+    let sensors = [&log.gyro, &log.wheels, &log.torque, &log.attitude].into_iter().flatten();
+    let mut files = log.file.iter().chain(sensors.filter_map(|sensor| sensor.file.as_ref()));
+    if let Some(file) = files.next() {
+        return Err(VerbFailed::of_input(format!(
+            "log: [log] of the craft names the file {file}, and columns in memory are one log; merge \
+             those of the sensors by time, with empty cells between, and remove `file`"
+        )));
+    }
     Ok(log_file::of_columns(LOG, names, cells, craft)?)
 }
 
