@@ -47,6 +47,22 @@ pub fn find<'a>(spelling: &str, units: &'a [Unit]) -> Option<&'a Unit> {
         .find(|unit| plain(unit.name) == spelling || unit.spellings.contains(&spelling.as_str()))
 }
 
+/// The unit that the name of a column ends with, as `deg/s` of `wx_dps` or `w [deg/s]`: the longest spelling after a
+/// character that is neither letter nor digit.
+pub fn in_name<'a>(name: &str, units: &'a [Unit]) -> Option<&'a Unit> {
+    let name = name.trim().trim_end_matches([')', ']', '}', '>']).to_lowercase();
+    let length_of = |spelling: &str| {
+        let before = name.strip_suffix(&plain(spelling))?;
+        let is_apart = before.ends_with(|c: char| !c.is_alphanumeric());
+        (is_apart && !spelling.is_empty()).then_some(spelling.len())
+    };
+    let longest = |unit: &Unit| {
+        let spellings = unit.spellings.iter().copied().chain([unit.name]);
+        spellings.filter_map(length_of).max()
+    };
+    units.iter().filter(|unit| longest(unit).is_some()).max_by_key(|unit| longest(unit))
+}
+
 /// Names of the units.
 pub fn names(units: &[Unit]) -> Vec<String> {
     units.iter().map(|unit| unit.name.to_owned()).collect()
@@ -158,6 +174,23 @@ mod tests {
                 assert!(!all[..index].contains(spelling), "{spelling}");
             }
             assert!(units.iter().all(|u| u.spellings.iter().all(|s| plain(s) == *s)));
+        }
+    }
+
+    #[test]
+    fn a_unit_is_found_at_the_end_of_a_name() {
+        for (name, expected) in [
+            ("wx_dps", Some("deg/s")),
+            ("gyro_x_deg_s", Some("deg/s")),
+            ("Rate X [rad/s]", Some("rad/s")),
+            ("rate_x_rad_s", Some("rad/s")),
+            ("gyro_x_mdps", Some("mdeg/s")),
+            ("RW1_SPEED_RPM", Some("rpm")),
+            ("wheels", None),
+            ("gyro_x", None),
+            ("dps", None),
+        ] {
+            assert_eq!(in_name(name, &RATES).map(|unit| unit.name), expected, "{name}");
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::csv_source::{Column, CsvRow, CsvSource};
 use crate::error::InputError;
 use crate::key::{FINITE, Key, NUMBER, Range};
 use crate::nearest::{likeness, nearest};
+use crate::units::{self, RATES};
 
 pub(super) const TIME: &str = "t_s";
 pub(super) const GYRO: [&str; 3] = ["gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s"];
@@ -129,7 +130,10 @@ impl Columns {
         };
         let (torque, attitude) = (of(&format.torque, &TORQUE)?, of(&format.attitude, &ATTITUDE)?);
         let is_mapped = mapped.iter().any(|sensor| sensor.is_some());
-        let notes = if is_mapped { Vec::new() } else { notes_on_ignored(source, is_known) };
+        let mut notes = if is_mapped { Vec::new() } else { notes_on_ignored(source, is_known) };
+        for (table, sensor) in [("gyro", &format.gyro), ("wheels", &format.wheels)] {
+            notes.extend(sensor.iter().filter_map(|sensor| note_on_unit(table, sensor)));
+        }
         Ok(Self { time, gyro, wheels, torque, attitude, notes })
     }
 }
@@ -193,6 +197,27 @@ fn all<S: AsRef<str>>(
 fn has_any(source: &CsvSource, names: &[&str]) -> bool {
     names.iter().any(|name| source.columns().iter().any(|column| column == name))
 }
+
+/// A column of rates whose name ends with another unit than the one stated. Motion without external torque and net
+/// momentum does not show the unit of the gyro: nothing else would tell.
+fn note_on_unit(table: &str, sensor: &SensorFormat) -> Option<String> {
+    let columns = sensor.columns.iter().zip(&sensor.factors);
+    let mut contradictions = columns.filter_map(|(name, factor)| {
+        let unit = units::in_name(name, &RATES)?;
+        let is_same = (factor.abs() / unit.factor - 1.0).abs() < SAME_UNIT;
+        (!is_same).then(|| {
+            format!(
+                "`{name}` is read as {factor:.6} rad/s a count, and its name says {}; \
+                 state unit = \"{}\" in [log.{table}] if the name is right",
+                unit.name, unit.name
+            )
+        })
+    });
+    contradictions.next()
+}
+
+/// Share by which the factor of a column may differ from its unit: rounded digits of a person.
+const SAME_UNIT: f64 = 1e-3;
 
 fn notes_on_ignored(source: &CsvSource, is_known: impl Fn(&str) -> bool) -> Vec<String> {
     /// Least likeness of a suggestion: a foreign quantity, as a temperature, gets none.
