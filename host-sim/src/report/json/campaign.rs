@@ -81,3 +81,37 @@ pub struct McReport {
     /// Steps over the time spent in the estimator, summed over threads, 1/s. Null from `merge`.
     pub steps_per_s_per_core: Option<f64>,
 }
+
+/// The bound that errors are measured by.
+pub struct Measure {
+    /// Its name.
+    pub name: &'static str,
+    /// One sigma of each element, kg m².
+    pub bound_kg_m2: [Option<f64>; 6],
+    /// RMS error over it.
+    pub rmse_over_bound: [Option<f64>; 6],
+    /// The same over all elements.
+    pub of_all: Option<f64>,
+}
+
+impl McReport {
+    /// The joint bound where errors of the hardware are stated: no estimator reaches that of the noise alone.
+    pub fn measure(&self) -> Measure {
+        if self.joint_bound_kg_m2.iter().all(Option::is_none) {
+            return Measure {
+                name: "bound",
+                bound_kg_m2: self.bound_kg_m2,
+                rmse_over_bound: self.rmse_over_bound,
+                of_all: self.rmse_over_bound_of_all,
+            };
+        }
+        let squares: Option<f64> =
+            self.rmse_over_joint_bound.iter().map(|ratio| ratio.map(|ratio| ratio * ratio)).sum();
+        Measure {
+            name: "joint bound",
+            bound_kg_m2: self.joint_bound_kg_m2,
+            rmse_over_bound: self.rmse_over_joint_bound,
+            of_all: squares.map(|sum| (sum / 6.0).sqrt()),
+        }
+    }
+}

@@ -29,7 +29,7 @@ impl Distributions {
     pub fn new(report: &McReport) -> Self {
         let ratios = || std::array::from_fn(|_| Histogram::new(REACH));
         Self {
-            bound_kg_m2: report.bound_kg_m2,
+            bound_kg_m2: report.measure().bound_kg_m2,
             over_bound: ratios(),
             over_sigma: ratios(),
             nees: Histogram::new(LARGEST_NEES / 2.0),
@@ -86,8 +86,13 @@ pub(in crate::report) fn campaign(
 
 /// RMS over the bound, consistency, and the number of wrong results.
 fn verdict(report: &McReport) -> String {
-    let over_bound = match report.rmse_over_bound_of_all {
-        Some(ratio) => format!("RMS error {} times the Cramér-Rao bound", significant(ratio, 3)),
+    let measure = report.measure();
+    let of = match measure.name {
+        "joint bound" => ", errors of the hardware among the unknowns",
+        _ => "",
+    };
+    let over_bound = match measure.of_all {
+        Some(ratio) => format!("RMS error {} times the Cramér-Rao bound{of}", significant(ratio, 3)),
         None => "Not all elements are observed".to_owned(),
     };
     let nees = report.nees_per_dof.map_or(String::new(), |nees| {

@@ -10,12 +10,13 @@ use crate::report::number::{fixed, significant};
 /// Table of a campaign.
 pub fn mc(report: &McReport) -> String {
     let decimals = decimals(&report.rmse_kg_m2.map(Option::unwrap_or_default), &report.truth_kg_m2);
+    let measure = report.measure();
     let mut columns = vec![
         ("element", ""),
         ("true", "kg m²"),
         ("RMS error", "kg m²"),
         ("bias", "kg m²"),
-        ("bound", "kg m²"),
+        (measure.name, "kg m²"),
         ("RMS/bound", ""),
         ("bias/bound", ""),
     ];
@@ -23,6 +24,10 @@ pub fn mc(report: &McReport) -> String {
         columns.extend([("one sigma", "kg m²"), ("by noise", "kg m²")]);
     }
     let mut table = Columns::new(&columns);
+    let bias_over = |i: usize| match report.joint_bound_kg_m2[i] {
+        Some(bound) => report.bias_kg_m2[i].map(|bias| bias / bound),
+        None => report.bias_over_bound[i],
+    };
     let ratio = |value: Option<f64>| or(value.map(|value| fixed(value, 2)), EMPTY);
     for i in 0..6 {
         let mut cells = vec![
@@ -30,9 +35,9 @@ pub fn mc(report: &McReport) -> String {
             element(report.truth_kg_m2[i], decimals),
             short(report.rmse_kg_m2[i], EMPTY),
             short(report.bias_kg_m2[i], EMPTY),
-            short(report.bound_kg_m2[i], UNOBSERVED),
-            ratio(report.rmse_over_bound[i]),
-            ratio(report.bias_over_bound[i]),
+            short(measure.bound_kg_m2[i], UNOBSERVED),
+            ratio(measure.rmse_over_bound[i]),
+            ratio(bias_over(i)),
         ];
         if report.largest_systematic.is_some() {
             cells.push(short(report.sigma_kg_m2[i], EMPTY));
@@ -83,9 +88,14 @@ fn silent_lies(report: &McReport) -> String {
 
 /// RMS error over the bound, all elements together.
 fn rms_over_bound(report: &McReport) -> String {
-    let ratio = report.rmse_over_bound_of_all.map(|ratio| fixed(ratio, 3));
+    let measure = report.measure();
+    let of = match measure.name {
+        "bound" => "",
+        _ => ", errors of the hardware among the unknowns",
+    };
+    let ratio = measure.of_all.map(|ratio| fixed(ratio, 3));
     ratio.map_or("none: not all elements are observed".to_owned(), |ratio| {
-        format!("{ratio} over all elements of {} runs", report.used)
+        format!("{ratio} over all elements of {} runs{of}", report.used)
     })
 }
 
