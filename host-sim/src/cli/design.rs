@@ -30,10 +30,10 @@ pub struct Arguments {
     #[arg(long, value_name = "DEG_S", value_parser = positive)]
     rate: Option<f64>,
     /// Share of each wheel's largest torque that may be used
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     torque: f64,
     /// Share of each wheel's largest speed that may be used
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     momentum: f64,
     /// Largest rotation left at the end, deg
     #[arg(long = "return", value_name = "DEG", default_value_t = 0.1, value_parser = positive)]
@@ -78,6 +78,14 @@ fn positive(text: &str) -> Result<f64, String> {
     let number: f64 =
         text.trim_end_matches("deg").parse().map_err(|_| "not a number".to_owned())?;
     (number.is_finite() && number > 0.0).then_some(number).ok_or("it must be positive".to_owned())
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let share = positive(text)?;
+    (share <= 1.0).then_some(share).ok_or_else(|| match share <= 100.0 {
+        true => format!("it is a share, 1 at most: {} for {share} %", share / 100.0),
+        false => "it is a share, 1 at most".to_owned(),
+    })
 }
 
 fn count(text: &str) -> Result<usize, String> {
