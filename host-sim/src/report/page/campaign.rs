@@ -92,7 +92,9 @@ fn verdict(report: &McReport) -> String {
         _ => "",
     };
     let over_bound = match measure.of_all {
-        Some(ratio) => format!("RMS error {} times the Cramér-Rao bound{of}", significant(ratio, 3)),
+        Some(ratio) => {
+            format!("RMS error {} times the Cramér-Rao bound{of}", significant(ratio, 3))
+        }
         None => "Not all elements are observed".to_owned(),
     };
     let nees = report.nees_per_dof.map_or(String::new(), |nees| {
