@@ -646,8 +646,8 @@ typedef struct fsw_estimate {
      */
     uint32_t observed_directions;
     /**
-     * Bit i is set where element i is observed: its sigma by the data is below a tenth of the mean moment, a
-     * twentieth for products.
+     * Bit i is set where element i is observed: its sigma by the data, to first order, is below a tenth of the mean
+     * moment, a twentieth for products. Where the scale is badly known, `sigma_kg_m2` is larger than that.
      */
     uint32_t observed_elements;
     /**
