@@ -57,9 +57,9 @@ def test_craft_and_scenario_may_be_dictionaries():
         (lambda: host_sim.replay(CRAFT, np.zeros((30, 4))), ["log: a ndarray", "data frame"]),
         (
             lambda: host_sim.replay(
-                CRAFT | {"log": {"gyro": {"columns": ["a", "b", "c"], "file": "gyro.csv"}}}, LOG
+                CRAFT | {"log": {"wheels": {"columns": ["a"], "file": "wheels.csv"}}}, LOG
             ),
-            ["names the file gyro.csv", "merge"],
+            ["names the file wheels.csv", "merge"],
         ),
         (lambda: host_sim.replay(CRAFT, LOG, estimator="ekf-sgf-rls"), ["[prior]"]),
         (lambda: host_sim.diagnose(CRAFT, {k: v[:5] for k, v in LOG.items()}), ["5 rows"]),
