@@ -222,7 +222,7 @@ impl Parsed<'_> {
 /// # Errors
 /// See [`PacketError`]; the first that applies.
 pub fn parse(bytes: &[u8]) -> Result<Parsed<'_>, PacketError> {
-    let (before, checksum) = bytes.split_last_chunk().ok_or(PacketError::Truncated)?;
+    let (before, checksum) = split_end(bytes).ok_or(PacketError::Truncated)?;
     let (primary, after) = before
         .split_first_chunk::<{ SpacePacketHeader::LENGTH }>()
         .ok_or(PacketError::Truncated)?;
@@ -247,9 +247,15 @@ pub fn parse(bytes: &[u8]) -> Result<Parsed<'_>, PacketError> {
     if !secondary.is_tagged() {
         return Ok(Parsed { header, data, tagged: None });
     }
-    let (data, _) = data.split_last_chunk::<TAG_BYTES>().ok_or(PacketError::Unsupported)?;
-    let tagged = before.split_last_chunk::<TAG_BYTES>();
+    let (data, _) = split_end::<TAG_BYTES>(data).ok_or(PacketError::Unsupported)?;
+    let tagged = split_end::<TAG_BYTES>(before);
     Ok(Parsed { header, data, tagged })
+}
+
+/// The last N bytes apart. Compiled for size, `split_last_chunk` keeps the panic of `split_at`.
+pub(crate) fn split_end<const N: usize>(bytes: &[u8]) -> Option<(&[u8], &[u8; N])> {
+    let (before, end) = bytes.split_at_checked(bytes.len().checked_sub(N)?)?;
+    Some((before, end.try_into().ok()?))
 }
 
 /// True if `count` is new: 1 to 8191 ahead of `last`, modulo 2¹⁴. The other half of all counts, `last`

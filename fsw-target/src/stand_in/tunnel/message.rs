@@ -6,6 +6,7 @@
 use crate::drivers::wheel_tach::Captured;
 use crate::flight::craft::WHEELS;
 use crate::link::frame::{Frame, MAX_PACKET};
+use crate::link::packet::split_end;
 use crate::link::wire::{Reader, Writer, record};
 use crc::{CRC_16_IBM_3740, Crc};
 
@@ -132,7 +133,7 @@ impl Message {
 
     /// Kind and fields of a packet; `None` if its checksum is wrong.
     pub fn open(packet: &[u8]) -> Option<(u8, Reader<'_>)> {
-        let (written, checksum) = packet.split_last_chunk::<2>()?;
+        let (written, checksum) = split_end::<2>(packet)?;
         if CHECKSUM.checksum(written) != u16::from_be_bytes(*checksum) {
             return None;
         }
