@@ -17,7 +17,8 @@
 //! Speeds at the rows' instants are interpolated. A mean m over the time w becomes the speed in its middle by
 //! `Ω = m − w²/24 m̈`, with the second difference at the distance w or of one reading for the derivative.
 //!
-//! Assumption: a wheel measured by edges does not reverse between two of them.
+//! Assumption: a wheel measured by edges does not reverse between two of them. A reading that is the same in all rows is
+//! that of a wheel at rest or at constant speed: it has no instant to correct, and the error of quantum and noise alone.
 
 use super::record::{Interpolation, LogRow};
 use super::samples::{Between, Samples};
@@ -41,11 +42,11 @@ pub(super) fn correct(rows: &mut Vec<LogRow>, hardware: &StatedHardware) -> Opti
     let mut is_covered = vec![true; rows.len()];
     for wheel in 0..wheels {
         let tachometer = stated(wheel);
-        if tachometer == ideal {
-            interpolation.sigma_rad_s.push(0.0);
+        let readings: Vec<f64> = rows.iter().map(|row| row.wheel_speed_rad_s[wheel]).collect();
+        if tachometer == ideal || readings.windows(2).all(|pair| pair[0] == pair[1]) {
+            interpolation.sigma_rad_s.push(tachometer.resolution_sigma_rad_s());
             continue;
         }
-        let readings = rows.iter().map(|row| row.wheel_speed_rad_s[wheel]).collect();
         let readings = Readings { tachometer, times_us: &times_us, rad_s: readings, period_s };
         let means = readings.means();
         interpolation.sigma_rad_s.push(means.sigma_rad_s(&tachometer));
@@ -123,6 +124,7 @@ impl Readings<'_> {
                 }
                 TachometerKind::Period { resolution_s } => {
                     let between_s = edge_rad / speed.abs();
+                    // Of a wheel this slow, the same reading again is the old one: no edge has come since.
                     let is_repeated = change == 0.0 && between_s > 0.5 * since_s;
                     if is_repeated || between_s > MOST_BETWEEN * self.period_s {
                         continue;
@@ -169,9 +171,7 @@ impl Means {
     fn sigma_rad_s(&self, tachometer: &Tachometer) -> f64 {
         let held = self.samples.error().first().copied().filter(|_| tachometer.hold_s > 0.0);
         let held = held.unwrap_or(0.0);
-        let quantum = tachometer.quantum_rad_s;
-        (self.square + quantum * quantum / 12.0 + tachometer.noise_rad_s.powi(2) + held * held)
-            .sqrt()
+        (self.square + tachometer.resolution_sigma_rad_s().powi(2) + held * held).sqrt()
     }
 }
 
@@ -246,5 +246,20 @@ mod tests {
         let expected = 20.0 * 7e-3 / 12f64.sqrt();
         assert!((0.8..1.25).contains(&(sigma / expected)), "{sigma} {expected}");
         assert!(error > sigma && error < 28.0 * 10e-3 * 0.55, "{error} {sigma}");
+    }
+
+    /// A spare wheel at rest, and one at a speed below an edge for each sample: no edge tells them from a stale reading.
+    #[test]
+    fn wheel_with_a_constant_reading_loses_no_row() {
+        let period = Tachometer {
+            kind: TachometerKind::Period { resolution_s: 1e-6 },
+            ..Tachometer::default()
+        };
+        for constant in [0.0, 2.0, 20.0, 300.0] {
+            let (_, sigma, rows) = corrected(period, |_| constant);
+            assert_eq!((sigma, rows), (0.0, 200), "{constant}");
+        }
+        let (_, sigma, rows) = corrected(Tachometer { quantum_rad_s: 1.0, ..period }, |_| 300.0);
+        assert!((sigma - 1.0 / 12f64.sqrt()).abs() < 1e-12 && rows == 200, "{sigma} {rows}");
     }
 }

@@ -131,6 +131,11 @@ impl Tachometer {
         std::f64::consts::TAU / self.edges_per_turn
     }
 
+    /// Error of a reading by quantum and noise, one sigma, rad/s. A rounded number is uniform within its quantum.
+    pub fn resolution_sigma_rad_s(&self) -> f64 {
+        (self.quantum_rad_s * self.quantum_rad_s / 12.0 + self.noise_rad_s.powi(2)).sqrt()
+    }
+
     /// Lines of `[wheel.tachometer]`; nothing for an ideal one.
     pub(super) fn write(&self, text: &mut String) {
         if *self == Self::default() {
