@@ -7,7 +7,7 @@ use crate::csv_source::{Column, CsvRow, CsvSource};
 use crate::error::InputError;
 use crate::key::{FINITE, Key, NUMBER, Range};
 use crate::nearest::{likeness, nearest};
-use crate::units::{self, RATES};
+use crate::units::{self, RATES, TORQUES, Unit};
 
 pub(super) const TIME: &str = "t_s";
 pub(super) const GYRO: [&str; 3] = ["gyro_x_rad_s", "gyro_y_rad_s", "gyro_z_rad_s"];
@@ -131,8 +131,13 @@ impl Columns {
         let (torque, attitude) = (of(&format.torque, &TORQUE)?, of(&format.attitude, &ATTITUDE)?);
         let is_mapped = mapped.iter().any(|sensor| sensor.is_some());
         let mut notes = if is_mapped { Vec::new() } else { notes_on_ignored(source, is_known) };
-        for (table, sensor) in [("gyro", &format.gyro), ("wheels", &format.wheels)] {
-            notes.extend(sensor.iter().filter_map(|sensor| note_on_unit(table, sensor)));
+        let with_units: [(_, _, &[Unit]); 3] = [
+            ("gyro", &format.gyro, &RATES),
+            ("wheels", &format.wheels, &RATES),
+            ("torque", &format.torque, &TORQUES),
+        ];
+        for (table, sensor, units) in with_units {
+            notes.extend(sensor.iter().filter_map(|sensor| note_on_unit(table, sensor, units)));
         }
         Ok(Self { time, gyro, wheels, torque, attitude, notes })
     }
@@ -198,18 +203,18 @@ fn has_any(source: &CsvSource, names: &[&str]) -> bool {
     names.iter().any(|name| source.columns().iter().any(|column| column == name))
 }
 
-/// A column of rates whose name ends with another unit than the one stated. Motion without external torque and net
-/// momentum does not show the unit of the gyro: nothing else would tell.
-fn note_on_unit(table: &str, sensor: &SensorFormat) -> Option<String> {
+/// Note on the first column whose name ends with another unit than the one stated. Without external torque and net
+/// momentum, `J ω` is minus the momentum of the wheels: no residual shows a wrong unit of gyro or wheels.
+fn note_on_unit(table: &str, sensor: &SensorFormat, units: &[Unit]) -> Option<String> {
     let columns = sensor.columns.iter().zip(&sensor.factors);
     let mut contradictions = columns.filter_map(|(name, factor)| {
-        let unit = units::in_name(name, &RATES)?;
+        let unit = units::in_name(name, units)?;
         let is_same = (factor.abs() / unit.factor - 1.0).abs() < SAME_UNIT;
         (!is_same).then(|| {
             format!(
-                "`{name}` is read as {factor:.6} rad/s a count, and its name says {}; \
+                "a count of column `{name}` is read as {factor:.6} {}, and its name says {}; \
                  state unit = \"{}\" in [log.{table}] if the name is right",
-                unit.name, unit.name
+                units[0].name, unit.name, unit.name
             )
         })
     });
@@ -250,5 +255,34 @@ mod tests {
     fn rows_of_the_reference_are_the_known_columns() {
         assert!(COLUMNS.iter().all(|column| is_known(&column.name.replace('N', "1"))));
         assert_eq!(COLUMNS.len(), 1 + GYRO.len() + 1 + TORQUE.len() + ATTITUDE.len());
+    }
+
+    #[test]
+    fn column_whose_name_contradicts_its_unit_is_noted() {
+        let note = |name: &str, factor: f64, units: &[Unit]| {
+            let sensor = SensorFormat {
+                columns: vec![name.to_owned()],
+                factors: vec![factor],
+                file: None,
+                time: None,
+            };
+            note_on_unit("gyro", &sensor, units)
+        };
+        assert_eq!(
+            note("wx_dps", 1.0, &RATES).unwrap(),
+            "a count of column `wx_dps` is read as 1.000000 rad/s, and its name says deg/s; state \
+             unit = \"deg/s\" in [log.gyro] if the name is right"
+        );
+        assert!(note("rw1_rpm", 1.0, &RATES).unwrap().contains("rpm"));
+        assert!(note("tx_mNm", 1.0, &TORQUES).unwrap().contains("mN m"));
+        // The unit stated, mounted the other way round, rounded, and names without a unit.
+        for (name, factor) in [
+            ("wx_dps", std::f64::consts::PI / 180.0),
+            ("wx_dps", -0.017453),
+            ("rate_x_rad_s", 1.0),
+            ("wx", 0.00106),
+        ] {
+            assert_eq!(note(name, factor, &RATES), None, "{name}");
+        }
     }
 }
