@@ -84,14 +84,18 @@ pub struct McReport {
 
 /// The bound that errors are measured by.
 pub struct Measure {
-    /// Its name.
+    /// Heading of its column.
     pub name: &'static str,
+    /// What it knows beside the noise, to follow a ratio in a sentence; empty for the noise alone.
+    pub of: &'static str,
     /// One sigma of each element, kg m².
     pub bound_kg_m2: [Option<f64>; 6],
     /// RMS error over it.
     pub rmse_over_bound: [Option<f64>; 6],
-    /// The same over all elements.
-    pub of_all: Option<f64>,
+    /// The same over all elements. None if an element has no bound.
+    pub rmse_over_bound_of_all: Option<f64>,
+    /// Mean error over it: over each run's own, over the RMS of the joint bounds.
+    pub bias_over_bound: [Option<f64>; 6],
 }
 
 impl McReport {
@@ -100,18 +104,24 @@ impl McReport {
         if self.joint_bound_kg_m2.iter().all(Option::is_none) {
             return Measure {
                 name: "bound",
+                of: "",
                 bound_kg_m2: self.bound_kg_m2,
                 rmse_over_bound: self.rmse_over_bound,
-                of_all: self.rmse_over_bound_of_all,
+                rmse_over_bound_of_all: self.rmse_over_bound_of_all,
+                bias_over_bound: self.bias_over_bound,
             };
         }
         let squares: Option<f64> =
             self.rmse_over_joint_bound.iter().map(|ratio| ratio.map(|ratio| ratio * ratio)).sum();
         Measure {
             name: "joint bound",
+            of: ", errors of the hardware among the unknowns",
             bound_kg_m2: self.joint_bound_kg_m2,
             rmse_over_bound: self.rmse_over_joint_bound,
-            of_all: squares.map(|sum| (sum / 6.0).sqrt()),
+            rmse_over_bound_of_all: squares.map(|sum| (sum / 6.0).sqrt()),
+            bias_over_bound: std::array::from_fn(|i| {
+                Some(self.bias_kg_m2[i]? / self.joint_bound_kg_m2[i]?)
+            }),
         }
     }
 }

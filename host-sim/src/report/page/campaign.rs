@@ -87,13 +87,10 @@ pub(in crate::report) fn campaign(
 /// RMS over the bound, consistency, and the number of wrong results.
 fn verdict(report: &McReport) -> String {
     let measure = report.measure();
-    let of = match measure.name {
-        "joint bound" => ", errors of the hardware among the unknowns",
-        _ => "",
-    };
-    let over_bound = match measure.of_all {
+    let over_bound = match measure.rmse_over_bound_of_all {
         Some(ratio) => {
-            format!("RMS error {} times the Cramér-Rao bound{of}", significant(ratio, 3))
+            let ratio = significant(ratio, 3);
+            format!("RMS error {ratio} times the Cramér-Rao bound{}", measure.of)
         }
         None => "Not all elements are observed".to_owned(),
     };

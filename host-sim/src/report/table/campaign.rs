@@ -24,10 +24,6 @@ pub fn mc(report: &McReport) -> String {
         columns.extend([("one sigma", "kg m²"), ("by noise", "kg m²")]);
     }
     let mut table = Columns::new(&columns);
-    let bias_over = |i: usize| match report.joint_bound_kg_m2[i] {
-        Some(bound) => report.bias_kg_m2[i].map(|bias| bias / bound),
-        None => report.bias_over_bound[i],
-    };
     let ratio = |value: Option<f64>| or(value.map(|value| fixed(value, 2)), EMPTY);
     for i in 0..6 {
         let mut cells = vec![
@@ -37,7 +33,7 @@ pub fn mc(report: &McReport) -> String {
             short(report.bias_kg_m2[i], EMPTY),
             short(measure.bound_kg_m2[i], UNOBSERVED),
             ratio(measure.rmse_over_bound[i]),
-            ratio(bias_over(i)),
+            ratio(measure.bias_over_bound[i]),
         ];
         if report.largest_systematic.is_some() {
             cells.push(short(report.sigma_kg_m2[i], EMPTY));
@@ -89,13 +85,9 @@ fn silent_lies(report: &McReport) -> String {
 /// RMS error over the bound, all elements together.
 fn rms_over_bound(report: &McReport) -> String {
     let measure = report.measure();
-    let of = match measure.name {
-        "bound" => "",
-        _ => ", errors of the hardware among the unknowns",
-    };
-    let ratio = measure.of_all.map(|ratio| fixed(ratio, 3));
+    let ratio = measure.rmse_over_bound_of_all.map(|ratio| fixed(ratio, 3));
     ratio.map_or("none: not all elements are observed".to_owned(), |ratio| {
-        format!("{ratio} over all elements of {} runs{of}", report.used)
+        format!("{ratio} over all elements of {} runs{}", report.used, measure.of)
     })
 }
 
@@ -157,6 +149,24 @@ jxz       0.1357    0.00202  -0.000162   0.00162       1.25       -0.10
 jyz       0.6016    0.00107   -8.54e-5  0.000854       1.25       -0.10
 "
         );
+    }
+
+    #[test]
+    fn mc_table_measures_by_the_joint_bound_where_there_is_one() {
+        let mut report = examples::mc();
+        report.joint_bound_kg_m2 = report.bound_kg_m2.map(|bound| Some(2.0 * bound?));
+        report.rmse_over_joint_bound =
+            [Some(0.5), Some(1.0), Some(1.0), Some(1.0), Some(1.0), None];
+        let heading = "RMS/bound           none: not all elements are observed\n";
+        assert!(mc(&report).contains(heading), "{}", mc(&report));
+        report.rmse_over_joint_bound[5] = Some(1.5);
+        let table = mc(&report);
+        // √((0.25 + 4 + 2.25) / 6)
+        let heading =
+            "1.041 over all elements of 48 runs, errors of the hardware among the unknowns";
+        assert!(table.contains(heading), "{table}");
+        let jxx = "jxx      14.2000    0.00344  -0.000275      0.00551       0.50       -0.05";
+        assert!(table.contains("joint bound  RMS/bound") && table.contains(jxx), "{table}");
     }
 
     #[test]
