@@ -243,3 +243,17 @@ fn run_trade(
     let report = TradeReport { scenario: scenario.name.clone(), quantity: quantity.name(), rows };
     print(arguments.json, &report, &text)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn share_above_one_is_refused_and_a_percentage_converted() {
+        assert_eq!(share("0.9"), Ok(0.9));
+        assert_eq!(share("1"), Ok(1.0));
+        assert_eq!(share("90").unwrap_err(), "it is a share, 1 at most: 0.9 for 90 %");
+        assert_eq!(share("200").unwrap_err(), "it is a share, 1 at most");
+        assert!(share("0").is_err() && share("NaN").is_err() && share("-0.5").is_err());
+    }
+}
