@@ -18,43 +18,35 @@ static inline void put_hex(uint32_t word) {
     put(text);
 }
 
-/* A space, and a decimal number. */
-static inline void put_unsigned(uint32_t number) {
-    char text[12];
-    int first = 11;
+/* Decimal digits of a number, at least so many, with leading zeros. */
+static inline void put_digits(uint32_t number, int least) {
+    char text[11];
+    int first = 10;
     text[first] = '\0';
-    do {
+    for (; number > 0 || least > 0; least--) {
         text[--first] = (char)('0' + number % 10u);
         number /= 10u;
-    } while (number > 0);
-    text[--first] = ' ';
+    }
     put(&text[first]);
 }
 
-/* A space, and a number below 4000 with six decimals, cut. */
-static inline void put_decimal(float value) {
-    const float size = value < 0.0f ? -value : value;
-    const uint32_t whole = (uint32_t)size, millionths = (uint32_t)((size - (float)whole) * 1e6f);
-    char text[] = ".000000";
-    uint32_t rest = millionths;
-    for (int i = 6; i > 0; i--) {
-        text[i] = (char)('0' + rest % 10u);
-        rest /= 10u;
-    }
-    put(value < 0.0f ? " -" : " ");
-    char digits[12];
-    int first = 11;
-    digits[first] = '\0';
-    rest = whole;
-    do {
-        digits[--first] = (char)('0' + rest % 10u);
-        rest /= 10u;
-    } while (rest > 0);
-    put(&digits[first]);
-    put(text);
+/* A space, and a number. */
+static inline void put_unsigned(uint32_t number) {
+    put(" ");
+    put_digits(number, 1);
 }
 
-/* Cost of the calls of one function: number, instructions, bytes of stack. */
+/* A space, and a number of less than 4e9 with six decimals, cut. */
+static inline void put_decimal(float value) {
+    const float size = value < 0.0f ? -value : value;
+    const uint32_t whole = (uint32_t)size;
+    put(value < 0.0f ? " -" : " ");
+    put_digits(whole, 1);
+    put(".");
+    put_digits((uint32_t)((size - (float)whole) * 1e6f), 6);
+}
+
+/* Cost of the calls of one function: their number, instructions of the most expensive one and of all, bytes of stack. */
 struct cost {
     uint32_t number, largest, sum, stack;
 };

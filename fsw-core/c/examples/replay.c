@@ -6,24 +6,15 @@
  * estimator, number of the sample, outcome, and a hash of the bits of outcome and estimate; the last line of a flight
  * has the bits of the estimate. Lines that begin with # are for people: the tensor, and on the target the cost of each
  * function. fsw-core/docs/c.md has the commands. */
-#include "../include/fsw_core.h"
+#include "flights/row.h"
 #include "port.h"
 
-typedef struct {
-    uint64_t time_us;
-    float rate_rad_s[3];
-    float wheel_speed_rad_s[4];
-    float torque_n_m[3];
-} row;
-
-#define ROW(t, x, y, z, a, b, c, d, l, m, n) {t, {x, y, z}, {a, b, c, d}, {l, m, n}},
 static const row spin_up[] = {
 #include "flights/spin_up.inc"
 };
 static const row wheel_slew[] = {
 #include "flights/wheel_slew.inc"
 };
-#undef ROW
 
 #define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
 
@@ -158,18 +149,6 @@ static void require(fsw_result result) {
         put("\n");
         leave(1);
     }
-}
-
-static fsw_sample sample_of(const row *row) {
-    fsw_sample sample = {.struct_size = sizeof sample, .time_us = row->time_us};
-    for (int i = 0; i < 3; i++) {
-        sample.rate_rad_s[i] = row->rate_rad_s[i];
-        sample.torque_n_m[i] = row->torque_n_m[i];
-    }
-    for (int i = 0; i < 4; i++) {
-        sample.wheel_speed_rad_s[i] = row->wheel_speed_rad_s[i];
-    }
-    return sample;
 }
 
 /* Four wheels on the diagonals of a cube, 2.1e-5 kg m². */

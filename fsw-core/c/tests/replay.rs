@@ -145,7 +145,8 @@ fn wheel_slew_is_the_recorded_flight() {
 #[test]
 fn c_on_the_host_has_the_bits_of_rust() {
     let library = Library::of_host();
-    let program = compile_on_host(&library, &["examples/replay.c", "examples/port_host.c"]);
+    let program =
+        compile_on_host(&library, &["-Iinclude", "examples/replay.c", "examples/port_host.c"]);
     assert_same(&run(&program));
 }
 
@@ -153,7 +154,8 @@ fn c_on_the_host_has_the_bits_of_rust() {
 #[ignore = "builds for the Cortex-M: needs its Rust target, arm-none-eabi-gcc and QEMU"]
 fn c_on_the_target_has_the_bits_of_rust() {
     let library = Library::of_target();
-    let program = compile_on_target(&library, &["examples/replay.c", "examples/target/port.c"]);
+    let program =
+        compile_on_target(&library, &["-Iinclude", "examples/replay.c", "examples/target/port.c"]);
     let printed = run_in_qemu(&program);
     assert_same(&printed);
     let mut deepest = 0;

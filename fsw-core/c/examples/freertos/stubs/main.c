@@ -5,24 +5,16 @@
 #include "FreeRTOS.h"
 #include "semphr.h"
 #include "task.h"
+#include "../../flights/row.h"
 
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
-typedef struct {
-    uint64_t time_us;
-    float rate_rad_s[3];
-    float wheel_speed_rad_s[4];
-    float torque_n_m[3];
-} row;
-
-#define ROW(t, x, y, z, a, b, c, d, l, m, n) {t, {x, y, z}, {a, b, c, d}, {l, m, n}},
 static const row rows[] = {
 #include "../../flights/wheel_slew.inc"
 };
-#undef ROW
 
 struct semaphore {
     pthread_mutex_t mutex;
@@ -90,15 +82,7 @@ int board_wait_for_sample(fsw_sample *sample) {
         return 0;
     }
     wait_us(200);
-    const row *row = &rows[next++];
-    sample->time_us = row->time_us;
-    for (int i = 0; i < 3; i++) {
-        sample->rate_rad_s[i] = row->rate_rad_s[i];
-        sample->torque_n_m[i] = row->torque_n_m[i];
-    }
-    for (int i = 0; i < FSW_WHEELS; i++) {
-        sample->wheel_speed_rad_s[i] = row->wheel_speed_rad_s[i];
-    }
+    *sample = sample_of(&rows[next++]);
     return 1;
 }
 
@@ -117,7 +101,7 @@ int main(void) {
         puts("refused");
         return 1;
     }
-    /* Until the samples have ended and the work on them is done: a second is some thousand slices. */
+    /* Until an estimate after the last sample has converged, 30 s at most. */
     for (int tenths = 0; tenths < 300; tenths++) {
         wait_us(100000);
         pthread_mutex_lock(&shared);
