@@ -5,15 +5,15 @@
 //! | feature | board | core | images |
 //! |---|---|---|---|
 //! | `stm32f405` | STM32F405RG, gyro on SPI, four wheels | Cortex-M4F | all |
-//! | `mps2-an500` | Arm MPS2, FPGA image AN500 | Cortex-M7 | `replay` |
-//! | `mps2-an505` | Arm MPS2, FPGA image AN505 | Cortex-M33, secure state | `replay`, `failures` |
+//! | `mps2-an500` | Arm MPS2, FPGA image AN500 | Cortex-M7 | `replay`, `pil` |
+//! | `mps2-an505` | Arm MPS2, FPGA image AN505 | Cortex-M33, secure state | `replay`, `pil`, `failures` |
 //!
-//! The two MPS2 boards have run in QEMU alone. `pil` does not start there yet: it stops before its first request. `docs/porting.md` follows them from file to file.
+//! The two MPS2 boards have run in QEMU alone. `docs/porting.md` follows them from file to file.
 //!
 //! # Porting to another Cortex-M
 //!
 //! 1. A folder beside `stm32f405` that offers the items of the table below, and its `mod` and `use` at the end of
-//!    `board/mod.rs`. Models: `mps2` for the first two images, `stm32f405` for all. In it `memory.x`: flash and RAM of the
+//!    `board/mod.rs`. Models: `mps2` for the images in its rows, `stm32f405` for all. In it `memory.x`: flash and RAM of the
 //!    chip. The stack lies below the statics; the end of the flash is for checkpoints, in two halves of whole pages, of at
 //!    least 20 KiB each, with words of at most 32 bytes ([`crate::store`]).
 //! 2. Its feature in `fsw-target/Cargo.toml`, which enables the register crate of the chip, the feature of its core

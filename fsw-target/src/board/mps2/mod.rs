@@ -1,4 +1,4 @@
-//! MPS2 boards of Arm: serial ports and a timer, for the images `replay` and `failures`.
+//! MPS2 boards of Arm: serial ports and a timer, for the images `replay`, `pil` and `failures`.
 //!
 //! The core of an MPS2 is in its FPGA: the FPGA image of an application note decides core, memories and
 //! addresses. QEMU emulates both images here.
