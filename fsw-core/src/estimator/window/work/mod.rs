@@ -104,8 +104,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if slices > 0 && self.next_slice().is_none() { Remaining::Nothing } else { Remaining::Some }
     }
 
-    /// Completes all work on the samples so far. The present block ends with the newest sample. The window that
-    /// is closing comes first, then the one that waits, then the open one.
+    /// Completes all work on the samples so far. The present block ends with the newest sample. Order: the closing
+    /// window, the waiting one, the open one.
     pub(super) fn complete(&mut self) {
         self.drain();
         if let Some(block) = self.averager.as_mut().and_then(super::Averager::finish) {
