@@ -36,7 +36,7 @@ def columns_of(log: Log) -> Any:
         return os.fspath(log)
     if not hasattr(log, "columns") and not isinstance(log, Mapping):
         raise ValueError(
-            f"log: a {type(log).__name__} has no named columns; "
+            f"log: {type(log).__name__} without named columns; "
             "give a data frame, a dictionary of columns or the path of a file"
         )
     names = log.columns if hasattr(log, "columns") else log.keys()
