@@ -52,12 +52,12 @@ pub(super) fn fly(
     let craft = scenario.craft();
     let faults = (scenario.faults.as_slice(), seed);
     let mut rows = log.clone();
-    let (known, note) = match correct_wheels(&mut rows, &craft.hardware) {
+    let (known, on_wheels) = match correct_wheels(&mut rows, &craft.hardware) {
         Some(error) => with_wheel_error(method, &craft, &rows, &error)
             .map_err(|error| Failure::SetUp { source_name: scenario.name.clone(), error })?,
-        None => (craft.clone(), None),
+        None => (craft.clone(), Vec::new()),
     };
-    note.into_iter().for_each(|note| notes.add(note));
+    on_wheels.into_iter().for_each(|note| notes.add(note));
     let estimated = estimate(method, keep_history, &known, &rows, &scenario.name, faults, notes)?;
     let report = RunReport::of_flight(&scenario, seed, &flight, estimated.report);
     Ok(Flown { scenario, craft, log, flight, report, history: estimated.history })

@@ -16,7 +16,7 @@ use crate::input::{Craft, interpolated};
 /// Least error that is taken into account, share of the noise of the gyro: it adds 0.5 % to its variance.
 const LEAST_SHARE: f64 = 0.07;
 
-/// The craft, with the error of its wheel speeds in the noise of its gyro, and a note on it; none without effect.
+/// The craft, with the error of its wheel speeds in the noise of its gyro, and notes on that and on rows left out.
 ///
 /// # Errors
 /// An error of setting up the estimator of the first pass.
@@ -25,10 +25,11 @@ pub fn with_wheel_error(
     craft: &Craft,
     rows: &[LogRow],
     error: &Interpolation,
-) -> Result<(Craft, Option<String>), SetUpError> {
+) -> Result<(Craft, Vec<String>), SetUpError> {
     let mut craft = craft.clone();
+    let mut notes: Vec<String> = error.note().into_iter().collect();
     if error.sigma_rad_s.iter().all(|sigma| *sigma == 0.0) {
-        return Ok((craft, None));
+        return Ok((craft, notes));
     }
     let setup = Setup::for_log(method, &craft, rows)?;
     let first = estimate_log(rows, set_up(&setup)?, |_, _, _| ()).estimate;
@@ -40,18 +41,21 @@ pub fn with_wheel_error(
         interpolated::rate_noise_rad_s(&craft, error, &tensor(&elements), period_s)
     });
     let Some(noise) = noise else {
-        let note = "the error of the interpolated wheel speeds is not in the sigma: no inertia is known; state a [prior]";
-        return Ok((craft, Some(note.to_owned())));
+        notes.push(
+            "the error of the interpolated wheel speeds is not in the sigma: no inertia is known; state a [prior]"
+                .to_owned(),
+        );
+        return Ok((craft, notes));
     };
     // A noise that is not stated is that of the residuals, the error of the interpolation included.
     let gyro = craft.gyro.noise_rad_s.unwrap_or(first.residual_rms_rad_s);
     if noise < LEAST_SHARE * gyro {
-        return Ok((craft, None));
+        return Ok((craft, notes));
     }
     craft.gyro.noise_rad_s = Some(gyro.hypot(noise));
-    let note = format!(
+    notes.push(format!(
         "the error of the interpolated wheel speeds is in the sigma, as a noise of {noise:.2e} rad/s beside that of \
          the gyro, {gyro:.2e} rad/s"
-    );
-    Ok((craft, Some(note)))
+    ));
+    Ok((craft, notes))
 }

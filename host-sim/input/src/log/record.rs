@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::tachometer;
+use super::tachometer::{self, MOST_BETWEEN};
 use crate::craft::StatedHardware;
 
 /// Reason of the rows beyond the instants of the wheels' readings.
@@ -53,6 +53,9 @@ pub fn correct_wheels(rows: &mut Vec<LogRow>, hardware: &StatedHardware) -> Opti
     tachometer::correct(rows, hardware)
 }
 
+/// Rows at the end of a log that no reading of a mean speed follows: half the mean and a latency of a sample.
+const BEYOND_READINGS: usize = 2;
+
 /// Error of interpolated wheel speeds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interpolation {
@@ -60,6 +63,8 @@ pub struct Interpolation {
     pub sigma_rad_s: Vec<f64>,
     /// Typical time between readings, s.
     pub period_s: f64,
+    /// Rows that each wheel has no speed for. They are left out.
+    pub left_out: Vec<usize>,
 }
 
 impl Interpolation {
@@ -69,7 +74,20 @@ impl Interpolation {
         Self {
             sigma_rad_s: pairs.map(|(a, b)| a.hypot(*b)).collect(),
             period_s: self.period_s.max(other.period_s),
+            left_out: self.left_out.iter().zip(&other.left_out).map(|(a, b)| a + b).collect(),
         }
+    }
+
+    /// Note on the wheel that most rows are left out for; none where no more are than those beyond its last reading.
+    pub fn note(&self) -> Option<String> {
+        let (wheel, rows) = self.left_out.iter().enumerate().max_by_key(|(_, rows)| **rows)?;
+        (*rows > BEYOND_READINGS).then(|| {
+            format!(
+                "{rows} rows are left out: wheel {} has no speed there; its edges are more than {MOST_BETWEEN} \
+                 samples apart, or no reading follows",
+                wheel + 1
+            )
+        })
     }
 }
 

@@ -25,7 +25,7 @@ use super::samples::{Between, Samples};
 use crate::craft::hardware::{StatedHardware, Tachometer, TachometerKind};
 
 /// Longest time between two edges with a speed, sample periods. About a reversal the edges say too little.
-const MOST_BETWEEN: f64 = 3.5;
+pub(super) const MOST_BETWEEN: f64 = 3.5;
 
 /// Corrects the wheel speeds of the rows, and leaves out rows beyond the last reading's instant, before a gap, and
 /// where a wheel is too slow for its edges. The error of the corrected speeds, if a tachometer has any statement.
@@ -38,7 +38,8 @@ pub(super) fn correct(rows: &mut Vec<LogRow>, hardware: &StatedHardware) -> Opti
     }
     let times_us: Vec<i64> = rows.iter().map(|row| row.time_us as i64).collect();
     let period_s = median(times_us.windows(2).map(|pair| (pair[1] - pair[0]) as f64 * 1e-6))?;
-    let mut interpolation = Interpolation { sigma_rad_s: Vec::new(), period_s };
+    let mut interpolation =
+        Interpolation { sigma_rad_s: Vec::new(), period_s, left_out: vec![0; wheels] };
     let mut is_covered = vec![true; rows.len()];
     for wheel in 0..wheels {
         let tachometer = stated(wheel);
@@ -55,7 +56,10 @@ pub(super) fn correct(rows: &mut Vec<LogRow>, hardware: &StatedHardware) -> Opti
         for ((row, is_covered), speed) in rows.iter_mut().zip(&mut is_covered).zip(speeds) {
             match speed {
                 Some(speed) => row.wheel_speed_rad_s[wheel] = speed,
-                None => *is_covered = false,
+                None => {
+                    interpolation.left_out[wheel] += 1;
+                    *is_covered = false;
+                }
             }
         }
     }
@@ -261,5 +265,28 @@ mod tests {
         }
         let (_, sigma, rows) = corrected(Tachometer { quantum_rad_s: 1.0, ..period }, |_| 300.0);
         assert!((sigma - 1.0 / 12f64.sqrt()).abs() < 1e-12 && rows == 200, "{sigma} {rows}");
+    }
+
+    /// Half a minute of a wheel with an edge a second among samples at 10 Hz.
+    #[test]
+    fn rows_of_a_wheel_that_is_too_slow_are_left_out_and_told() {
+        let kind = TachometerKind::Period { resolution_s: 1e-6 };
+        let hardware = StatedHardware {
+            tachometers: vec![Tachometer { kind, ..Tachometer::default() }],
+            ..StatedHardware::default()
+        };
+        let mut rows: Vec<LogRow> = (0..300)
+            .map(|k| LogRow {
+                line: k + 2,
+                time_us: k * 100_000,
+                rate_rad_s: Vector3::zeros(),
+                wheel_speed_rad_s: vec![1.0 + 1e-3 * k as f64],
+                torque_n_m: Vector3::zeros(),
+                attitude: None,
+            })
+            .collect();
+        let error = correct(&mut rows, &hardware).unwrap();
+        assert_eq!((rows.len(), &error.left_out[..]), (0, &[300][..]));
+        assert!(error.note().unwrap().starts_with("300 rows are left out: wheel 1 has no speed"));
     }
 }

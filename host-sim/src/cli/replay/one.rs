@@ -79,9 +79,9 @@ impl Replay<'_> {
     ) -> Result<Craft, Failure> {
         let Some(error) = &read.log.interpolation else { return Ok(self.craft.clone()) };
         let failure = |error| Failure::SetUp { source_name: read.file.clone(), error };
-        let (craft, note) =
+        let (craft, on_wheels) =
             with_wheel_error(method, self.craft, &read.log.rows, error).map_err(failure)?;
-        note.into_iter().for_each(|note| notes.add(note));
+        on_wheels.into_iter().for_each(|note| notes.add(note));
         Ok(craft)
     }
 }
