@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
+use std::sync::{Mutex, PoisonError};
 
 /// Board of the images, by its cargo feature.
 pub const BOARD: &str = STM32F405.feature;
@@ -18,7 +19,7 @@ pub fn workspace_root() -> PathBuf {
 
 /// Builds the image `bin` of fsw-target with the profile `firmware`. Returns its ELF file.
 pub fn build(bin: &str) -> Result<PathBuf> {
-    build_with(bin, &[])
+    build_for(&STM32F405, bin)
 }
 
 /// As [`build`], with further arguments to cargo, such as features.
@@ -26,13 +27,31 @@ pub fn build_with(bin: &str, arguments: &[&str]) -> Result<PathBuf> {
     build_of("fsw-target", bin, arguments)
 }
 
-/// Builds the image `bin` of fsw-target for a board, with all estimators.
+/// Builds the image `bin` of fsw-target for a board, with all estimators. Returns a file of its own: boards with the same
+/// target share that of cargo, and the build for one replaces the image of the other.
 pub fn build_for(board: &Board, bin: &str) -> Result<PathBuf> {
-    if *board == STM32F405 {
-        return build(bin);
-    }
+    /// From the build to the copy.
+    static ALONE: Mutex<()> = Mutex::new(());
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let features = board.features();
-    build_on(board.target, "fsw-target", bin, &["--no-default-features", "--features", &features])
+    let arguments: &[&str] = match *board {
+        STM32F405 => &[],
+        _ => &["--no-default-features", "--features", &features],
+    };
+    let of_cargo = build_on(board.target, "fsw-target", bin, arguments)?;
+    let own = of_board(&of_cargo, board);
+    // Renamed as a whole: a program that starts the image meanwhile reads the old one or the new one.
+    let unfinished = own.with_extension(std::process::id().to_string());
+    std::fs::copy(&of_cargo, &unfinished)
+        .and_then(|_| std::fs::rename(&unfinished, &own))
+        .with_context(|| format!("cannot write the image {}", own.display()))?;
+    Ok(own)
+}
+
+/// File of an image for a board, beside that of cargo.
+fn of_board(of_cargo: &Path, board: &Board) -> PathBuf {
+    let bin = of_cargo.file_name().unwrap_or_default().to_string_lossy();
+    of_cargo.with_file_name(format!("{bin}-{}", board.feature))
 }
 
 /// As [`build_with`], for an image of any package.
@@ -68,6 +87,14 @@ fn executable(messages: &str) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::BOARDS;
+
+    #[test]
+    fn boards_of_one_target_have_files_of_their_own() {
+        let files = BOARDS.map(|board| of_board(Path::new("firmware/pil"), &board));
+        assert_eq!(files[0], Path::new("firmware/pil-stm32f405"));
+        assert!(files[0] != files[1] && files[1] != files[2]);
+    }
 
     #[test]
     fn executable_is_found_among_other_messages() {
