@@ -12,7 +12,7 @@ use crate::work::Work;
 use fsw_core::checkpoint::{self, Archive, Persist};
 use fsw_core::estimator;
 use fsw_core::estimator::window::Remaining;
-use fsw_core::hardware::{Disturbance, Finding, Hardware};
+use fsw_core::hardware::{Finding, Hardware};
 use fsw_core::{ConfigError, Estimate, Innovation, Outcome, Prior, Sample, Vec3, WheelArray};
 use fsw_steps::{EkfSgfRls, JointEkfOfHardware, Step, WHEELS, WindowOfHardware};
 
@@ -264,7 +264,7 @@ roster! {
             check_joint_ekf(from)?;
             place_joint_ekf(slot, from);
             if let EstimatorSlot::JointEkf(filter) = slot {
-                filter.consider(&from.hardware, &Disturbance::none())?;
+                filter.consider(&from.hardware, &fsw_core::hardware::Disturbance::none())?;
                 filter.complete();
             }
             Ok(())

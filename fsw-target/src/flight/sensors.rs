@@ -111,6 +111,15 @@ pub trait WheelTachometers<const W: usize> {
     }
 }
 
+/// Commanded torque of the motors of `W` reaction wheels, beside their edges: of a board's capture timer
+/// ([`crate::drivers::wheel_tach`]).
+pub trait MotorTorque<const W: usize> {
+    /// [`WheelTachometers::motor_torque_n_m`]; unknown by default.
+    fn motor_torque_n_m(&mut self) -> [Option<f32>; W] {
+        [None; W]
+    }
+}
+
 /// The motors of `W` reaction wheels.
 pub trait WheelMotors<const W: usize> {
     /// Sets the torque of each motor on its wheel, about the spin axis, N m, which acts until the next call. False if a

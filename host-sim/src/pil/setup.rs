@@ -92,7 +92,7 @@ pub fn of(mission: &Mission<'_>) -> Result<Setup, NotFlown> {
             [prior.inertia_kg_m2, prior.sigma_kg_m2].map(|row| row.map(|element| element as f32))
         }),
         range: range as u8,
-        body_from_sensor: std::array::from_fn(|column| narrow(&mounting.column(column).into())),
+        body_from_sensor: std::array::from_fn(|row| narrow(&mounting.row(row).transpose())),
         edges_per_turn: std::array::from_fn(|i| wheel(i).map_or(0, |_| encoder.edges_per_turn)),
         zero_after_s: ZERO_AFTER_S,
         ticks_per_s: encoder.ticks_per_s,

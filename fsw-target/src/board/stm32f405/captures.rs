@@ -12,6 +12,7 @@
 use super::pins::TachLevels;
 use super::rates::{Clocks, timer_prescaler};
 use crate::drivers::wheel_tach::{CaptureTimer, Captured, EdgeFilter};
+use crate::flight::sensors::MotorTorque;
 use crate::runtime::shared::Shared;
 use core::sync::atomic::{AtomicU32, Ordering};
 use stm32f4::stm32f405::{RCC, TIM2, interrupt, tim2};
@@ -177,6 +178,9 @@ pub fn follow_clocks(timer: &tim2::RegisterBlock, clocks: &Clocks) {
     timer.egr().write(|w| w.ug().update());
     timer.cnt().write(|w| w.cnt().set(count));
 }
+
+/// The motors belong to another unit: their torque is unknown.
+impl MotorTorque<WHEELS> for WheelCaptures {}
 
 impl CaptureTimer<WHEELS> for WheelCaptures {
     type Error = NotStarted;

@@ -1,11 +1,12 @@
 //! Rate gyros: the interface beyond a reading, and the supported parts.
 //!
-//! A further gyro takes two files: a driver beside [`bmi088`] that implements [`Gyro`] and
+//! A further gyro takes a file beside [`bmi088`], in which its driver implements [`Gyro`] and
 //! [`RateGyro`], and this one, with its module and [`fitted`]. [`bus`] serves parts with 8-bit
 //! registers on SPI or I²C.
 
 pub mod bmi088;
-pub mod bus;
+
+pub use bmi088_gyro::bus;
 
 /// Gyro of the images `flight` and `bringup`.
 pub mod fitted {

@@ -14,7 +14,7 @@ use crate::flight::craft::WHEELS;
 use crate::flight::flight_loop::Sensors;
 use crate::flight::manoeuvre::Manoeuvre;
 use crate::flight::selected::SelectedEstimator;
-use crate::flight::sensors::{DataReady, TorqueCommand, WheelMotors};
+use crate::flight::sensors::{DataReady, MotorTorque, TorqueCommand, WheelMotors};
 use crate::flight::supervisor::FeedPermit;
 use crate::link::telemetry::{BrownOutLevel, ClockSource, ResetCause};
 use crate::link::wire::{Unreadable, Wire, Writer};
@@ -205,7 +205,9 @@ impl<P: Port> CaptureTimer<WHEELS> for Timer<'_, P> {
         self.motor_torque_n_m = captures.motor_torque_n_m;
         Ok(captures.of_wheels())
     }
+}
 
+impl<P: Port> MotorTorque<WHEELS> for Timer<'_, P> {
     fn motor_torque_n_m(&mut self) -> [Option<f32>; WHEELS] {
         self.motor_torque_n_m.map(Some)
     }

@@ -7,7 +7,7 @@ use crate::flight::selected::SelectedEstimator;
 use crate::link::authentication::{KEY_BYTES, Key};
 use crate::link::wire::record;
 use fsw_core::hardware::Hardware;
-use fsw_core::{ConfigError, Mat, Prior};
+use fsw_core::{ConfigError, Prior};
 
 record! {
     /// Spacecraft data and sensor settings.
@@ -24,7 +24,7 @@ record! {
         prior_kg_m2: Option<[[f32; 6]; 2]>, "kg m²";
         /// Range of the gyro, by the value of its register.
         range: u8, "–";
-        /// Rotation from gyro axes to body axes, by columns.
+        /// Rotation from gyro axes to body axes, by rows.
         body_from_sensor: [[f32; 3]; 3], "–";
         /// Edges per turn of each wheel; zero for an absent wheel.
         edges_per_turn: [u16; WHEELS], "edges";
@@ -121,7 +121,7 @@ impl Setup {
     pub fn gyro(&self) -> Result<Settings, Unfit> {
         Ok(Settings {
             range: Range::from_register(self.range).ok_or(Unfit::Range)?,
-            body_from_sensor: Mat::<f32, 3, 3>::from(self.body_from_sensor),
+            body_from_sensor: self.body_from_sensor,
             ..Settings::default()
         })
     }

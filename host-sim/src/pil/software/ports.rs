@@ -13,7 +13,9 @@ use fsw_target::drivers::gyro::{RateGyro, StartFault};
 use fsw_target::drivers::wheel_tach::{CaptureTimer, Captured};
 use fsw_target::flight::computer::{Health, Housekeeping};
 use fsw_target::flight::craft::WHEELS;
-use fsw_target::flight::sensors::{DataReady, Gyro, TorqueCommand, WheelMotors, WheelTachometers};
+use fsw_target::flight::sensors::{
+    DataReady, Gyro, MotorTorque, TorqueCommand, WheelMotors, WheelTachometers,
+};
 use fsw_target::flight::supervisor::FeedPermit;
 use fsw_target::stand_in::tunnel::parts::HEALTH;
 
@@ -118,7 +120,9 @@ impl CaptureTimer<WHEELS> for Ports<'_> {
     fn captured(&mut self) -> Result<[Captured; WHEELS], Infallible> {
         Ok(self.shared.hardware.borrow().captured())
     }
+}
 
+impl MotorTorque<WHEELS> for Ports<'_> {
     fn motor_torque_n_m(&mut self) -> [Option<f32>; WHEELS] {
         self.shared.hardware.borrow().motor_torque_n_m().map(Some)
     }

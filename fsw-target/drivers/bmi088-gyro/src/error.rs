@@ -1,10 +1,8 @@
 //! Errors of the BMI088 driver. `E` is the error of the bus, passed through unchanged.
 
-use crate::drivers::gyro::StartFault;
-
 /// Reason for a failed start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StartError<E> {
     /// Bus error.
     Bus(E),
@@ -19,20 +17,9 @@ pub enum StartError<E> {
     NotARotation,
 }
 
-impl<E> From<StartError<E>> for StartFault {
-    fn from(error: StartError<E>) -> Self {
-        match error {
-            StartError::Bus(_) => Self::Bus,
-            StartError::WrongIdentity { found } => Self::WrongIdentity { found },
-            StartError::NotAccepted(_) => Self::NotAsSet,
-            StartError::NotARotation => Self::WrongSettings,
-        }
-    }
-}
-
 /// A register that differs from its setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Differs {
     /// Register number.
     pub register: u8,
@@ -44,20 +31,20 @@ pub struct Differs {
 
 /// Reason for a missing reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ReadError<E> {
     /// Bus error.
     Bus(E),
     /// All bits of all axes are set: an undriven bus.
     NoAnswer,
     /// Range or bandwidth differ from the settings: the chip has been reset, or was never
-    /// configured. Every reading fails until [`RateGyro::restart`](crate::drivers::gyro::RateGyro::restart).
+    /// configured. Every reading fails until [`Bmi088::restart`](crate::Bmi088::restart).
     SettingsLost(Differs),
 }
 
 /// Reason for a failed self-test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SelfTestError<E> {
     /// Bus error.
     Bus(E),

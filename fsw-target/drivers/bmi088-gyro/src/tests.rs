@@ -2,13 +2,12 @@
 
 extern crate std;
 
-use super::super::bus::{Spi, TwoWire};
+use super::bus::{Spi, TwoWire};
 use super::*;
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock as I2cMock, Transaction as I2cTransaction};
 use embedded_hal_mock::eh1::spi::{Mock as SpiMock, Transaction as SpiTransaction};
-use fsw_core::Mat;
 use std::vec::Vec;
 
 type Script = Vec<SpiTransaction<u8>>;
@@ -72,7 +71,7 @@ fn start(script: &Script) -> Result<(), StartError<spi::ErrorKind>> {
 }
 
 /// Rate of one sample with these counts.
-fn rate_of(counts: [i16; 3], settings: Settings) -> Vec3<f32> {
+fn rate_of(counts: [i16; 3], settings: Settings) -> [f32; 3] {
     let [x, y, z] = counts.map(i16::to_le_bytes);
     let script = reading_script([x[0], x[1], y[0], y[1], z[0], z[1]]);
     let mut mock = SpiMock::new(&script);
@@ -134,12 +133,12 @@ fn setting_that_does_not_read_back_is_named() {
 
 #[test]
 fn mounting_that_is_no_rotation_is_rejected() {
-    let identity = Mat::<f32, 3, 3>::identity();
-    let mut mirrored = identity;
-    mirrored[(2, 2)] = -1.0;
-    let mut broken = identity;
-    broken[(1, 0)] = f32::NAN;
-    for matrix in [identity * 1.001, mirrored, broken, Mat::<f32, 3, 3>::zeros()] {
+    let diagonal = |x, y, z| [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]];
+    let mut broken = diagonal(1.0, 1.0, 1.0);
+    broken[1][0] = f32::NAN;
+    let [larger, mirrored, zero] =
+        [diagonal(1.001, 1.001, 1.001), diagonal(1.0, 1.0, -1.0), diagonal(0.0, 0.0, 0.0)];
+    for matrix in [larger, mirrored, broken, zero] {
         let settings = Settings { body_from_sensor: matrix, ..Settings::default() };
         let mut mock = SpiMock::new(&[]);
         let started = Bmi088::start(Spi::new(mock.clone()), settings, &mut NoopDelay::new());
@@ -157,7 +156,7 @@ fn counts_scale_with_the_range() {
         let rate = Bmi088::new(Spi::new(mock.clone()), settings).rate_rad_s().unwrap();
         mock.done();
         let half = range.full_scale_rad_s() / 2.0;
-        assert_eq!(rate, Vec3::new(half, -half, half / 16_384.0));
+        assert_eq!(rate, [half, -half, half / 16_384.0]);
     }
     // Data sheet: 16.384 counts per deg/s at ±2000 deg/s.
     let deg_s = 1.0f32.to_radians();
@@ -167,21 +166,21 @@ fn counts_scale_with_the_range() {
 #[test]
 fn rates_are_rotated_into_body_axes() {
     // The sensor's x axis is the body's −y axis, its y axis the body's x axis.
-    let body_from_sensor = Mat::<f32, 3, 3>::new(0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+    let body_from_sensor = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
     let settings = Settings { body_from_sensor, ..Settings::default() };
     let quantum = settings.range.quantum_rad_s();
     let rate = rate_of([100, 20, -3], settings);
-    assert_eq!(rate, Vec3::new(20.0, -100.0, -3.0) * quantum);
+    assert_eq!(rate, [20.0, -100.0, -3.0].map(|count: f32| count * quantum));
 }
 
 #[test]
 fn saturated_axis_puts_the_whole_reading_out_of_range() {
     for counts in [[32_767, 0, 0], [0, -32_767, 0], [0, 0, i16::MIN]] {
         let rate = rate_of(counts, Settings::default());
-        assert_eq!(rate, Vec3::repeat(SATURATED_RAD_S));
+        assert_eq!(rate, [SATURATED_RAD_S; 3]);
     }
-    let most = rate_of([32_766, -32_766, 0], Settings::default());
-    assert!(most.x < 2.19 && most.x > 2.18 && most.y == -most.x, "{most}");
+    let [x, y, _] = rate_of([32_766, -32_766, 0], Settings::default());
+    assert!(x < 2.19 && x > 2.18 && y == -x, "{x} {y}");
 }
 
 #[test]
@@ -306,8 +305,8 @@ fn undriven_bus_is_no_rate() {
     let (mut gyro, mut mock) = gyro(&read(0x02, &[0xFF; 6]));
     assert_eq!(gyro.rate_rad_s(), Err(ReadError::NoAnswer));
     mock.done();
-    let rate = rate_of([-1, -1, 0], Settings::default());
-    assert!(rate.x == rate.y && rate.x < 0.0 && rate.z == 0.0, "one count is a rate");
+    let [x, y, z] = rate_of([-1, -1, 0], Settings::default());
+    assert!(x == y && x < 0.0 && z == 0.0, "one count is a rate");
 }
 
 #[test]

@@ -1,14 +1,12 @@
 //! Settings of the gyro in a BMI088: range, data rate, interrupt pin, mounting.
 
-use fsw_core::{Mat, Vec3};
-
 /// Tolerance of each entry of `Rᵀ R − 1` for a rotation `R`: above the rounding of six digits,
 /// below a mistyped entry.
 const ROTATION_TOLERANCE: f32 = 1.0e-4;
 
 /// Full scale by GYRO_RANGE. A smaller range has a finer quantum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Range {
     /// ±2000 deg/s, 0.061 deg/s per count.
@@ -54,7 +52,7 @@ impl Range {
 
 /// Output data rate and bandwidth of its low-pass filter, as GYRO_BANDWIDTH pairs them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Bandwidth {
     /// 2000 samples/s, filter 532 Hz.
@@ -101,7 +99,7 @@ impl Bandwidth {
 
 /// Interrupt pin for a new sample: push-pull, active high.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DataReadyPin {
     /// INT3.
     Int3,
@@ -138,8 +136,9 @@ pub struct Settings {
     pub bandwidth: Bandwidth,
     /// Interrupt pin. Default INT3.
     pub data_ready: DataReadyPin,
-    /// Rotation from sensor axes to body axes. Default identity.
-    pub body_from_sensor: Mat<f32, 3, 3>,
+    /// Rotation from sensor axes to body axes, by rows: row i has the components of body axis i in sensor
+    /// axes. Default identity.
+    pub body_from_sensor: [[f32; 3]; 3],
     /// Delay of a reading, µs. Default that of the filter, [`Bandwidth::delay_us`].
     pub delay_us: u32,
 }
@@ -150,7 +149,7 @@ impl Default for Settings {
             range: Range::DegS125,
             bandwidth: Bandwidth::Odr100Filter32,
             data_ready: DataReadyPin::Int3,
-            body_from_sensor: Mat::<f32, 3, 3>::identity(),
+            body_from_sensor: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             delay_us: Bandwidth::Odr100Filter32.delay_us(),
         }
     }
@@ -161,15 +160,25 @@ impl Settings {
     pub(super) fn is_valid(&self) -> bool {
         is_rotation(&self.body_from_sensor)
     }
+
+    /// A vector of sensor axes, in body axes.
+    pub(super) fn to_body(self, sensor: &[f32; 3]) -> [f32; 3] {
+        self.body_from_sensor.map(|row| dot(&row, sensor))
+    }
 }
 
-/// Proper rotation: orthonormal first and second column, and the third column their cross product.
-fn is_rotation(r: &Mat<f32, 3, 3>) -> bool {
-    let column = |i: usize| Vec3::new(r[(0, i)], r[(1, i)], r[(2, i)]);
-    let (x, y, z) = (column(0), column(1), column(2));
+/// Proper rotation: orthonormal first and second row, and the third row their cross product.
+fn is_rotation(rows: &[[f32; 3]; 3]) -> bool {
+    let [x, y, z] = rows;
     let is_small = |value: f32| value.abs() < ROTATION_TOLERANCE;
-    is_small(x.dot(&x) - 1.0)
-        && is_small(y.dot(&y) - 1.0)
-        && is_small(x.dot(&y))
-        && (x.cross(&y) - z).iter().all(|value| is_small(*value))
+    let cross = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+    is_small(dot(x, x) - 1.0)
+        && is_small(dot(y, y) - 1.0)
+        && is_small(dot(x, y))
+        && cross.iter().zip(z).all(|(expected, value)| is_small(expected - value))
+}
+
+/// Scalar product.
+pub(super) fn dot(a: &[f32; 3], b: &[f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

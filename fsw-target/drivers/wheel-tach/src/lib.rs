@@ -4,7 +4,7 @@
 //! sampling instant.
 //!
 //! ```text
-//!  edge, by interrupt          at a sample                    for the flight loop
+//!  edge, by interrupt          at a sample                    for the caller
 //!  edges::EdgeFilter      ->   CaptureTimer::captured    ->   speed::SpeedTracker  ->  rad/s
 //!  direction, glitches         position, time of an edge      WheelTach
 //! ```
@@ -29,12 +29,14 @@
 //! * Zero: less than one edge per [`Config::zero_after_s`]. With 24 edges per turn and 0.5 s, this is
 //!   below 0.52 rad/s.
 
+#![no_std]
+#![forbid(unsafe_code)]
+
 pub mod edges;
 pub mod speed;
 
 pub use edges::EdgeFilter;
 
-use crate::flight::sensors::WheelTachometers;
 use speed::SpeedTracker;
 
 /// State of a wheel's edges at one instant.
@@ -64,11 +66,6 @@ pub trait CaptureTimer<const W: usize> {
 
     /// Edges of each wheel, all for the same instant.
     fn captured(&mut self) -> Result<[Captured; W], Self::Error>;
-
-    /// [`WheelTachometers::motor_torque_n_m`], by a board that commands the motors.
-    fn motor_torque_n_m(&mut self) -> [Option<f32>; W] {
-        [None; W]
-    }
 }
 
 /// Design and mounting of the wheels' sensors.
@@ -84,15 +81,14 @@ pub struct Config<const W: usize> {
     /// Largest acceleration of a wheel, rad/s²: motor torque over spin inertia, with margin. A wheel without
     /// edges that cannot have stopped has lost its signal. Infinity: no check.
     pub largest_acceleration_rad_s2: f32,
-    /// Time by which the instant of the speeds precedes [`Captured::now_ticks`], µs: the delay of the gyro
-    /// ([`Gyro::delay_us`](crate::flight::sensors::Gyro::delay_us)), so that speed and rate belong to
-    /// the same instant.
+    /// Time by which the instant of the speeds precedes [`Captured::now_ticks`], µs: the delay of a gyro whose
+    /// data-ready is that instant, so that speed and rate belong together.
     pub delay_us: u32,
 }
 
 /// Reason for missing speeds. `E` is the error of the capture timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error<E> {
     /// Error of the timer.
     Timer(E),
@@ -102,8 +98,8 @@ pub enum Error<E> {
         /// Index of the wheel, from zero.
         wheel: usize,
     },
-    /// No edges where the wheel must have passed some: a dead line. Until edges return, or a telecommand
-    /// states the speed.
+    /// No edges where the wheel must have passed some: a dead line. Until edges return, or the
+    /// speed is assumed.
     SignalLost {
         /// Index of the wheel, from zero.
         wheel: usize,
@@ -112,7 +108,7 @@ pub enum Error<E> {
 
 /// Reason for a rejected [`Config`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConfigError {
     /// The timer's tick rate is zero.
     TicksPerS,
@@ -170,14 +166,15 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTach<C, W> {
     pub fn timer(&mut self) -> &mut C {
         &mut self.timer
     }
-}
 
-impl<C: CaptureTimer<W>, const W: usize> WheelTachometers<W> for WheelTach<C, W> {
-    type Error = Error<C::Error>;
-
+    /// Speed of each wheel about its spin axis, relative to the body, rad/s.
+    ///
     /// Updates every wheel, including those after a wheel without a speed. Lost edges of a wheel reset that
     /// wheel; an error of the timer, which may have lost edges of any, resets all of them.
-    fn speed_rad_s(&mut self) -> Result<[f32; W], Self::Error> {
+    ///
+    /// # Errors
+    /// See [`Error`]: that of the first wheel without a speed.
+    pub fn speed_rad_s(&mut self) -> Result<[f32; W], Error<C::Error>> {
         self.valid = [false; W];
         let captured = self.timer.captured().map_err(|error| {
             self.trackers.iter_mut().flatten().for_each(SpeedTracker::reset);
@@ -202,20 +199,19 @@ impl<C: CaptureTimer<W>, const W: usize> WheelTachometers<W> for WheelTach<C, W>
         missing.map_or(Ok(speed_rad_s), Err)
     }
 
-    /// Of the timer. A wheel with an assumed speed is not judged.
-    fn motor_torque_n_m(&mut self) -> [Option<f32>; W] {
-        let mut torque_n_m = self.timer.motor_torque_n_m();
-        for (torque_n_m, assumed) in torque_n_m.iter_mut().zip(&self.assumed_rad_s) {
-            *torque_n_m = torque_n_m.filter(|_| assumed.is_none());
-        }
-        torque_n_m
-    }
-
-    fn are_valid(&self) -> [bool; W] {
+    /// True for each wheel that had a speed at the last reading, or is not fitted.
+    pub fn are_valid(&self) -> [bool; W] {
         self.valid
     }
 
-    fn assume(&mut self, wheel: usize, speed_rad_s: Option<f32>) -> bool {
+    /// True for each wheel whose speed is assumed.
+    pub fn are_assumed(&self) -> [bool; W] {
+        self.assumed_rad_s.map(|speed| speed.is_some())
+    }
+
+    /// Assumes this speed of a wheel, rad/s, in place of its sensor's; `None`: its sensor's again. False if
+    /// the wheel has no sensor.
+    pub fn assume(&mut self, wheel: usize, speed_rad_s: Option<f32>) -> bool {
         let is_fitted = self.trackers.get(wheel).is_some_and(Option::is_some);
         match self.assumed_rad_s.get_mut(wheel).filter(|_| is_fitted) {
             Some(assumed) => {
@@ -238,3 +234,8 @@ fn measure(tracker: &mut SpeedTracker, captured: &Captured, delay_ticks: u32) ->
 
 #[cfg(test)]
 mod tests;
+
+/// The code of the README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
