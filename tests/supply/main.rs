@@ -9,8 +9,8 @@ use std::fs;
 
 use serde::Deserialize;
 use spdx::{Expression, Licensee, ParseMode};
-use tests::program::repository;
-use tests::supply::{Metadata, bill_of_materials};
+use tests::program::{cargo, repository};
+use tests::supply::{FLIGHT_TARGET, Metadata, Product, bill_of_materials, notices};
 
 /// `deny.toml`, as far as it is checked here.
 #[derive(Deserialize)]
@@ -118,16 +118,60 @@ fn no_package_needs_a_newer_compiler_than_stated() {
 
 #[test]
 fn bill_of_materials_has_every_package_with_licence_and_checksum() {
-    let bill = bill_of_materials().unwrap();
-    assert_eq!((&bill["bomFormat"], &bill["specVersion"]), (&"CycloneDX".into(), &"1.5".into()));
-    let components = bill["components"].as_array().unwrap();
-    println!("{} components", components.len());
-    let names: BTreeSet<&str> = components.iter().map(|c| c["name"].as_str().unwrap()).collect();
-    assert!(names.contains("nalgebra") && names.contains("cmac") && names.contains("fsw-core"));
-    assert!(!names.contains("proptest") && !names.contains("clap"), "not of the image");
-    for component in components {
-        let is_own = component["name"].as_str().unwrap().starts_with("fsw-");
-        assert_ne!(component["licenses"][0]["expression"], "NOASSERTION", "{component}");
-        assert!(is_own || component["hashes"][0]["content"].is_string(), "{component}");
+    let own = ["bmi088-gyro", "wheel-tach"];
+    for (product, with) in [(Product::Flight, "cmac"), (Product::C, "libm")] {
+        let bill = bill_of_materials(product).unwrap();
+        let format = (&bill["bomFormat"], &bill["specVersion"]);
+        assert_eq!(format, (&"CycloneDX".into(), &"1.5".into()));
+        let components = bill["components"].as_array().unwrap();
+        println!("{product:?}: {} components", components.len());
+        let names: BTreeSet<&str> =
+            components.iter().map(|c| c["name"].as_str().unwrap()).collect();
+        assert!(["nalgebra", "fsw-core", with].iter().all(|name| names.contains(name)));
+        assert!(!names.contains("proptest") && !names.contains("clap"), "not of the product");
+        for component in components {
+            let name = component["name"].as_str().unwrap();
+            let is_own = name.starts_with("fsw-") || own.contains(&name);
+            assert_ne!(component["licenses"][0]["expression"], "NOASSERTION", "{component}");
+            assert!(is_own || component["hashes"][0]["content"].is_string(), "{component}");
+        }
+    }
+}
+
+#[test]
+fn notices_have_the_licence_of_every_package_from_elsewhere() {
+    let metadata = Metadata::load(Some(FLIGHT_TARGET)).unwrap();
+    for product in [Product::Flight, Product::C] {
+        let text = notices(product).unwrap();
+        let foreign = metadata.of(product).into_iter().filter(|package| package.source.is_some());
+        for package in foreign {
+            let heading = format!("\n{} {}: ", package.name, package.version);
+            assert_eq!(text.matches(&heading).count(), 1, "{heading}");
+        }
+        assert!(text.contains("Apache License") && text.contains("Permission is hereby granted"));
+    }
+}
+
+/// Crates that stand alone, as for a release, without one: `cargo publish --dry-run`, which compiles each from its
+/// package, with the versions that the registry has.
+#[test]
+fn crates_that_stand_alone_can_be_published() {
+    let metadata = Metadata::load(None).unwrap();
+    let published: Vec<_> =
+        metadata.all().into_iter().filter(|package| package.is_published()).collect();
+    let own: Vec<_> = published.into_iter().filter(|package| package.source.is_none()).collect();
+    let names: BTreeSet<&str> = own.iter().map(|package| package.name.as_str()).collect();
+    assert_eq!(names, BTreeSet::from(["bmi088-gyro", "fsw-core", "wheel-tach"]));
+    for package in own {
+        for file in ["README.md", "CHANGELOG.md"] {
+            assert!(package.folder().join(file).is_file(), "{}: no {file}", package.name);
+        }
+        let check = cargo()
+            .args(["publish", "--dry-run", "--allow-dirty", "--package", &package.name])
+            .output()
+            .unwrap();
+        let log = String::from_utf8_lossy(&check.stderr);
+        assert!(check.status.success(), "{}: {log}", package.name);
+        assert!(log.contains("Verifying"), "{log}");
     }
 }

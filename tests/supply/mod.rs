@@ -1,7 +1,9 @@
-//! Dependencies: those of the workspace and of a flight image, and their list in the CycloneDX format.
+//! Dependencies of the workspace and of what is built from it: their list in the CycloneDX format, and the texts of their
+//! licences.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use serde::Deserialize;
@@ -11,6 +13,25 @@ use crate::program::{cargo, repository};
 
 /// Target of the flight images.
 pub const FLIGHT_TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Something that is delivered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Product {
+    /// A flight image with the default features.
+    Flight,
+    /// The static library of the C interface.
+    C,
+}
+
+impl Product {
+    /// Package of the workspace that it is built from.
+    fn package(self) -> &'static str {
+        match self {
+            Self::Flight => "fsw-target",
+            Self::C => "fsw-core-c",
+        }
+    }
+}
 
 /// Output of `cargo metadata`, as far as it is used.
 #[derive(Debug, Deserialize)]
@@ -34,6 +55,22 @@ pub struct Package {
     pub source: Option<String>,
     /// Oldest compiler.
     pub rust_version: Option<String>,
+    manifest_path: String,
+    /// Registries to which it may be published; none for any.
+    publish: Option<Vec<String>>,
+}
+
+impl Package {
+    /// True if it may be published.
+    pub fn is_published(&self) -> bool {
+        self.publish.is_none()
+    }
+
+    /// Folder of its manifest.
+    pub fn folder(&self) -> &Path {
+        let manifest = Path::new(&self.manifest_path);
+        manifest.parent().unwrap_or(manifest)
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -80,11 +117,14 @@ impl Metadata {
         self.reached(self.workspace_members.clone(), |_| true)
     }
 
-    /// Packages whose code is in an image of fsw-target, or generates such code.
-    pub fn of_the_flight_image(&self) -> Vec<&Package> {
-        let root = self.packages.iter().find(|package| package.name == "fsw-target");
+    /// Packages whose code is in a product, or generates such code, by name.
+    pub fn of(&self, product: Product) -> Vec<&Package> {
+        let root = self.packages.iter().find(|package| package.name == product.package());
         let is_normal = |kind: &Kind| kind.kind.is_none();
-        self.reached(root.map(|root| root.id.clone()).into_iter().collect(), is_normal)
+        let root = root.map(|root| root.id.clone()).into_iter().collect();
+        let mut packages = self.reached(root, is_normal);
+        packages.sort_by_key(|package| (&package.name, &package.version));
+        packages
     }
 
     /// Packages reached from these by dependencies of a kind that `follows`.
@@ -103,15 +143,54 @@ impl Metadata {
     }
 }
 
-/// Software bill of materials of a flight image with the default features, CycloneDX 1.5.
+/// Licences of the packages from elsewhere in a product: name, version, SPDX expression, and the text of each file
+/// of a licence beside the package's manifest.
+///
+/// # Errors
+/// If `cargo metadata` fails or a file cannot be read.
+pub fn notices(product: Product) -> Result<String> {
+    let mut text = String::new();
+    for package in Metadata::load(Some(FLIGHT_TARGET))?.of(product) {
+        if package.source.is_none() {
+            continue;
+        }
+        let licence = package.license.as_deref().unwrap_or("NOASSERTION");
+        let rule = "=".repeat(72);
+        text += &format!("{rule}\n{} {}: {licence}\n{rule}\n\n", package.name, package.version);
+        for (name, content) in licence_files(package.folder())? {
+            text += &format!("--- {name}\n\n{}\n\n", content.trim_end());
+        }
+    }
+    Ok(text)
+}
+
+/// Name and content of the files of a folder whose names state a licence.
+fn licence_files(folder: &Path) -> Result<BTreeMap<String, String>> {
+    let is_licence = |name: &str| {
+        let name = name.to_uppercase();
+        ["LICENSE", "LICENCE", "COPYING", "NOTICE", "COPYRIGHT"]
+            .iter()
+            .any(|of| name.starts_with(of))
+    };
+    let mut files = BTreeMap::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if is_licence(&name) && entry.file_type()?.is_file() {
+            files.insert(name, fs::read_to_string(entry.path())?);
+        }
+    }
+    Ok(files)
+}
+
+/// Software bill of materials of a product, CycloneDX 1.5.
 ///
 /// # Errors
 /// If `cargo metadata` fails or `Cargo.lock` cannot be read.
-pub fn bill_of_materials() -> Result<Value> {
+pub fn bill_of_materials(product: Product) -> Result<Value> {
     let metadata = Metadata::load(Some(FLIGHT_TARGET))?;
     let checksums = checksums()?;
-    let mut packages = metadata.of_the_flight_image();
-    packages.sort_by_key(|package| (&package.name, &package.version));
+    let packages = metadata.of(product);
     let component = |package: &&Package| {
         let key = (package.name.clone(), package.version.clone());
         let url = format!("pkg:cargo/{}@{}", package.name, package.version);
@@ -125,9 +204,13 @@ pub fn bill_of_materials() -> Result<Value> {
         }
         component
     };
+    let (kind, name) = match product {
+        Product::Flight => ("firmware", "flight"),
+        Product::C => ("library", "libfsw_core_c"),
+    };
     Ok(json!({
         "bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1,
-        "metadata": { "component": { "type": "firmware", "name": "flight", "bom-ref": "flight" } },
+        "metadata": { "component": { "type": kind, "name": name, "bom-ref": name } },
         "components": packages.iter().map(component).collect::<Vec<_>>(),
     }))
 }
