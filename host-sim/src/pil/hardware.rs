@@ -211,7 +211,6 @@ mod tests {
     use fsw_target::drivers::gyro::bmi088::{Bmi088, Settings};
     use fsw_target::drivers::gyro::bus::Spi;
     use fsw_target::flight::selected::EstimatorId;
-    use fsw_target::flight::sensors::Gyro as _;
 
     use super::*;
     use crate::truth::Flight;
@@ -233,7 +232,7 @@ mod tests {
             Bmi088::start(Spi::new(wire.clone()), Settings::default(), &mut wire).unwrap();
         let mut readings = Vec::new();
         while hardware.announce().is_some() {
-            let sensor: Vector3<f64> = driver.rate_rad_s().unwrap().map(f64::from);
+            let sensor = Vector3::from(driver.rate_rad_s().unwrap().map(f64::from));
             readings.push(setup::body_from_sensor() * sensor);
         }
         readings

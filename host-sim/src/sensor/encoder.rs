@@ -223,7 +223,6 @@ mod tests {
     use crate::input::Scenario;
     use crate::truth::Flight;
     use fsw_target::drivers::wheel_tach::{Config, WheelTach};
-    use fsw_target::flight::sensors::WheelTachometers;
 
     const CUBIC: SpeedSegment = SpeedSegment {
         from_s: 3.0,
