@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use tests::program::repository;
+
 use super::browser::{self, Browser, Found};
 
 const HOST_SIM: &str = env!("CARGO_BIN_EXE_host-sim-for-tests");
@@ -117,6 +119,24 @@ fn campaign() {
     report(&["mc", "cubesat-pyramid", "--runs", "40"], folder.path());
     let Some(found) = checked(folder.path()) else { return };
     assert_eq!(names(&found), ["data/error-over-bound", "data/error-over-sigma", "data/nees"]);
+}
+
+#[test]
+fn design_and_trade() {
+    let folder = tempfile::tempdir().unwrap();
+    let (design, trade) = (folder.path().join("design"), folder.path().join("trade"));
+    let craft = repository().join("host-sim/templates/craft-12u.toml");
+    let of = ["design", craft.to_str().unwrap(), "--duration", "15", "--starts", "1"];
+    report(&of, &design);
+    report(
+        &[&of[..], &["--trade", "excursion", "--range", "1..4", "--points", "2"]].concat(),
+        &trade,
+    );
+    let Some(found) = checked(&design) else { return };
+    assert_eq!(names(&found), ["data/sigma", "data/wheels", "data/body"]);
+    assert!(found.verdict.contains("times better than"), "{}", found.verdict);
+    let Some(found) = checked(&trade) else { return };
+    assert_eq!(names(&found), ["data/trade"]);
 }
 
 #[test]

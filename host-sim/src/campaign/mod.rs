@@ -39,6 +39,10 @@ pub use statistics::{Statistics, nees_95, reduce};
 pub use tally::Tally;
 pub use truths::{Truth, Truths};
 
+/// Runs that are in memory at once: 3 MB. The cores wait for each other at the end of a batch, for less than the time of a
+/// run.
+pub const BATCH: u64 = 4096;
+
 /// Scenario, estimator and number of runs.
 #[derive(Clone, Copy, Debug)]
 pub struct Campaign<'a> {
@@ -106,10 +110,38 @@ pub enum RunFailed {
 }
 
 impl Campaign<'_> {
-    /// Runs the campaign on all of rayon's threads. `done` is called after each run.
+    /// Flies the runs on all of rayon's threads, in batches of at most [`BATCH`], each in the order of its runs. `done` is
+    /// called after each run.
     ///
     /// No run starts once `stop` is set. Runs start in order and those started are completed, so
     /// that a stopped campaign equals a campaign of fewer runs.
+    ///
+    /// # Errors
+    /// Of a batch: the error of any of its runs.
+    pub fn batches<'s>(
+        &'s self,
+        stop: &'s AtomicBool,
+        done: &'s (impl Fn() + Sync),
+    ) -> impl Iterator<Item = Result<Vec<CampaignRun>, RunFailed>> + 's {
+        let is_stopped = || stop.load(Ordering::Relaxed);
+        let fly = move |first: u64| {
+            let run_one = |index| {
+                let run = self.run_one(index);
+                done();
+                run
+            };
+            let mut runs: Vec<CampaignRun> = (first..self.runs.min(first.saturating_add(BATCH)))
+                .take_while(|_| !is_stopped())
+                .par_bridge()
+                .map(run_one)
+                .collect::<Result<_, _>>()?;
+            runs.sort_unstable_by_key(|run| run.index);
+            Ok(runs)
+        };
+        (0..self.runs).step_by(BATCH as usize).take_while(move |_| !is_stopped()).map(fly)
+    }
+
+    /// All runs of [`batches`](Self::batches), in memory.
     ///
     /// # Errors
     /// The error of any run.
@@ -118,18 +150,8 @@ impl Campaign<'_> {
         stop: &AtomicBool,
         done: impl Fn() + Sync,
     ) -> Result<Vec<CampaignRun>, RunFailed> {
-        let run_one = |index| {
-            let run = self.run_one(index);
-            done();
-            run
-        };
-        let mut runs: Vec<CampaignRun> = (0..self.runs)
-            .take_while(|_| !stop.load(Ordering::Relaxed))
-            .par_bridge()
-            .map(run_one)
-            .collect::<Result<_, _>>()?;
-        runs.sort_unstable_by_key(|run| run.index);
-        Ok(runs)
+        let batches: Result<Vec<_>, _> = self.batches(stop, &done).collect();
+        Ok(batches?.concat())
     }
 
     /// Performs the run of this index.
@@ -241,6 +263,16 @@ mod tests {
             assert_eq!(score.verdict, Verdict::Converged);
         }
         assert_ne!(one[0].2, one[3].2);
+    }
+
+    #[test]
+    fn batches_have_every_run_once_in_order() {
+        let runs = BATCH + 100;
+        let scores = scores(EstimatorName::JointEkf, runs, u64::MAX);
+        assert_eq!(scores.len() as u64, runs);
+        for (i, (index, seed, _)) in scores.iter().enumerate() {
+            assert_eq!((*index, *seed), (i as u64, 40 + i as u64));
+        }
     }
 
     #[test]

@@ -7,12 +7,12 @@ use clap::Args;
 use nalgebra::Vector3;
 
 use super::notes::Notes;
-use super::progress::{progress_bar, stop_on_ctrl_c};
+use super::progress::{Progress, stop_on_signal};
 use super::{Failure, command_line, print};
 use crate::input::Scenario;
 use crate::manoeuvre::{
-    Criterion, Design, DesignError, Effort, KeepOut, Limits, Progress, Request, Trade, Treatment,
-    accuracy, design, flight_table, flown, series, subject, trade,
+    Criterion, Design, DesignError, Effort, KeepOut, Limits, Progress as Step, Request, Trade,
+    Treatment, accuracy, design, flight_table, flown, series, subject, trade,
 };
 use crate::report::{DesignFolder, DesignReport, TradeReport, table, write_trade};
 
@@ -66,7 +66,7 @@ pub struct Arguments {
     /// Designs of the trade
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = count, requires = "trade")]
     points: usize,
-    /// Write the torque table, a scenario that flies it and the manoeuvre over time into this folder
+    /// Write a report for the browser, the torque table, a scenario that flies it and the telecommands into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON document instead of a table
@@ -148,15 +148,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(quantity) = arguments.trade {
         return run_trade(arguments, &scenario, &request, quantity);
     }
-    let stop = stop_on_ctrl_c();
-    let bar = progress_bar(1, "rounds");
-    let show = |progress: Progress| {
-        bar.set_length(progress.of as u64);
-        bar.set_position(progress.done as u64);
-        bar.set_message(format!(", gain {:.2}", progress.gain));
+    let stop = stop_on_signal();
+    let bar = Progress::new(1, "rounds");
+    let show = |progress: Step| {
+        let gain = format!(", gain {:.2}", progress.gain);
+        bar.set(progress.done as u64, progress.of as u64, gain);
     };
     let designed = designed(&scenario, &request, &stop, &show, &mut notes);
-    bar.finish_and_clear();
+    bar.finish();
     let (found, report) = designed?;
     let on_board = match flight_table(&scenario, &request, &found) {
         Ok(table) => Some(table),
@@ -171,7 +170,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let standard = found.fixed.first().map(of).transpose().map_err(failed)?;
         DesignFolder {
             command: &command_line(),
-            table: &text,
+            notes: &notes.into_list(),
             result: &report,
             scenario: &flown(&scenario, &found.best.table),
             table_on_board: on_board.as_ref(),
@@ -188,7 +187,7 @@ fn designed(
     scenario: &Scenario,
     request: &Request,
     stop: &AtomicBool,
-    show: &(dyn Fn(Progress) + Sync),
+    show: &(dyn Fn(Step) + Sync),
     notes: &mut Notes,
 ) -> Result<(Design, DesignReport), Failure> {
     let failed = |error: DesignError| Failure::Design { scenario: scenario.name.clone(), error };
@@ -228,19 +227,19 @@ fn run_trade(
 ) -> Result<(), Failure> {
     let about = quantity.of(scenario, request);
     let range = arguments.range.unwrap_or([0.1 * about, 10.0 * about]);
-    let stop = stop_on_ctrl_c();
-    let bar = progress_bar(arguments.points as u64, "designs");
+    let stop = stop_on_signal();
+    let bar = Progress::new(arguments.points as u64, "designs");
     let rows = trade(scenario, request, (quantity, range, arguments.points), &stop, &|| bar.inc(1));
-    bar.finish_and_clear();
+    bar.finish();
     let rows = rows.map_err(|error| Failure::Design { scenario: scenario.name.clone(), error })?;
     if rows.is_empty() {
         return Err(Failure::Interrupted);
     }
-    if let Some(folder) = &arguments.out {
-        write_trade(folder, quantity, &rows)?;
-    }
-    let text = table::trade(quantity, &rows);
     let report = TradeReport { scenario: scenario.name.clone(), quantity: quantity.name(), rows };
+    if let Some(folder) = &arguments.out {
+        write_trade(folder, quantity, &report, &command_line())?;
+    }
+    let text = table::trade(quantity, &report.rows);
     print(arguments.json, &report, &text)
 }
 

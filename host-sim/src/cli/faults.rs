@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::notes::Notes;
-use super::progress::{progress_bar, stop_on_ctrl_c};
+use super::progress::{Progress, stop_on_signal};
 use super::{Failure, command_line, print};
 use crate::campaign::Truths;
 use crate::estimation::{EstimatorName, Method, Precision, SetUpError};
@@ -60,10 +60,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         first_seed: *seed,
         runs: *runs,
     };
-    let stop = stop_on_ctrl_c();
-    let bar = progress_bar(runs * methods.len() as u64, "runs");
+    let stop = stop_on_signal();
+    let bar = Progress::new(runs * methods.len() as u64, "runs");
     let cells = matrix.fly(&stop, || bar.inc(1));
-    bar.finish_and_clear();
+    bar.finish();
     let failure = |error| Failure::Campaign { scenario: scenario.name.clone(), error };
     let cells = cells.map_err(failure)?;
     if cells.is_empty() {

@@ -8,15 +8,16 @@ use clap::Args;
 
 use super::estimate::{note_changes, note_ignored_disturbances};
 use super::notes::Notes;
-use super::progress::{note_if_stopped, progress_bar, stop_on_ctrl_c};
+use super::progress::{Progress, note_if_stopped, stop_on_signal};
 use super::{Failure, command_line, print};
-use crate::campaign::{Campaign, CampaignRun, Shard, Tally, Truths};
+use crate::campaign::{Campaign, Shard, Tally, Truths};
 use crate::estimation::Method;
 use crate::input::scenario::SourceFile;
 use crate::input::{Scenario, plausible, scenario};
 use crate::report::campaign_dir::write_campaign;
 use crate::report::record::{CampaignRecord, CampaignScenario};
 use crate::report::runs::{Receive, Rows, RunRow, RunsOutput, is_parquet};
+use crate::report::shards::Spool;
 use crate::report::{McReport, OutputError, table};
 
 #[derive(Debug, Args)]
@@ -51,11 +52,9 @@ pub(super) struct Prepared<'a> {
     record: CampaignRecord,
 }
 
-/// The runs of this process.
-pub(super) struct Flown<'a> {
-    scenario: &'a Scenario,
-    runs: Vec<CampaignRun>,
-    drawn_names: Vec<String>,
+/// A campaign that was flown by this process: sums of its runs.
+pub(super) struct Flown {
+    tally: Tally,
     record: CampaignRecord,
     wall: Duration,
 }
@@ -84,12 +83,14 @@ impl<'a> Prepared<'a> {
         indices.end - indices.start
     }
 
-    /// Flies the runs. A stopped campaign is one of fewer runs; a stopped shard is a failure.
+    /// Flies the runs, and hands each over in order. A stopped campaign is one of fewer runs; a stopped shard is a
+    /// failure.
     pub(super) fn fly(
         self,
         stop: &AtomicBool,
         done: impl Fn() + Sync,
-    ) -> Result<Flown<'a>, Failure> {
+        receive: &mut Receive<'_>,
+    ) -> Result<Flown, Failure> {
         let runs = self.runs();
         let Self { scenario, method, truths, mut record } = self;
         let campaign = Campaign {
@@ -100,43 +101,36 @@ impl<'a> Prepared<'a> {
             first_seed: record.first_seed(),
             runs,
         };
-        let begun = Instant::now();
-        let flown = campaign.run_all(stop, done);
-        let wall = begun.elapsed();
         let failed = |error| Failure::Campaign { scenario: scenario.name.clone(), error };
-        let mut flown = flown.map_err(failed)?;
-        if flown.is_empty() {
+        let first = record.indices().start;
+        let (mut tally, mut wall) = (Tally::default(), Duration::ZERO);
+        let mut begun = Instant::now();
+        for batch in campaign.batches(stop, &done) {
+            wall += begun.elapsed();
+            for mut run in batch.map_err(failed)? {
+                run.index += first;
+                tally.add(&run);
+                receive(&RunRow { run, drawn: scenario.drawn_values(run.seed) })?;
+            }
+            begun = Instant::now();
+        }
+        if tally.runs() == 0 {
             return Err(Failure::Interrupted);
         }
-        if (flown.len() as u64) < runs {
+        if tally.runs() < runs {
             if let Some(shard) = record.shard().filter(|shard| *shard != Shard::WHOLE) {
                 return Err(Failure::ShardInterrupted { shard });
             }
-            record.runs = flown.len() as u64;
+            record.runs = tally.runs();
         }
-        let first = record.indices().start;
-        flown.iter_mut().for_each(|run| run.index += first);
-        let drawn_names = scenario.drawn_names();
-        Ok(Flown { scenario, runs: flown, drawn_names, record, wall })
+        Ok(Flown { tally, record, wall })
     }
 }
 
-impl Flown<'_> {
+impl Flown {
     /// Report of the runs.
     pub(super) fn report(&self) -> McReport {
-        McReport::new(&self.record, &Tally::of(&self.runs), Some(self.wall))
-    }
-}
-
-impl Rows for Flown<'_> {
-    fn each(&self, receive: &mut Receive<'_>) -> Result<(), OutputError> {
-        self.runs.iter().try_for_each(|run| {
-            receive(&RunRow { run: *run, drawn: self.scenario.drawn_values(run.seed) })
-        })
-    }
-
-    fn drawn_names(&self) -> &[String] {
-        &self.drawn_names
+        McReport::new(&self.record, &self.tally, Some(self.wall))
     }
 }
 
@@ -161,32 +155,37 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = Scenario::load(scenario)?;
     let of = (*method, *seed, *requested, shard);
     let prepared = Prepared::new(&scenario, &sources?, of, Notes::default())?;
-    let stop = stop_on_ctrl_c();
+    let stop = stop_on_signal();
     let out = out.as_deref().map(RunsOutput::create).transpose()?;
+    let names = scenario.drawn_names();
+    let mut spool = out.as_ref().map(|out| Spool::create(out.folder(), names)).transpose()?;
 
-    let bar = progress_bar(prepared.runs(), "runs");
-    let flown = prepared.fly(&stop, || bar.inc(1));
-    bar.finish_and_clear();
+    let bar = Progress::new(prepared.runs(), "runs");
+    let mut keep = |row: &RunRow| spool.as_mut().map_or(Ok(()), |spool| spool.add(row));
+    let flown = prepared.fly(&stop, || bar.inc(1), &mut keep);
+    bar.finish();
     let flown = flown?;
     if shard == Shard::WHOLE {
-        note_if_stopped(flown.runs.len() as u64, *requested);
+        note_if_stopped(flown.tally.runs(), *requested);
     }
     let report = flown.report();
-    write(out, &report, &flown, &flown.record, &command_line())?;
+    if let Some((out, spool)) = out.zip(spool) {
+        let rows = spool.complete(&flown.record)?;
+        write(out, &report, &rows, &flown.record, &command_line())?;
+    }
     print(*json, &report, &table::mc(&report))
 }
 
 /// Writes the rows of a campaign, or its report.
 pub(super) fn write(
-    out: Option<RunsOutput>,
+    out: RunsOutput,
     report: &McReport,
     rows: &dyn Rows,
     record: &CampaignRecord,
     command: &str,
 ) -> Result<(), OutputError> {
     match out {
-        Some(RunsOutput::File(file)) => file.write(rows, record),
-        Some(RunsOutput::Folder(folder)) => write_campaign(folder, report, rows, record, command),
-        None => Ok(()),
+        RunsOutput::File(file) => file.write(rows, record),
+        RunsOutput::Folder(folder) => write_campaign(folder, report, rows, record, command),
     }
 }

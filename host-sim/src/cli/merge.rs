@@ -36,7 +36,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Ok(())
     })?;
     let report = McReport::new(record, &tally, None);
-    let out = out.as_deref().map(RunsOutput::create).transpose()?;
-    write(out, &report, &shards, record, &record.command())?;
+    if let Some(out) = out.as_deref().map(RunsOutput::create).transpose()? {
+        write(out, &report, &shards, record, &record.command())?;
+    }
     print(*json, &report, &table::mc(&report))
 }

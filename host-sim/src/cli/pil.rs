@@ -10,7 +10,7 @@ use target_tools::board::{BOARDS, Board, STM32F405};
 use super::estimate::note_changes;
 use super::flight_estimator::FlightEstimator;
 use super::notes::Notes;
-use super::progress::progress_bar;
+use super::progress::Progress;
 use super::{Failure, command_line, print};
 use crate::estimation::{Method, Precision};
 use crate::input::scenario::{DEFAULT_SCENARIO, SourceFile};
@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let image = Image::find(board, image.clone()).map_err(PilFailed::from)?;
 
     let begun = Instant::now();
-    let bar = progress_bar(flight.instants.len() as u64, "samples");
+    let bar = Progress::new(flight.instants.len() as u64, "samples");
     let mut history = PilHistory::new(scenario.gyro.noise_rad_s);
     let result = fly(
         &mission,
@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             }
         },
     );
-    bar.finish_and_clear();
+    bar.finish();
     let mut report = PilReport::new(&mission, method, &result?, begun.elapsed());
     report.run.estimate.notes = notes.into_list();
     let table = table::pil(&report);

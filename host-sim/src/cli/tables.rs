@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::progress::{note_if_stopped, progress_bar, stop_on_ctrl_c};
+use super::progress::{Progress, note_if_stopped, stop_on_signal};
 use super::{Failure, command_line, print};
 use crate::papers::Papers;
 use crate::report::published::folder::write_papers;
@@ -28,11 +28,11 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { runs, seed, out, json } = arguments;
-    let stop = stop_on_ctrl_c();
+    let stop = stop_on_signal();
     let papers = Papers::load()?;
-    let bar = progress_bar(*runs, "runs");
+    let bar = Progress::new(*runs, "runs");
     let results = papers.fly(*seed, *runs, &stop, || bar.inc(1));
-    bar.finish_and_clear();
+    bar.finish();
     let results = results?;
     let complete = results.runs();
     if complete == 0 {

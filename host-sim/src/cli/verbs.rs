@@ -12,7 +12,7 @@ use crate::campaign::Shard;
 use crate::estimation::Method;
 use crate::input::log::LogRow;
 use crate::input::{Craft, InputError, RecordedLog, Scenario, log_file};
-use crate::report::runs::{Cells, columns};
+use crate::report::runs::{Cells, RunRow, columns};
 use crate::report::{
     CrlbReport, DesignReport, DiagnosisReport, HistoryRow, McReport, ReplayReport, RunReport,
 };
@@ -121,9 +121,13 @@ pub fn mc(
     }
     let of = (method, seed, runs, Shard::WHOLE);
     let prepared = super::mc::Prepared::new(scenario, &[], of, Notes::quiet())?;
-    let flown = prepared.fly(stop, || ())?;
-    let columns = columns(&flown).map_err(Failure::from)?;
-    Ok((flown.report(), columns))
+    let mut rows = Vec::new();
+    let mut keep = |row: &RunRow| {
+        rows.push(row.clone());
+        Ok(())
+    };
+    let flown = prepared.fly(stop, || (), &mut keep)?;
+    Ok((flown.report(), columns(&rows, &scenario.drawn_names())))
 }
 
 /// `crlb`: the bound of a scenario, or of that of a seed.

@@ -1,14 +1,16 @@
-//! Output folder of a design.
+//! Output folder of a design, and of a trade.
 //!
 //! | file | content |
 //! |---|---|
-//! | `report.md` | table, command line |
+//! | `report.html` | accuracy, limits, the manoeuvre over time; of a trade: accuracy and gain over its range |
 //! | `result.json` | the document of `--json` |
 //! | `torque.csv` | torque of all wheels at the samples of the gyro |
 //! | `spline.csv` | coefficients of the spline |
 //! | `telecommands.csv` | the upload for the flight computer: function and user data of each telecommand, in order |
 //! | `scenario.toml`, `torque-1.csv`, … | a scenario that flies the manoeuvre, for `run` and `mc` |
 //! | `series.csv`, `series-standard.csv` | torque, speed, rate, excursion and sigma over time: design, best standard manoeuvre |
+//! | `data/….csv` | the points of each plot |
+//! | `trade.csv` | a row for each design of a trade |
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,8 +21,10 @@ use fsw_target::link::packet::SequenceCount;
 use fsw_target::link::wire::Coded;
 
 use super::files::{Folder, OutputError};
-use super::json::DesignReport;
+use super::json::{DesignReport, TradeReport};
 use super::packet::hex;
+use super::page;
+use super::plots::Figure;
 use crate::input::ELEMENT_NAMES;
 use crate::manoeuvre::{SeriesRow, Trade, TradeRow, stamp_s};
 
@@ -32,8 +36,8 @@ const CHECKSUM: usize = 2;
 pub struct DesignFolder<'a> {
     /// Command line that reproduces the design.
     pub command: &'a str,
-    /// Table, as on the terminal.
-    pub table: &'a str,
+    /// Notes on the design, one sentence each.
+    pub notes: &'a [String],
     /// Result.
     pub result: &'a DesignReport,
     /// Files of the scenario that flies it: name and text.
@@ -47,8 +51,7 @@ pub struct DesignFolder<'a> {
 }
 
 impl DesignFolder<'_> {
-    /// Writes all files into `folder`, which is created if it does not exist. Existing files are
-    /// overwritten.
+    /// Writes all files into `folder`, which is created if it does not exist; files of an earlier report are removed.
     ///
     /// # Errors
     /// A path that cannot be written.
@@ -66,18 +69,19 @@ impl DesignFolder<'_> {
         for (name, rows) in [("series.csv", self.series), ("series-standard.csv", self.standard)] {
             folder.stream(name, |out| series(out, rows))?;
         }
-        let text = format!(
-            "# Manoeuvre of {}\n\n```text\n{}\n```\n\n\
-             The torques are in [torque.csv](torque.csv); [scenario.toml](scenario.toml) flies them. The \
-             manoeuvre over time is in [series.csv](series.csv), the best standard one in \
-             [series-standard.csv](series-standard.csv).\n\n\
-             Created by host-sim {}:\n\n```sh\n{}\n```\n",
-            self.result.scenario,
-            self.table.trim_end(),
-            env!("CARGO_PKG_VERSION"),
-            self.command,
-        );
-        folder.text("report.md", &text)
+        const FILES: [(&str, &str); 7] = [
+            ("result.json", "the result as numbers"),
+            ("torque.csv", "torque of the wheels at the samples of the gyro"),
+            ("spline.csv", "the same as coefficients of cubic B-splines"),
+            ("scenario.toml", "the scenario that flies it, for run and mc"),
+            ("series.csv", "the design over time"),
+            ("series-standard.csv", "the best standard manoeuvre over time"),
+            ("telecommands.csv", "the upload for the flight computer"),
+        ];
+        let files = if self.table_on_board.is_some() { &FILES[..] } else { &FILES[..6] };
+        let over_time = (self.series, self.standard);
+        let (page, figures) = page::design(self.result, over_time, self.command, self.notes, files);
+        write_page(&mut folder, &page, &figures)
     }
 
     fn torques(&self, mut out: impl Write) -> io::Result<()> {
@@ -137,27 +141,49 @@ fn series(mut out: impl Write, rows: &[SeriesRow]) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a trade as `trade.csv` into a folder, which is created if it does not exist.
+/// Writes a trade into a folder, which is created if it does not exist; files of an earlier report are removed.
 ///
 /// # Errors
 /// A path that cannot be written.
-pub fn write_trade(folder: &Path, quantity: Trade, rows: &[TradeRow]) -> Result<(), OutputError> {
+pub fn write_trade(
+    folder: &Path,
+    quantity: Trade,
+    report: &TradeReport,
+    command: &str,
+) -> Result<(), OutputError> {
+    const FILES: [(&str, &str); 2] =
+        [("result.json", "the result as numbers"), ("trade.csv", "a row for each design")];
+    let mut folder = Folder::open(folder, &[])?;
+    folder.json("result.json", report)?;
+    folder.stream("trade.csv", |out| trade_rows(out, quantity, &report.rows))?;
+    let (page, figures) = page::trade(&report.scenario, quantity, &report.rows, command, &FILES);
+    write_page(&mut folder, &page, &figures)
+}
+
+/// Writes a page and the points of its plots.
+fn write_page(folder: &mut Folder, page: &str, figures: &[Figure]) -> Result<(), OutputError> {
+    folder.text("report.html", page)?;
+    figures.iter().try_for_each(|figure| {
+        folder.stream(&format!("{}.csv", figure.name), |out| figure.write_csv(out))
+    })
+}
+
+/// Writes the designs of a trade as CSV.
+fn trade_rows(mut out: impl Write, quantity: Trade, rows: &[TradeRow]) -> io::Result<()> {
     let unit = match quantity {
         Trade::Excursion => "excursion_deg",
         Trade::Duration => "duration_s",
         Trade::Noise => "noise_rad_s",
     };
     let sigma: String = ELEMENT_NAMES.iter().map(|name| format!(",sigma_{name}_kg_m2")).collect();
-    Folder::open(folder, &[])?.stream("trade.csv", |mut out| {
-        writeln!(out, "{unit},sigma_percent,gain,best_standard,limited_by{sigma}")?;
-        for row in rows {
-            let fixed = row.best_fixed.as_deref().unwrap_or_default();
-            let sigma = values(&row.sigma_kg_m2);
-            let TradeRow { value, sigma_percent, gain, limited_by, .. } = row;
-            writeln!(out, "{value},{sigma_percent},{gain},{fixed},{limited_by}{sigma}")?;
-        }
-        Ok(())
-    })
+    writeln!(out, "{unit},sigma_percent,gain,best_standard,limited_by{sigma}")?;
+    for row in rows {
+        let fixed = row.best_fixed.as_deref().unwrap_or_default();
+        let sigma = values(&row.sigma_kg_m2);
+        let TradeRow { value, sigma_percent, gain, limited_by, .. } = row;
+        writeln!(out, "{value},{sigma_percent},{gain},{fixed},{limited_by}{sigma}")?;
+    }
+    Ok(())
 }
 
 /// Names of columns, each after a comma: `,wheel_1_n_m,wheel_2_n_m`.

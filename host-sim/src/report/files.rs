@@ -89,6 +89,11 @@ impl Folder {
         Ok(folder)
     }
 
+    /// Path of the folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Adds a file to the list before it is written, so that an interrupted report leaves nothing unlisted.
     fn note(&mut self, name: &str) -> Result<(), OutputError> {
         writeln!(self.list, "{name}").map_err(|reason| OutputError::new(&self.path, reason))

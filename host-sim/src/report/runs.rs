@@ -96,6 +96,16 @@ impl RunsOutput {
     }
 }
 
+impl RunsOutput {
+    /// Folder of the output.
+    pub fn folder(&self) -> &Path {
+        match self {
+            Self::File(RunsFile { file, .. }) => file.path().parent().unwrap_or(Path::new(".")),
+            Self::Folder(folder) => folder.path(),
+        }
+    }
+}
+
 impl RunsFile {
     /// Writes the rows and gives the file its name.
     ///
@@ -133,25 +143,61 @@ pub(super) fn write_parquet<W: Write + Send>(
     rows: &dyn Rows,
     record: &CampaignRecord,
 ) -> Result<(), OutputError> {
-    let failed = |reason| OutputError::new(path, reason);
-    let names = rows.drawn_names();
-    let mut file = ParquetFile::create(out, &frame(&[], names)).map_err(failed)?;
-    in_groups(rows, &mut |group| file.write(&frame(group, names)).map_err(failed))?;
-    let record = serde_json::to_string(record).map_err(OutputError::Json)?;
-    file.close(&[(RECORD_KEY, record)]).and_then(|mut out| out.flush()).map_err(failed)
+    let mut file = RowWriter::create(out, path, rows.drawn_names().to_vec())?;
+    rows.each(&mut |row| file.add(row))?;
+    file.close(record).map(|_| ())
 }
 
-/// The columns of all rows, as they are written.
-///
-/// # Errors
-/// Those of reading the rows.
-pub fn columns(rows: &dyn Rows) -> Result<Vec<(String, Cells)>, OutputError> {
-    let mut all = Vec::new();
-    rows.each(&mut |row| {
-        all.push(row.clone());
-        Ok(())
-    })?;
-    Ok(frame(&all, rows.drawn_names()).into_columns())
+/// A Parquet file of rows, written row by row.
+pub(super) struct RowWriter<W: Write + Send> {
+    file: ParquetFile<W>,
+    path: PathBuf,
+    drawn_names: Vec<String>,
+    /// Rows of the next row group.
+    group: Vec<RunRow>,
+}
+
+impl<W: Write + Send> RowWriter<W> {
+    /// Begins a file; `path` is its name in errors.
+    pub(super) fn create(
+        out: W,
+        path: &Path,
+        drawn_names: Vec<String>,
+    ) -> Result<Self, OutputError> {
+        let file = ParquetFile::create(out, &frame(&[], &drawn_names));
+        let file = file.map_err(|reason| OutputError::new(path, reason))?;
+        Ok(Self { file, path: path.to_owned(), drawn_names, group: Vec::new() })
+    }
+
+    /// Adds a row.
+    pub(super) fn add(&mut self, row: &RunRow) -> Result<(), OutputError> {
+        self.group.push(row.clone());
+        if self.group.len() < ROWS_AT_ONCE { Ok(()) } else { self.write_group() }
+    }
+
+    fn write_group(&mut self) -> Result<(), OutputError> {
+        let written = self.file.write(&frame(&self.group, &self.drawn_names));
+        self.group.clear();
+        written.map_err(|reason| OutputError::new(&self.path, reason))
+    }
+
+    /// Completes the file with the record of its campaign.
+    pub(super) fn close(mut self, record: &CampaignRecord) -> Result<W, OutputError> {
+        if !self.group.is_empty() {
+            self.write_group()?;
+        }
+        let record = serde_json::to_string(record).map_err(OutputError::Json)?;
+        let flushed = self.file.close(&[(RECORD_KEY, record)]).and_then(|mut out| {
+            out.flush()?;
+            Ok(out)
+        });
+        flushed.map_err(|reason| OutputError::new(&self.path, reason))
+    }
+}
+
+/// The columns of the rows, as they are written.
+pub fn columns(rows: &[RunRow], drawn_names: &[String]) -> Vec<(String, Cells)> {
+    frame(rows, drawn_names).into_columns()
 }
 
 /// Calls `write` for each group of rows.

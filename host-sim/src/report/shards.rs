@@ -1,17 +1,18 @@
-//! The shards of a campaign, read back from their Parquet files.
+//! The rows of a campaign in Parquet files: those of its shards, and the temporary one of a campaign that is being flown.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufReader, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use tempfile::NamedTempFile;
 use thiserror::Error;
 
 use super::files::OutputError;
 use super::frame::Frame;
 use super::record::{CampaignRecord, RECORD_KEY};
-use super::runs::{Receive, Rows, drawn_columns, rows_of};
+use super::runs::{Receive, RowWriter, Rows, RunRow, drawn_columns, rows_of};
 
 /// Most shards that an error names.
 const MOST_NAMED: usize = 8;
@@ -125,6 +126,59 @@ impl Shards {
     /// Record of the campaign in one file.
     pub fn record(&self) -> &CampaignRecord {
         &self.record
+    }
+}
+
+/// The rows of a campaign that is being flown, in a temporary file: memory is independent of the number of runs. The file is
+/// removed with this value, and on Unix with the process, whichever way it ends.
+pub struct Spool {
+    file: NamedTempFile,
+    writer: RowWriter<BufWriter<File>>,
+}
+
+impl Spool {
+    /// An empty spool in this folder, where the output is going to need the space anyway.
+    ///
+    /// # Errors
+    /// Here and below: a folder that cannot be written.
+    pub fn create(folder: &Path, drawn_names: Vec<String>) -> Result<Self, OutputError> {
+        let failed = |reason| OutputError::new(folder, reason);
+        let file = tempfile::Builder::new().prefix(".rows.").suffix(".part").tempfile_in(folder);
+        let file = file.map_err(failed)?;
+        let out = BufWriter::new(file.reopen().map_err(failed)?);
+        let writer = RowWriter::create(out, file.path(), drawn_names)?;
+        Ok(Self { file, writer })
+    }
+
+    /// Adds a row.
+    pub fn add(&mut self, row: &RunRow) -> Result<(), OutputError> {
+        self.writer.add(row)
+    }
+
+    /// The rows, which are those of `record`.
+    pub fn complete(self, record: &CampaignRecord) -> Result<Spooled, OutputError> {
+        self.writer.close(record)?;
+        let shard = Shard::open(self.file.path())?;
+        let drawn_names = shard.drawn_names()?;
+        Ok(Spooled { shard, drawn_names, _file: self.file })
+    }
+}
+
+/// Rows read back from a spool.
+pub struct Spooled {
+    shard: Shard,
+    drawn_names: Vec<String>,
+    /// Removes the file with this value.
+    _file: NamedTempFile,
+}
+
+impl Rows for Spooled {
+    fn each(&self, receive: &mut Receive<'_>) -> Result<(), OutputError> {
+        self.shard.each(receive)
+    }
+
+    fn drawn_names(&self) -> &[String] {
+        &self.drawn_names
     }
 }
 

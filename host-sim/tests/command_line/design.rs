@@ -20,7 +20,7 @@ fn design_is_written_and_flies() {
     assert!(design["gain"].as_f64().unwrap() > 1.0);
     assert_eq!(design["torque_n_m"].as_array().unwrap().len(), 151);
     for name in [
-        "report.md",
+        "report.html",
         "result.json",
         "torque.csv",
         "spline.csv",

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::super::notes::Notes;
-use super::super::progress::progress_bar;
+use super::super::progress::Progress;
 use super::super::{Failure, command_line, print};
 use super::one::{Read, Replay, write_folder};
 use super::{Arguments, stop_at, title};
@@ -26,7 +26,7 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     let folders = folders(arguments.out.as_deref(), logs);
     let command = command_line();
-    let bar = progress_bar(logs.len() as u64, "logs");
+    let bar = Progress::new(logs.len() as u64, "logs");
     let one = |(log, folder): &(&PathBuf, Option<PathBuf>)| {
         let replay = Replay { craft, log, precision: arguments.precision };
         let results = match replay.read(&mut Notes::quiet()) {
@@ -52,7 +52,7 @@ pub(super) fn run(
     };
     let jobs: Vec<_> = logs.iter().zip(folders).collect();
     let results: Vec<Vec<_>> = jobs.par_iter().map(one).collect();
-    bar.finish_and_clear();
+    bar.finish();
 
     let (mut reports, mut failures, mut links) = (Vec::new(), Vec::new(), Vec::new());
     for (report, failure, folder) in results.into_iter().flatten() {

@@ -1,14 +1,15 @@
 //! The page of a report: one HTML file that opens without a network.
 //!
 //! ```text
-//! flight, logs, campaign, faults, papers: sections ─┐
-//! plots::Figure as JSON, uPlot, report.js, report.css ─┴─► Page ──► report.html
+//! flight, logs, campaign, faults, design, papers: sections ─┐
+//! plots::Figure as JSON, uPlot, report.js, report.css ──────┴─► Page ──► report.html
 //! ```
 //!
 //! uPlot (MIT licence, `assets/uPlot.LICENSE`) draws the plots; `assets/report.js` translates a figure into its
 //! options. The content security policy of the page forbids any request.
 
 mod campaign;
+mod design;
 mod events;
 mod faults;
 mod flight;
@@ -21,6 +22,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::plots::Figure;
 pub(super) use campaign::{Distributions, campaign};
+pub(super) use design::{design, trade};
 pub(super) use faults::faults;
 pub(super) use flight::{Flown, flight};
 pub(super) use logs::logs;
