@@ -185,6 +185,7 @@ class RunResult(ReplayResult):
         seed: seed of gyro noise and dispersion.
         truth_kg_m2: true elements at the end of the flight, kg m².
         bound_kg_m2: Cramér-Rao bound of each element, kg m²; NaN if it is unobserved.
+        joint_bound_kg_m2: the bound with the stated errors of the hardware among the unknowns; NaN of ideal hardware.
         error_percent: estimated minus true, per cent; NaN if the element is zero.
         error_over_sigma: estimated minus true over the reported sigma.
         log: the simulated log by the columns of a log file, for :func:`host_sim.replay`.
@@ -194,6 +195,7 @@ class RunResult(ReplayResult):
     seed: int
     truth_kg_m2: Array
     bound_kg_m2: Array
+    joint_bound_kg_m2: Array
     error_percent: Array
     error_over_sigma: Array
 

@@ -10,6 +10,7 @@ use super::json::{
     CrlbReport, EffectRow, HardwareResult, HealthChange, ReplayReport, RunReport, Spikes, Status,
     matrix,
 };
+use crate::campaign::Reference;
 use crate::estimation::{
     self, AnyEstimator, EstimationResult, HealthHistory, Method, largest_systematic,
 };
@@ -128,8 +129,12 @@ impl RunReport {
         flight: &Flight,
         estimate: ReplayReport,
     ) -> Self {
-        let truth_kg_m2 = scenario.final_inertia_kg_m2();
-        Self::new(&scenario.name, seed, estimate, truth_kg_m2, flight.bound.sigma_kg_m2)
+        let reference = Reference {
+            truth_kg_m2: scenario.final_inertia_kg_m2(),
+            bound_kg_m2: flight.bound.sigma_kg_m2,
+            joint_bound_kg_m2: flight.bound.joint_kg_m2(),
+        };
+        Self::new(&scenario.name, seed, estimate, &reference)
     }
 }
 

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::explanation::ExplanationReport;
 use super::hardware::HardwareResult;
 use super::tensor::{elements, percent};
+use crate::campaign::Reference;
 
 /// Result of `replay`: the estimate from a log.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -147,6 +148,8 @@ pub struct RunReport {
     pub error_over_sigma: [Option<f64>; 6],
     /// Cramér-Rao bound of each element, one sigma, kg m². Null if the element is unobserved.
     pub bound_kg_m2: [Option<f64>; 6],
+    /// Bound with the stated errors of the hardware among the unknowns, one sigma, kg m². Null for ideal hardware.
+    pub joint_bound_kg_m2: [Option<f64>; 6],
 }
 
 impl ReplayReport {
@@ -175,14 +178,9 @@ impl ReplayReport {
 }
 
 impl RunReport {
-    /// Compares an estimate with the truth.
-    pub fn new(
-        scenario: &str,
-        seed: u64,
-        estimate: ReplayReport,
-        truth_kg_m2: [f64; 6],
-        bound_kg_m2: [Option<f64>; 6],
-    ) -> Self {
+    /// Compares an estimate with truth and bounds.
+    pub fn new(scenario: &str, seed: u64, estimate: ReplayReport, reference: &Reference) -> Self {
+        let Reference { truth_kg_m2, bound_kg_m2, joint_bound_kg_m2 } = *reference;
         let found = estimate.elements_kg_m2();
         let error_percent =
             std::array::from_fn(|i| percent(found[i] - truth_kg_m2[i], truth_kg_m2[i]));
@@ -190,8 +188,25 @@ impl RunReport {
             let ratio = (found[i] - truth_kg_m2[i]) / estimate.sigma_kg_m2[i];
             ratio.is_finite().then_some(ratio)
         });
-        let scenario = scenario.to_owned();
-        Self { scenario, seed, estimate, truth_kg_m2, error_percent, error_over_sigma, bound_kg_m2 }
+        Self {
+            scenario: scenario.to_owned(),
+            seed,
+            estimate,
+            truth_kg_m2,
+            error_percent,
+            error_over_sigma,
+            bound_kg_m2,
+            joint_bound_kg_m2,
+        }
+    }
+
+    /// Name and values of the bound that the errors are measured by: the joint bound where errors of the hardware are
+    /// stated, since no estimator reaches that of the noise alone.
+    pub fn measure(&self) -> (&'static str, [Option<f64>; 6]) {
+        match self.joint_bound_kg_m2.iter().any(Option::is_some) {
+            true => ("joint bound", self.joint_bound_kg_m2),
+            false => ("bound", self.bound_kg_m2),
+        }
     }
 }
 

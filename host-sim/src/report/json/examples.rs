@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::{
     CrlbReport, HardwareResult, McReport, ReplayReport, RunReport, Spikes, Status, matrix,
 };
+use crate::campaign::Reference;
 
 pub const TRUTH: [f64; 6] = [14.2, 17.3, 20.3, 0.0867, 0.1357, 0.6016];
 
@@ -106,8 +107,9 @@ pub fn with_hardware() -> ReplayReport {
 }
 
 pub fn run() -> RunReport {
-    let bound = [0.002_75, 0.002_49, 0.003_19, 0.001_12, 0.001_62, 0.000_854].map(Some);
-    RunReport::new("stsat3-spin-up", 7, replay(), TRUTH, bound)
+    let bound_kg_m2 = [0.002_75, 0.002_49, 0.003_19, 0.001_12, 0.001_62, 0.000_854].map(Some);
+    let reference = Reference { truth_kg_m2: TRUTH, bound_kg_m2, joint_bound_kg_m2: [None; 6] };
+    RunReport::new("stsat3-spin-up", 7, replay(), &reference)
 }
 
 pub fn mc() -> McReport {

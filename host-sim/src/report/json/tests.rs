@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{RunReport, examples};
+use crate::campaign::Reference;
 
 fn keys(document: &Value) -> Vec<&str> {
     let mut keys: Vec<&str> = document.as_object().unwrap().keys().map(String::as_str).collect();
@@ -85,7 +86,7 @@ fn hardware_has_the_stable_names_and_shapes() {
 fn run_has_the_names_of_replay_and_the_truth() {
     let document = serde_json::to_value(examples::run()).unwrap();
     let mut expected = REPLAY_KEYS.to_vec();
-    expected.extend(["bound_kg_m2", "error_over_sigma", "error_percent"]);
+    expected.extend(["bound_kg_m2", "error_over_sigma", "error_percent", "joint_bound_kg_m2"]);
     expected.extend(["scenario", "seed", "truth_kg_m2"]);
     expected.sort_unstable();
     assert_eq!(keys(&document), expected);
@@ -148,8 +149,13 @@ fn bound_of_an_unobserved_element_and_error_of_a_zero_element_are_null() {
     assert!(document["inertia_error_kg_m2_per_n_m"][2].is_null());
     assert_eq!(document["torque_bound_n_m"], json!([3.21e-7, 4.5e-5, null]));
 
-    let mut truth = examples::TRUTH;
-    truth[3] = 0.0;
-    let run = RunReport::new("x", 0, examples::replay(), truth, [None; 6]);
-    assert_eq!(run.error_percent[3], None);
+    let mut truth_kg_m2 = examples::TRUTH;
+    truth_kg_m2[3] = 0.0;
+    let mut reference =
+        Reference { truth_kg_m2, bound_kg_m2: [Some(0.1); 6], joint_bound_kg_m2: [None; 6] };
+    let run = |reference| RunReport::new("x", 0, examples::replay(), &reference);
+    assert_eq!(run(reference).error_percent[3], None);
+    assert_eq!(run(reference).measure(), ("bound", [Some(0.1); 6]));
+    reference.joint_bound_kg_m2 = [Some(0.2); 6];
+    assert_eq!(run(reference).measure(), ("joint bound", [Some(0.2); 6]));
 }

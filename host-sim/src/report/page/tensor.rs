@@ -17,8 +17,10 @@ pub(super) fn tensor(report: &ReplayReport, truth: Option<&RunReport>) -> Markup
     let decimals = decimals(&report.sigma_kg_m2, &found);
     let mut header =
         vec!["kg m²", "estimated", "σ", "σ random", "σ systematic", "σ, %", "observed"];
+    let (bound, bounds_kg_m2) = truth.map_or(("bound", [None; 6]), RunReport::measure);
+    let over = format!("error/{bound}");
     if truth.is_some() {
-        header.extend(["true", "error", "error, %", "error/σ", "bound", "error/bound"]);
+        header.extend(["true", "error", "error, %", "error/σ", bound, &over]);
     }
     let row = |i: usize| {
         let sigma = report.sigma_kg_m2[i];
@@ -39,8 +41,8 @@ pub(super) fn tensor(report: &ReplayReport, truth: Option<&RunReport>) -> Markup
                 significant(error, DIGITS),
                 short(truth.error_percent[i], EMPTY),
                 or(truth.error_over_sigma[i].map(|ratio| fixed(ratio, 2)), EMPTY),
-                short(truth.bound_kg_m2[i], UNOBSERVED),
-                or(truth.bound_kg_m2[i].map(|bound| fixed(error / bound, 2)), EMPTY),
+                short(bounds_kg_m2[i], UNOBSERVED),
+                or(bounds_kg_m2[i].map(|bound| fixed(error / bound, 2)), EMPTY),
             ]);
         }
         cells

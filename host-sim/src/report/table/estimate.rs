@@ -15,6 +15,8 @@ pub fn run(report: &RunReport) -> String {
     let estimate = &report.estimate;
     let found = estimate.elements_kg_m2();
     let decimals = decimals(&estimate.sigma_kg_m2, &found);
+    let (bound, bounds_kg_m2) = report.measure();
+    let over = format!("error/{bound}");
     let mut columns = vec![
         ("element", ""),
         ("true", "kg m²"),
@@ -24,7 +26,7 @@ pub fn run(report: &RunReport) -> String {
         ("one sigma", "kg m²"),
     ];
     columns.extend(random_column(estimate));
-    columns.extend([("error/sigma", ""), ("bound", "kg m²"), ("error/bound", "")]);
+    columns.extend([("error/sigma", ""), (bound, "kg m²"), (&*over, "")]);
     let mut table = Columns::new(&columns);
     for i in 0..6 {
         let error = found[i] - report.truth_kg_m2[i];
@@ -38,8 +40,8 @@ pub fn run(report: &RunReport) -> String {
         ];
         cells.extend(random_cell(estimate, i));
         cells.push(or(report.error_over_sigma[i].map(|ratio| fixed(ratio, 2)), EMPTY));
-        cells.push(short(report.bound_kg_m2[i], UNOBSERVED));
-        cells.push(or(report.bound_kg_m2[i].map(|bound| fixed(error / bound, 2)), EMPTY));
+        cells.push(short(bounds_kg_m2[i], UNOBSERVED));
+        cells.push(or(bounds_kg_m2[i].map(|bound| fixed(error / bound, 2)), EMPTY));
         table.row(cells);
     }
     let scenario = heading("scenario", &format!("{}, seed {}", report.scenario, report.seed));
