@@ -21,7 +21,8 @@ const EXTERNAL: [&str; 8] = [
 ];
 
 /// Cargo's own verbs that pages use.
-const CARGO_VERBS: [&str; 7] = ["build", "run", "rustc", "test", "doc", "clippy", "package"];
+const CARGO_VERBS: [&str; 8] =
+    ["build", "run", "rustc", "test", "doc", "clippy", "package", "publish"];
 
 /// Aliases that take an image of fsw-target, and `--board` with a feature of it.
 const IMAGE_ALIASES: [&str; 2] = ["board", "qemu"];
