@@ -1,5 +1,7 @@
 //! Processor in the loop: the flight computer in QEMU and on the host compute the same bits.
 
+use std::sync::atomic::AtomicBool;
+
 use anyhow::{Result, bail};
 use fsw_core::Prior;
 use fsw_core::hardware::Parameter;
@@ -8,6 +10,8 @@ use fsw_target::flight::selected::EstimatorId;
 use fsw_target::link::command::Command;
 use fsw_target::link::telemetry::Received;
 use host_sim::input::Scenario;
+use host_sim::input::craft::WheelLimits;
+use host_sim::manoeuvre::{Criterion, Effort, Limits, Request, Treatment, design, flight_table};
 use host_sim::pil::compare::After;
 use host_sim::pil::firmware::Image;
 use host_sim::pil::manoeuvre::{Case, Reached};
@@ -204,12 +208,49 @@ fn telecommands_have_the_same_effect_on_firmware_and_host() -> Result<()> {
 fn manoeuvre_ends_with_the_wheels_at_their_speeds_of_the_start() -> Result<()> {
     let mut scenario = Scenario::load("cubesat-pyramid")?;
     scenario.duration_s = 9.0;
-    let flight = Flight::simulate(&scenario)?;
+    fly_cases(&scenario, &Case::all())
+}
+
+/// From the optimiser to the wheels: a design is uploaded with its limits and flown to its end, without an abort.
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn designed_manoeuvre_is_flown_within_the_limits_of_its_upload() -> Result<()> {
+    let mut scenario = Scenario::load("cubesat-pyramid")?;
+    for wheel in &mut scenario.wheels {
+        wheel.wheel.limits =
+            WheelLimits { max_torque_n_m: Some(1e-3), max_speed_rad_s: Some(700.0) };
+    }
+    let request = Request {
+        duration_s: 10.0,
+        limits: Limits {
+            excursion_rad: 5f64.to_radians(),
+            rate_rad_s: None,
+            torque_share: 1.0,
+            momentum_share: 0.9,
+            return_rad: 0.1f64.to_radians(),
+            keep_out: Vec::new(),
+        },
+        criterion: Criterion::A,
+        treatment: Treatment::Considered,
+        uses_prior: true,
+        seed: SEED,
+        effort: Effort { starts: 1, ..Effort::default() },
+    };
+    let found = design(&scenario, &request, &AtomicBool::new(false), &|_| ())?;
+    let table = flight_table(&scenario, &request, &found)?;
+    println!("limits of the upload: {:?}", table.limits);
+    scenario.duration_s = request.duration_s + 5.0;
+    fly_cases(&scenario, &[Case::whole("design", table)])
+}
+
+/// Flies manoeuvres in QEMU and on the host, with wheels that answer.
+fn fly_cases(scenario: &Scenario, cases: &[Case]) -> Result<()> {
+    let flight = Flight::simulate(scenario)?;
     let image = Image::find(&STM32F405, None)?;
-    for case in Case::all() {
+    for case in cases {
         let commands = case.commands();
         let mission = Mission {
-            scenario: &scenario,
+            scenario,
             flight: &flight,
             seed: SEED,
             estimator: EstimatorId::Window,
@@ -223,7 +264,7 @@ fn manoeuvre_ends_with_the_wheels_at_their_speeds_of_the_start() -> Result<()> {
         };
         let flown = fly(&mission, || image.start(), None, add)?;
         println!("{}: {} bytes of stack, {reached:?}", case.name, flown.stack_high_water_bytes);
-        reached.check(&case).map_err(anyhow::Error::msg)?;
+        reached.check(case).map_err(anyhow::Error::msg)?;
     }
     Ok(())
 }

@@ -83,6 +83,8 @@ pub struct Manoeuvre {
     pub log_size: f64,
     /// Share of each limit used at the inertia where it is most used; none without such a limit.
     pub usage: Vec<(Kind, Option<f64>)>,
+    /// Largest body rate, at the inertia where it is largest, rad/s.
+    pub peak_rate_rad_s: f64,
 }
 
 /// Result of a design.
@@ -244,7 +246,8 @@ fn manoeuvre(
 ) -> Manoeuvre {
     let log_size = log_size(problem, &table, samples);
     let usage = Kind::ALL.into_iter().map(|kind| (kind, scaled.usage.share(kind))).collect();
-    Manoeuvre { name, table, log_size, usage }
+    let peak_rate_rad_s = scaled.usage.rate_rad_s;
+    Manoeuvre { name, table, log_size, usage, peak_rate_rad_s }
 }
 
 /// Mean over samples of the logarithm of the size of the covariance; infinite if one has none.

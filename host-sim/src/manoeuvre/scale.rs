@@ -20,20 +20,27 @@ const REDUCTION: f64 = 0.995;
 /// Reductions after which no factor is found.
 const REDUCTIONS: usize = 40;
 
-/// Largest `c` of each kind of limit.
+/// Largest `c` of each kind of limit, and the largest body rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Usage([f64; Kind::ALL.len()]);
+pub(super) struct Usage {
+    largest: [f64; Kind::ALL.len()],
+    /// Largest body rate, rad/s, whether it is limited or not.
+    pub rate_rad_s: f64,
+}
 
 impl Usage {
-    const NONE: Self = Self([f64::NEG_INFINITY; Kind::ALL.len()]);
+    const NONE: Self = Self { largest: [f64::NEG_INFINITY; Kind::ALL.len()], rate_rad_s: 0.0 };
 
     pub(super) fn and(self, other: &Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i].max(other.0[i])))
+        Self {
+            largest: std::array::from_fn(|i| self.largest[i].max(other.largest[i])),
+            rate_rad_s: self.rate_rad_s.max(other.rate_rad_s),
+        }
     }
 
     /// Share of a limit that is used: 1 at the limit; none without such a limit. For a cone, one plus `c`.
     pub(super) fn share(&self, kind: Kind) -> Option<f64> {
-        let c = self.0[kind as usize];
+        let c = self.largest[kind as usize];
         match kind {
             Kind::Cone => c.is_finite().then_some(1.0 + c),
             _ => c.is_finite().then(|| (1.0 + c).max(0.0).sqrt()),
@@ -56,8 +63,9 @@ pub(super) fn usage(problem: &Problem, table: &Table, inertia_kg_m2: &[f64; 6]) 
     let mut usage = Usage::NONE;
     for (step, state) in model.fly(&command, problem.start(&model)).iter().enumerate() {
         let output = model.output(state, command.momentum(2 * step), command.torque(step));
+        usage.rate_rad_s = usage.rate_rad_s.max(output.rate.norm());
         for value in values(problem, &command, step, &output) {
-            let largest = &mut usage.0[value.kind as usize];
+            let largest = &mut usage.largest[value.kind as usize];
             // Not a number exceeds every limit.
             *largest = if value.c.is_nan() { f64::INFINITY } else { largest.max(value.c) };
         }
@@ -122,7 +130,7 @@ pub(super) fn worst(usages: &[Usage], inertias: &[[f64; 6]]) -> Vec<[f64; 6]> {
     for rank in 0..inertias.len() {
         for kind in [Kind::Excursion, Kind::Rate, Kind::Cone, Kind::Momentum, Kind::Return] {
             let mut order: Vec<usize> = (0..usages.len()).collect();
-            let c = |i: &usize| usages[*i].0[kind as usize];
+            let c = |i: &usize| usages[*i].largest[kind as usize];
             order.sort_by(|a, b| c(b).total_cmp(&c(a)).then(a.cmp(b)));
             let is_new = chosen.len() < WORST && !chosen.contains(&order[rank]);
             if is_new && c(&order[rank]).is_finite() {

@@ -9,9 +9,11 @@ use super::design::Design;
 use super::problem::Request;
 use crate::input::Scenario;
 
-/// Share by which the excursion limit on board exceeds that of the design: noise of the gyro in the integrated angle, and
-/// torques outside the model.
-const EXCURSION_RESERVE: f64 = 0.25;
+/// Share by which the limits of excursion and rate on board exceed those of the design: noise of the gyro, in the angle
+/// its integral, and torques outside the model.
+const RESERVE: f64 = 0.25;
+/// Noise of the gyro, in sigmas of a reading, that the rate limit leaves room for: exceeded on an axis once in 10⁹ readings.
+const RATE_SIGMAS: f64 = 6.0;
 /// Largest limits of a table.
 const MOST_EXCURSION_RAD: f64 = 1.57;
 const MOST_RATE_RAD_S: f64 = 10.0;
@@ -34,8 +36,8 @@ pub enum NotFlown {
 
 /// The table that the flight computer plays.
 ///
-/// Torque and speed limits are those of the wheels. The excursion limit is that of the request and a quarter, the rate
-/// limit that of the request, or the largest of a table if it has none.
+/// Torque and speed limits are those of the wheels. The excursion limit is that of the request and a quarter. The rate
+/// limit is the largest rate of the design within two sigma of the prior and a quarter, and six sigma of the gyro.
 ///
 /// # Errors
 /// See [`NotFlown`].
@@ -55,6 +57,7 @@ pub fn flight_table(
     let of = |value: &dyn Fn(usize) -> Option<f64>| -> [f32; WHEELS] {
         std::array::from_fn(|i| value(i).unwrap_or(0.0) as f32)
     };
+    let noise_rad_s = RATE_SIGMAS * scenario.gyro.reading_variance_rad2_s2().sqrt();
     let limits = |i: usize| scenario.wheels.get(i).map(|wheel| wheel.wheel.limits);
     let mut table = FlightTable {
         knot_us: (design.knot_s * 1e6).round() as u32,
@@ -63,9 +66,10 @@ pub fn flight_table(
         limits: Limits {
             torque_n_m: of(&|i| limits(i)?.max_torque_n_m),
             speed_rad_s: of(&|i| limits(i)?.max_speed_rad_s),
-            rate_rad_s: request.limits.rate_rad_s.unwrap_or(MOST_RATE_RAD_S) as f32,
-            excursion_rad: (request.limits.excursion_rad * (1.0 + EXCURSION_RESERVE))
-                .min(MOST_EXCURSION_RAD) as f32,
+            rate_rad_s: (design.best.peak_rate_rad_s * (1.0 + RESERVE) + noise_rad_s)
+                .min(MOST_RATE_RAD_S) as f32,
+            excursion_rad: (request.limits.excursion_rad * (1.0 + RESERVE)).min(MOST_EXCURSION_RAD)
+                as f32,
         },
         ..FlightTable::EMPTY
     };

@@ -42,6 +42,8 @@ pub struct DesignReport {
     pub tuned: Option<FixedRow>,
     /// Limits: their use and their share in what limits the design, largest first.
     pub limits: Vec<LimitRow>,
+    /// Largest body rate within two sigma of the prior, rad/s.
+    pub peak_rate_rad_s: f64,
     /// Time between the rows of the torque table, s.
     pub step_s: f64,
     /// Torque of each motor on its wheel, N m, one row a step.
@@ -122,6 +124,7 @@ impl DesignReport {
             fixed: design.fixed.iter().map(fixed).collect(),
             tuned: design.tuned.as_ref().map(fixed),
             limits: limits(design),
+            peak_rate_rad_s: design.best.peak_rate_rad_s,
             step_s: design.best.table.step_s,
             torque_n_m: design.best.table.torque_n_m.clone(),
             knot_s: design.knot_s,

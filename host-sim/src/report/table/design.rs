@@ -29,6 +29,8 @@ pub fn design(report: &DesignReport) -> String {
     text += &heading("observed after", &format!("{} s", observed.join(", ")));
     let hardware = hardware_share(report);
     text += &heading("hardware", &format!("{:.0} % of the variance", 100.0 * hardware));
+    let rate = significant(report.peak_rate_rad_s.to_degrees(), DIGITS);
+    text += &heading("peak rate", &format!("{rate} deg/s"));
     text += &heading("gain", &gain(report));
     text += "\n";
     text += &fixed(report);
