@@ -106,6 +106,7 @@ impl Workspace {
                 | "--open"
                 | "--lib"
                 | "--doc" => {}
+                "--dry-run" if verb == "publish" => {}
                 // Part of the names of tests.
                 filter if verb == "test" && !filter.starts_with('-') => {}
                 other => return Err(format!("an unknown flag `{other}`")),
