@@ -37,8 +37,10 @@ use crate::math::{Entries, Mat, Vec3, inverse_symmetric, scalar::Real};
 
 /// ε: rounding of the sums in single precision over some hundred blocks.
 const LEAST: f64 = 1e-5;
-/// Normal variable that chance exceeds once in 1,000, as of the groups of [`whiteness`](super::whiteness).
-const RARE: f64 = 3.09;
+/// Normal variable that chance exceeds once in 11,000. The statistic changes with a fit, of which a window has eleven at
+/// most: from 8 to 512 blocks, each after growth by half. One of them exceeds the limit by chance once in 1,000 windows,
+/// by the sum of the probabilities.
+const RARE: f64 = 3.75;
 /// Size of an effect that is still called white, over the noise of a block.
 const SMALL: f64 = 0.03;
 /// Largest difference of the durations of successive blocks, as a share.
