@@ -220,6 +220,15 @@ impl<T: Real> Residuals<T> {
         self.is_contradicted = self.sum > T::lit(CONTRADICTED);
     }
 
+    /// Indices of blocks after the first `count` have been removed.
+    pub fn drop_before(&mut self, count: usize) {
+        self.rise = self.rise.saturating_sub(count);
+        for run in [&mut self.run, &mut self.longest] {
+            run.from = run.from.saturating_sub(count);
+            run.after = run.after.saturating_sub(count);
+        }
+    }
+
     /// True where the newest blocks are not explained.
     pub fn is_alarmed(&self) -> bool {
         self.sum > T::lit(ALARMED)

@@ -24,6 +24,9 @@
 //!
 //! Until then the residuals are not called white: the window may lie within a fault that goes on, or be too short to
 //! show an error of the model.
+//!
+//! A new window ends the doubt at once where it agrees with what is doubted. All other verdicts take a further fit, and
+//! after contradictions that recur a time without one ([`Recurrence`]).
 
 use super::work::Work;
 use super::{Closing, Schedule, Window};
@@ -44,6 +47,8 @@ const FEWEST: usize = 24;
 /// of them begins again.
 const MOST_INQUIRIES: u8 = 12;
 const MOST_BEGINS: u8 = 6;
+/// Fewest blocks that show a change while their residuals are not white. Ten seconds of a fault at 10 Hz are 25 blocks.
+const FEWEST_NOT_WHITE: usize = 64;
 /// Blocks at reduced weight in a row that are not outliers.
 const LONG_RUN: u32 = 5;
 /// Change that is to be excluded, 2 % of the mean moment, over the sigmas by which a tensor must differ to
@@ -68,6 +73,56 @@ pub struct Inquiry {
 
 crate::persist!([] Inquiry { rise, from, is_explained, has_before, has_asked, inquiries, begins });
 
+impl Inquiry {
+    /// Inquiry into a contradiction at these blocks, before its first fit.
+    fn at(rise: usize, from: usize) -> Self {
+        let (is_explained, has_before, has_asked) = (true, false, false);
+        Self { rise, from, is_explained, has_before, has_asked, inquiries: 0, begins: 0 }
+    }
+}
+
+/// Contradictions that recur: a fault that goes on, or one within another.
+///
+/// A window that contains the fault alone is explained by a wrong tensor, until the fault varies. Its verdict counts
+/// once it has held for as long as the contradictions recurred before it. An estimate from before all of them, with
+/// which a window agrees, needs no such time.
+#[derive(Clone, Copy, Debug)]
+pub struct Recurrence {
+    /// Blocks of the windows since the first contradiction, before the present one.
+    blocks: u8,
+    /// Nothing from before the first one is left to compare with: discarded as before a change, or not explained.
+    is_discarded: bool,
+}
+
+crate::persist!([] Recurrence { blocks, is_discarded });
+
+impl Recurrence {
+    pub const NONE: Self = Self { blocks: 0, is_discarded: false };
+
+    /// A window of this number of blocks has been contradicted, in doubt or not. One of 255 blocks or more is no part of a
+    /// fault. `is_known`: an estimate from before is doubted.
+    fn separate(&mut self, is_doubtful: bool, is_known: bool, blocks: usize) {
+        let blocks = u8::try_from(blocks).unwrap_or(u8::MAX);
+        if !is_doubtful && (!self.is_discarded || blocks == u8::MAX) {
+            *self = Self::NONE;
+        }
+        self.is_discarded |= !is_known;
+        if is_doubtful || self.is_discarded {
+            self.blocks = self.blocks.saturating_add(blocks);
+        }
+    }
+
+    /// A window of this number of blocks has ended without contradiction.
+    pub fn hold(&mut self, blocks: usize) {
+        self.blocks = self.blocks.saturating_sub(u8::try_from(blocks).unwrap_or(u8::MAX));
+    }
+
+    /// True where a window of this number of blocks is too short for a verdict.
+    fn is_waiting(&self, is_changed: bool, blocks: usize) -> bool {
+        (is_changed || self.is_discarded) && blocks < usize::from(self.blocks)
+    }
+}
+
 /// Contradiction that residuals show: the first block of it, and the first block after it.
 ///
 /// Blocks at reduced weight that ended some blocks ago are a fault that is over: what comes after it is fitted.
@@ -84,6 +139,17 @@ fn contradiction<T: Real>(residuals: &Residuals<T>, next: usize) -> Option<(usiz
 impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
     Window<T, W, N, U, C, M>
 {
+    /// Notes where further blocks contradict the front, before a fit over all blocks. Of two parts that disagree and are
+    /// equally long, such a fit makes large residuals throughout, which show no instant.
+    pub(super) fn note_contradiction(&mut self) {
+        let Some(front) = self.front.as_ref().filter(|front| front.is_settled) else { return };
+        if let (None, Some((rise, from))) =
+            (&self.inquiry, contradiction(&front.pass.residuals, front.pass.next))
+        {
+            self.inquiry = Some(Inquiry::at(rise, from));
+        }
+    }
+
     /// Begins or continues an inquiry after a fit that is settled, but does not explain all blocks: the front.
     #[inline(never)]
     pub(super) fn inquire(&mut self) {
@@ -93,18 +159,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let known = self.inquiry.as_ref().map(|inquiry| (inquiry.rise, inquiry.from));
         let Some((begin, from)) = shown.or(known) else { return };
         let newest = self.end().saturating_sub(FEWEST);
-        if self.inquiry.is_none() && !self.is_doubtful {
+        let inquiry = self.inquiry.get_or_insert(Inquiry::at(begin, from));
+        if inquiry.inquiries == 0 && !self.is_doubtful {
             self.doubted = None;
         }
-        let inquiry = self.inquiry.get_or_insert(Inquiry {
-            rise: begin,
-            from,
-            is_explained: true,
-            has_before: false,
-            has_asked: false,
-            inquiries: 0,
-            begins: 0,
-        });
         inquiry.rise = begin;
         let is_end_shown = from > begin;
         inquiry.from = if inquiry.is_explained {
@@ -214,8 +272,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.inquiry = None;
         if !self.is_doubtful {
             self.doubt_past();
-            self.is_doubtful = true;
         }
+        self.recurrence.separate(self.is_doubtful, self.doubted.is_some(), fit.from);
+        self.is_doubtful = true;
         self.past = None;
         self.event = Some(Reset::Interrupted);
         let start = self.stretch_from(fit.from);
@@ -227,6 +286,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.schedule = Schedule { blocks, fitted: blocks, ..Schedule::new() };
         self.schedule.wait_for_growth(4);
         self.take_front(fit);
+        if let Some(front) = &mut self.front {
+            front.pass.residuals.drop_before(fit.from);
+        }
         self.blocks.drop_before(fit.from);
     }
 
@@ -254,14 +316,30 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.doubted = None;
         self.is_doubtful = false;
         self.has_prior = false;
+        self.recurrence.is_discarded = true;
         self.event = Some(Reset::Changed);
     }
 
-    /// Decides on what is doubted, once the window alone is certain enough: the front.
+    /// True where the front is long and white enough for this verdict.
     #[inline(never)]
-    pub(super) fn reconsider(&mut self) {
+    fn may_decide(&self, is_changed: bool, is_new: bool) -> bool {
+        let blocks = self.end();
+        let is_agreement = !is_changed && self.doubted.is_some();
+        if is_new && !is_agreement || self.recurrence.is_waiting(is_changed, blocks) {
+            return false;
+        }
+        let needs_white = is_new || is_changed && blocks < FEWEST_NOT_WHITE;
+        let is_white = || self.front.as_ref().and_then(|front| self.is_white(front));
+        !needs_white || is_white() != Some(false)
+    }
+
+    /// Decides on what is doubted, once the window alone is certain enough: the front. A window that is new may agree with
+    /// what is doubted; for another verdict it has to be explained by a further fit, since it may lie within a fault.
+    #[inline(never)]
+    pub(super) fn reconsider(&mut self, is_new: bool) {
         match self.contradicts_doubted() {
             None => {}
+            Some(is_changed) if !self.may_decide(is_changed, is_new) => {}
             Some(true) => self.forget_doubted(),
             Some(false) => {
                 if self.doubted.is_some() {
@@ -314,4 +392,48 @@ fn is_decisive<T: Real, const U: usize>(
         let most = if k < scale_of(U) { mean } else { T::lit(DECISIVE) * scale };
         *variance * (sigma_rad_s * sigma_rad_s) <= most * most
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers of blocks from which a change and an agreement count.
+    fn waits(recurrence: &Recurrence) -> [usize; 2] {
+        [true, false].map(|is_changed| {
+            (0..400).find(|blocks| !recurrence.is_waiting(is_changed, *blocks)).unwrap()
+        })
+    }
+
+    /// A fault with an end: what came before it is still doubted, and agreement counts at once.
+    #[test]
+    fn agreement_with_what_came_before_a_fault_counts_at_once() {
+        let mut recurrence = Recurrence::NONE;
+        recurrence.separate(false, true, 250);
+        assert_eq!(waits(&recurrence), [0, 0]);
+        recurrence.separate(true, true, 26);
+        assert_eq!(waits(&recurrence), [26, 0]);
+        recurrence.separate(true, true, 40);
+        assert_eq!(waits(&recurrence), [66, 0]);
+        // A contradiction after the verdict that the motion was interrupted is another one.
+        recurrence.separate(false, true, 30);
+        assert_eq!(waits(&recurrence), [0, 0]);
+    }
+
+    /// Agreement with an estimate from within the fault, or with nothing, is no evidence.
+    #[test]
+    fn a_fault_that_goes_on_has_to_hold_for_as_long_as_it_recurred() {
+        let mut recurrence = Recurrence::NONE;
+        recurrence.separate(false, false, 103);
+        assert_eq!(waits(&recurrence), [103, 103]);
+        recurrence.separate(true, false, 26);
+        recurrence.separate(false, true, 30);
+        assert_eq!(waits(&recurrence), [159, 159]);
+        recurrence.hold(59);
+        assert_eq!(waits(&recurrence), [100, 100]);
+        recurrence.separate(false, true, 200);
+        assert_eq!(waits(&recurrence), [255, 255]);
+        recurrence.separate(false, true, 300);
+        assert_eq!(waits(&recurrence), [0, 0]);
+    }
 }

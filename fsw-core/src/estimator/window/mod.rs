@@ -58,7 +58,7 @@ use crate::fit::drift::walked_rad_s;
 use crate::fit::front::Front;
 use crate::trajectory::unknowns::{Groups, is_a_set};
 use considered::Considered;
-use inquiry::Inquiry;
+use inquiry::{Inquiry, Recurrence};
 use report::Ended;
 use work::Work;
 
@@ -127,6 +127,8 @@ pub struct Window<
     /// the blocks after the contradiction are a window of their own.
     doubted: Option<Past<T, U>>,
     is_doubtful: bool,
+    /// Contradictions that recur.
+    recurrence: Recurrence,
     /// False once data have contradicted the prior.
     has_prior: bool,
     ended: Ended<T>,
@@ -138,7 +140,7 @@ pub struct Window<
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize] Window<T, W, N, U, C, M> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, considered, blocks,
-    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, is_doubtful, has_prior, ended, event, has_refused,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, is_doubtful, recurrence, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -246,6 +248,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.past_age_s = T::zero();
         self.doubted = None;
         self.is_doubtful = false;
+        self.recurrence = Recurrence::NONE;
         self.considered = Considered::NOTHING;
         self.has_prior = true;
         self.ended = Ended::nothing();
@@ -289,6 +292,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             past_age_s: T::zero(),
             doubted: None,
             is_doubtful: false,
+            recurrence: Recurrence::NONE,
             has_prior: true,
             ended: Ended::nothing(),
             event: None,

@@ -573,7 +573,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// Result of the tests for white residuals: of their size against the noise, alone and in groups, of their
     /// correlation, and of a torque that is not among the unknowns.
     #[inline(never)]
-    fn is_white(&self, front: &Front<T, W, U, M>) -> Option<bool> {
+    pub(super) fn is_white(&self, front: &Front<T, W, U, M>) -> Option<bool> {
         let residuals = &front.pass.residuals;
         if residuals.rows < ENOUGH_ROWS {
             return None;

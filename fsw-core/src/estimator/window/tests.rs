@@ -166,6 +166,29 @@ fn a_change_in_mid_manoeuvre_makes_all_start_anew() {
     }
 }
 
+/// Bias of ten sigmas for ten seconds in a motion that goes on: within a minute of its end the estimate is converged, and
+/// the residuals are called white from then on.
+#[test]
+fn a_transient_fault_costs_a_minute_at_most() {
+    let clean = flight(1800).fly(|_| [], tumbling_torque_n_m);
+    for seed in 0..6 {
+        let noise_rad_s = 1e-3;
+        let mut normal = crate::estimator::test_hardware::normal(seed + 1);
+        let mut window = window::<512>(config(noise_rad_s));
+        for (k, sample) in clean.iter().enumerate() {
+            let mut sample = *sample;
+            let bias = if (800..900).contains(&k) { 10.0 } else { 0.0 };
+            sample.rate_rad_s += Vec3::from_fn(|_, _| (bias + normal() as f32) * noise_rad_s);
+            window.step(&sample);
+            if k >= 1500 && k % 50 == 0 {
+                let Estimate { status, residuals_white, .. } = window.estimate();
+                assert_eq!(status, Status::Converged, "seed {seed}, sample {k}");
+                assert_eq!(residuals_white, Some(true), "seed {seed}, sample {k}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_turn_about_one_axis_shows_three_elements_and_no_confident_number_else() {
     let about_z = |t: f64| Vec3::new(0.0, 0.0, 0.02 * (0.4 * t).cos());

@@ -293,6 +293,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if !is_final && self.continues_inquiry() {
             return self.begin_asked();
         }
+        if self.is_doubtful {
+            self.note_contradiction();
+        }
         let (from, end) = (0, self.end());
         match self.carried_point() {
             Some((point, unit)) => {

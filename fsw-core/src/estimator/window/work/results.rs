@@ -65,6 +65,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
             self.answer(&fit);
             self.work = Work::Idle;
+            if self.inquiry.is_none() {
+                self.reconsider(true);
+            }
             return;
         }
         self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
@@ -75,7 +78,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
                 self.schedule.due_at = self.schedule.blocks;
             }
             self.inquiry = None;
-            self.reconsider();
+            self.reconsider(false);
         } else {
             self.inquire();
         }
@@ -158,6 +161,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     pub(in super::super) fn conclude(&mut self) {
         let end = self.end();
         self.join_past();
+        self.recurrence.hold(end);
         self.front = None;
         self.closing = self.waiting.take();
         self.work = Work::Idle;
@@ -184,7 +188,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             past.walk(walk);
         }
         self.drop_contradicted();
-        self.reconsider();
+        self.reconsider(false);
         if self.replace_past() {
             // The mean over the window is a third of it away from its end in variance.
             self.past_age_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
