@@ -18,7 +18,9 @@ use super::belief::SHAPE_SIGMA;
 use crate::blocks::block::Block;
 use crate::blocks::stretch::{Rest, Stretch};
 use crate::math::square_root_information::SquareRootInformation;
-use crate::math::{Entries, Mat, Vec3, eigen::singular_values, norm, scalar::Real, skew};
+use crate::math::{
+    Entries, Mat, Vec3, eigen::singular_values, norm, rotated, scalar::Real, skew, times,
+};
 use crate::tensor::{Inertia, regressor, regressor_noise_share};
 use crate::trajectory::unknowns::{by_shape, over_trace};
 
@@ -130,15 +132,15 @@ impl<T: Real> LinearStart<T> {
         let half = T::lit(0.5);
         let turn = block.rate_rad_s * (block.duration_s * half);
         let half_way = rotation(&turn);
-        let middle = self.rotation * half_way;
-        let quarter = self.rotation * rotation(&(turn * half));
-        let impulse = self.impulse + quarter * block.impulse_n_m_s * half;
+        let middle = times(&self.rotation, &half_way);
+        let quarter = times(&self.rotation, &rotation(&(turn * half)));
+        let impulse = self.impulse + rotated(&quarter, &block.impulse_n_m_s) * half;
         let by_torque = self.by_torque + middle * (block.duration_s * half);
-        let drive = block.drive_n_m_s(axes) - middle.transpose() * impulse;
+        let drive = block.drive_n_m_s(axes) - rotated(&middle.transpose(), &impulse);
         self.add_rows(&middle, &block.rate_rad_s, &drive, &by_torque, block.weight);
-        self.impulse += middle * block.impulse_n_m_s;
+        self.impulse += rotated(&middle, &block.impulse_n_m_s);
         self.by_torque += middle * block.duration_s;
-        self.rotation = middle * half_way;
+        self.rotation = times(&middle, &half_way);
         self.next += 1;
     }
 
@@ -155,7 +157,7 @@ impl<T: Real> LinearStart<T> {
         self.noise += weight / samples;
         let momentum = middle * regressor(&(rate * (T::one() / rate_rad_s)));
         let drive = if drive_n_m_s > T::zero() {
-            middle * drive * (T::one() / drive_n_m_s)
+            rotated(middle, drive) * (T::one() / drive_n_m_s)
         } else {
             Vec3::zeros()
         };
@@ -292,7 +294,7 @@ fn rotation<T: Real>(v: &Vec3<T>) -> Mat<T, 3, 3> {
     let b = [T::lit(0.5), inverse(24.0), inverse(720.0), inverse(40320.0), inverse(3_628_800.0)];
     let b = series(b);
     let cross = skew(v);
-    Mat::identity() + cross * a + cross * cross * b
+    Mat::identity() + cross * a + times(&cross, &cross) * b
 }
 
 #[cfg(test)]

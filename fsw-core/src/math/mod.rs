@@ -85,6 +85,12 @@ pub(crate) fn rotated<T: Real>(m: &Mat<T, 3, 3>, v: &Vec3<T>) -> Vec3<T> {
     m * v
 }
 
+/// Product of two 3×3 matrices. Not inlined, as [`rotated`].
+#[inline(never)]
+pub(crate) fn times<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
+    a * b
+}
+
 /// Column `index` of a matrix; zeros beyond the last column.
 ///
 /// Replaces nalgebra's `column`, which panics on an index out of range.

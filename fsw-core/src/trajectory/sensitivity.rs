@@ -3,7 +3,7 @@
 use super::step::Crossing;
 use super::unknowns::{FIRST_GROUP, Group, MOMENTUM, by_shape, groups_of, scale_of, shape_of};
 use super::{Trajectory, WITHOUT_HARDWARE, of_wheel};
-use crate::math::{Entries, Mat, Vec3, column, scalar::Real, skew};
+use crate::math::{Entries, Mat, Vec3, column, rotated, scalar::Real, skew, times};
 
 /// Matrices that carry D across a step.
 struct Propagation<T: Real> {
@@ -12,6 +12,16 @@ struct Propagation<T: Real> {
     /// φ times the factor of V and that of V'; none where the step turns little.
     by_drive: Mat<T, 3, 3>,
     by_drive_change: Option<Mat<T, 3, 3>>,
+}
+
+impl<T: Real> Propagation<T> {
+    /// Effect of V and V' on the momentum. Not inlined, as `rotated`.
+    #[inline(never)]
+    fn of_drive(&self, mean: &Vec3<T>, change: &Vec3<T>) -> Vec3<T> {
+        let by = self.by_drive_change.as_ref();
+        let by_change = by.map_or(Vec3::zeros(), |by| rotated(by, change));
+        rotated(&self.by_drive, mean) + by_change
+    }
 }
 
 impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U, M> {
@@ -102,10 +112,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         let Propagation { carry, series, by_drive, by_drive_change } = step;
         let x = self.model.scale;
         let (mean, change) = crossing.wheels_in_step();
-        let pushed_by = |mean: Vec3<T>, change: Vec3<T>| {
-            let by_change = by_drive_change.as_ref().map_or(Vec3::zeros(), |by| by * change);
-            (by_drive * mean + by_change) * x
-        };
+        let pushed_by = |mean: Vec3<T>, change: Vec3<T>| step.of_drive(&mean, &change) * x;
         for place in 0..groups_of(U) {
             let pushed = match self.model.group[place] {
                 Some(Group::Wheel(wheel)) => {
@@ -197,12 +204,6 @@ fn carry_column<T: Real>(
     let after = carry * *column + pushed;
     *sum += *column + after;
     *column = after;
-}
-
-/// Product of two matrices, out of line.
-#[inline(never)]
-fn times<T: Real>(a: &Mat<T, 3, 3>, b: &Mat<T, 3, 3>) -> Mat<T, 3, 3> {
-    a * b
 }
 
 /// `v^× M`.
