@@ -8,8 +8,8 @@ use host_sim::input::Scenario;
 use tests::hardware::catalogue::{DATA_SHEET, SCENARIOS, all};
 use tests::hardware::cell::{Cell, Flown};
 
-/// Rows flown here: one of each kind of parameter, and stated modes.
-const ROWS: [&str; 8] = [
+/// Rows flown here: one of each kind of parameter, stated modes, and a torque of a field.
+const ROWS: [&str; 9] = [
     "none",
     "gyro scale factor",
     "gyro axes",
@@ -18,6 +18,7 @@ const ROWS: [&str; 8] = [
     "wheel axes",
     "flexible mode 0.5 Hz, stated",
     "slosh 0.05 Hz, stated",
+    "residual dipole",
 ];
 const FLOWN: Flown =
     Flown { estimator: EstimatorName::Window, precision: Precision::F32, seed: 1000, runs: 12 };

@@ -293,7 +293,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
             for i in 0..3 {
                 let sigma = match self.groups.place[place] {
                     Some((_, Belief::Zero)) => continue,
-                    Some((Group::Torque, Belief::Within(sigma))) => {
+                    Some((Group::Torque | Group::Field(_), Belief::Within(sigma))) => {
                         sigma[i] * self.unit_per_kg_m2 * point.scale()
                     }
                     Some((Group::Bias, Belief::Within(sigma))) => self.of_bias(sigma[i]),

@@ -204,12 +204,20 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
     /// Takes in the next block.
     #[inline(never)]
     pub fn take(&mut self, span: &Span<T, W>) {
+        let has_field = self.trajectory.has_field();
         let is_torque_walking = groups_of(U) > 0 && self.torque_per_rad > T::zero();
         if is_torque_walking {
-            let turn = span.block.turn_square().sqrt();
+            let turn = if has_field { T::zero() } else { span.block.turn_square().sqrt() };
             self.walk_torque(turn_against_field(turn, span.block.duration_s));
         }
+        if has_field {
+            self.trajectory.turn_axes(span);
+            self.trajectory.set_torque(&self.point);
+        }
         let crossing = self.trajectory.cross(span);
+        if has_field {
+            self.trajectory.turn_axes(span);
+        }
         let mean_rate_rad_s = self.trajectory.mean_rate_rad_s(&crossing);
         let apart = span.block.rate_rad_s - mean_rate_rad_s;
         let rows: [[T; U]; 3] =

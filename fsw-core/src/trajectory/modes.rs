@@ -284,6 +284,7 @@ impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
         let (mut on_momentum, mut torque, mut on_mode) = (none, none, None);
         match group {
             Group::Torque => torque = unit,
+            Group::Field(_) | Group::Axes => return None,
             Group::Drag => torque = -unit.component_mul(&at.rate),
             Group::Wheel(wheel) => {
                 let momentum = of_wheel(&at.wheels, wheel) * self.scale;

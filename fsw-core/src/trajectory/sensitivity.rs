@@ -1,7 +1,9 @@
 //! Sensitivities of the momentum across a step: by inertia, torque, drag and hardware.
 
 use super::step::Crossing;
-use super::unknowns::{FIRST_GROUP, Group, MOMENTUM, by_shape, groups_of, scale_of, shape_of};
+use super::unknowns::{
+    FIRST_GROUP, Group, MOMENTUM, by_shape, groups_of, may_hold_fields, scale_of, shape_of,
+};
 use super::{Trajectory, WITHOUT_HARDWARE, of_wheel};
 use crate::math::{Entries, Mat, Vec3, column, rotated, scalar::Real, skew, times};
 
@@ -48,6 +50,15 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         }
         for place in 0..groups_of(U) {
             let Some(group) = self.model.group[place] else { continue };
+            if may_hold_fields(U)
+                && let Group::Field(component) = group
+            {
+                for (i, torque) in self.torque_of_field(component).iter().enumerate() {
+                    let c = FIRST_GROUP + 3 * place + i;
+                    put(&mut self.sensitivity[c], c, series * (torque * duration_s));
+                }
+                continue;
+            }
             let by_rate = match group {
                 Group::Torque => Vec3::repeat(duration_s),
                 Group::Drag => w * -duration_s,

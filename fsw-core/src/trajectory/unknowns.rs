@@ -5,6 +5,8 @@
 //! | 0 to 2 | momentum at the start of the window over the trace | `m₀` | rad/s |
 //! | 3 to U − 7 | further groups of three, as far as U holds them | | |
 //! | | disturbance torque over the trace | `d` | rad/s² |
+//! | | moment times field, about each body axis (module `field`) | `p₁`; `p₂`; `p₃` | rad/s² |
+//! | | attitude: a group without unknowns | `C` | – |
 //! | | gyro bias | `b` | rad/s |
 //! | | drag, over the trace: torque `−c ω` on each axis | `c` | 1/s |
 //! | | modal inertia of an appendage or a liquid, over the trace: moments; products | `μ_xx μ_yy μ_zz`; `μ_xy μ_xz μ_yz` | – |
@@ -79,11 +81,16 @@ pub enum Group {
     ModalProducts(u8),
     /// Errors of frequency and damping of a mode.
     ModeTuning(u8),
+    /// Component of a moment that is constant in body axes, times a field that is constant in inertial ones.
+    Field(u8),
+    /// No unknowns: inertial axes in those of the body, of the torque of a field.
+    Axes,
 }
 
 crate::persist!([] enum Group {
     0 => Torque, 1 => Bias, 2 => Drag, 3 => GyroScale, 4 => GyroUpper, 5 => GyroLower, 6 => Wheel(wheel: u8), 7 => Common,
-    8 => ModalMoments(mode: u8), 9 => ModalProducts(mode: u8), 10 => ModeTuning(mode: u8)
+    8 => ModalMoments(mode: u8), 9 => ModalProducts(mode: u8), 10 => ModeTuning(mode: u8),
+    11 => Field(component: u8), 12 => Axes
 });
 
 impl Group {
@@ -112,7 +119,7 @@ impl Group {
                     .get(component)
                     .copied()
             }
-            Self::Torque | Self::Bias | Self::Drag => None,
+            Self::Torque | Self::Bias | Self::Drag | Self::Field(_) | Self::Axes => None,
         }
     }
 
@@ -120,6 +127,14 @@ impl Group {
     pub fn is_of_mode(self) -> bool {
         matches!(self, Self::ModalMoments(_) | Self::ModalProducts(_) | Self::ModeTuning(_))
     }
+}
+
+/// Groups of the torque of a field.
+pub const GROUPS_OF_FIELD: usize = 4;
+
+/// True where U unknowns can hold the torque of a field, a constant one, and a bias or drag.
+pub const fn may_hold_fields(unknowns: usize) -> bool {
+    groups_of(unknowns) > GROUPS_OF_FIELD + 1
 }
 
 /// Number of further groups that U unknowns hold.

@@ -7,13 +7,16 @@ use crate::math::range::{not_negative, positive};
 use crate::math::scalar::Real;
 use crate::prior::Prior;
 use crate::trajectory::unknowns::{
-    Belief, GROUPS, GROUPS_OF_MODE, Group, Groups, MOST_MODES, groups_of,
+    Belief, GROUPS, GROUPS_OF_FIELD, GROUPS_OF_MODE, Group, Groups, MOST_MODES, groups_of,
+    may_hold_fields,
 };
 
 /// Prior sigma of each element of a modal inertia over the trace: a tenth of a mean moment of inertia. Appendages and
 /// liquids of small spacecraft carry 1 to 20 % of it; one of half of the body would raise its frequency by 40 %, and a
 /// linear fit would not find it.
 const MODAL_SIGMA: f64 = 0.1 / 3.0;
+/// Sigma of the constant torque over that of the torque of fields, at least, where both are solved for.
+const LEAST_CONSTANT: f64 = 0.01;
 
 /// Configuration, fixed for the estimator's life.
 ///
@@ -212,7 +215,20 @@ impl<T: Real, const W: usize> Config<T, W> {
     fn places_of_hardware<const U: usize>(&self) -> usize {
         let asked = [self.disturbance_torque_n_m, self.gyro_bias_rad_s, self.drag_per_s];
         let modes = self.modes.iter().flatten().count();
-        groups_of(U).saturating_sub(asked.iter().flatten().count() + GROUPS_OF_MODE * modes)
+        let field = if self.has_field::<U>() { GROUPS_OF_FIELD } else { 0 };
+        groups_of(U).saturating_sub(asked.iter().flatten().count() + GROUPS_OF_MODE * modes + field)
+    }
+
+    /// True where the torque of fields is solved for: stated, without modes, and U has places for all that is stated.
+    /// It is a walk otherwise (module `drift`).
+    pub(super) fn has_field<const U: usize>(&self) -> bool {
+        if !may_hold_fields(U) || self.varying_torque_n_m <= T::zero() {
+            return false;
+        }
+        let asked = [self.disturbance_torque_n_m, self.gyro_bias_rad_s, self.drag_per_s];
+        let groups = asked.iter().flatten().count() + GROUPS_OF_FIELD;
+        let is_rigid = self.modes.iter().all(Option::is_none);
+        is_rigid && groups_of(U) >= groups + self.hardware_groups().count()
     }
 
     /// Group of the hardware that is considered with this index; none beyond the last one.
@@ -251,16 +267,34 @@ impl<T: Real, const W: usize> Config<T, W> {
     }
 
     /// Groups of one window, in the order of their places: those that are asked for, and torque where it is tested.
-    fn window_groups(&self) -> impl Iterator<Item = (Group, Belief<T>)> {
+    fn window_groups<const U: usize>(&self) -> impl Iterator<Item = (Group, Belief<T>)> {
         let within = |group, sigma: Option<T>| sigma.map(|s| (group, Belief::Within([s; 3])));
-        let torque = within(Group::Torque, self.disturbance_torque_n_m);
+        let field = self.has_field::<U>().then(|| self.field_groups()).into_iter().flatten();
+        let constant = |sigma: T| {
+            if self.has_field::<U>() { self.constant_torque_n_m(sigma) } else { sigma }
+        };
+        let torque = within(Group::Torque, self.disturbance_torque_n_m.map(constant));
         let untested_torque = torque.is_none().then_some((Group::Torque, Belief::Zero));
         let drag = self.drag_per_s.map(|_| (Group::Drag, Belief::Zero));
         let bias = within(Group::Bias, self.gyro_bias_rad_s);
         let modes =
             (0u8..).zip(&self.modes).flat_map(|(index, mode)| of_mode(index, mode.as_ref()));
         let asked = [torque, bias, drag].into_iter().flatten();
-        asked.chain(modes).chain(untested_torque)
+        asked.chain(field).chain(modes).chain(untested_torque)
+    }
+
+    /// Sigma of the constant torque, of that of all torque: never so small that it has no unknown.
+    fn constant_torque_n_m(&self, all: T) -> T {
+        let of_field = self.varying_torque_n_m;
+        let variance = all * all - of_field * of_field;
+        variance.max(of_field * of_field * T::lit(LEAST_CONSTANT * LEAST_CONSTANT)).sqrt()
+    }
+
+    /// Groups of the torque of a field. Two products of the moment and the field add up to the torque about an axis.
+    fn field_groups(&self) -> [(Group, Belief<T>); GROUPS_OF_FIELD] {
+        let sigma = self.varying_torque_n_m * T::lit(core::f64::consts::FRAC_1_SQRT_2);
+        let product = |k| (Group::Field(k), Belief::Within([sigma; 3]));
+        [product(0), product(1), product(2), (Group::Axes, Belief::Within([T::zero(); 3]))]
     }
 
     /// Sets groups of unknowns by place: those of one window that are asked for and those that are tested, as far as
@@ -279,7 +313,7 @@ impl<T: Real, const W: usize> Config<T, W> {
         let is_considered = solved < self.hardware_groups().count();
         groups.hardware = groups_of(U).saturating_sub(solved + usize::from(is_considered));
         let (of_window, of_hardware) = groups.place.split_at_mut(groups.hardware.min(groups_of(U)));
-        for (place, group) in of_window.iter_mut().zip(self.window_groups()) {
+        for (place, group) in of_window.iter_mut().zip(self.window_groups::<U>()) {
             *place = Some(group);
         }
         for (place, group) in of_hardware.iter_mut().zip(self.hardware_groups().take(solved)) {

@@ -30,9 +30,9 @@ pub fn set_up(setup: &Setup<'_>) -> Result<Box<dyn AnyEstimator>, SetUpError> {
 /// bit is the same as with the exact number.
 fn with_wheels<T: Real>(setup: &Setup<'_>) -> Result<Box<dyn AnyEstimator>, SetUpError> {
     match setup.craft.wheels.len() {
-        0 => by_name::<T, 0, 30, 48, 17>(setup, wheels(setup)?),
-        1..=4 => by_name::<T, 4, 42, 60, 30>(setup, wheels(setup)?),
-        5..=8 => by_name::<T, 8, 54, 72, 42>(setup, wheels(setup)?),
+        0 => by_name::<T, 0, 30, 42, 48, 17>(setup, wheels(setup)?),
+        1..=4 => by_name::<T, 4, 42, 54, 60, 30>(setup, wheels(setup)?),
+        5..=8 => by_name::<T, 8, 54, 66, 72, 42>(setup, wheels(setup)?),
         found => Err(SetUpError::TooManyWheels { found }),
     }
 }
@@ -47,14 +47,22 @@ fn wheels<T: Real, const W: usize>(setup: &Setup<'_>) -> Result<WheelArray<T, W>
 }
 
 /// H unknowns of `window` where errors of the hardware are stated: 9, three groups of one window, four of gyro and
-/// clock, and one for each wheel; F where modes are stated too: three groups more for each of two. P columns of `joint-ekf`: gyro 9, wheels 3 each and 1 in common, time offset,
-/// torque scale, bias and disturbance torque 3 each.
-fn by_name<T: Real, const W: usize, const H: usize, const F: usize, const P: usize>(
+/// clock, and one for each wheel; G where a torque of fields is stated too: four groups more; F where modes are: three groups
+/// more for each of two. P columns of `joint-ekf`: gyro 9, wheels 3 each and 1 in common, time offset, torque scale, bias
+/// and disturbance torque 3 each.
+fn by_name<
+    T: Real,
+    const W: usize,
+    const H: usize,
+    const G: usize,
+    const F: usize,
+    const P: usize,
+>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn AnyEstimator>, SetUpError> {
     match setup.estimator {
-        EstimatorName::Window => window::set_up::<T, W, H, F>(setup, wheels),
+        EstimatorName::Window => window::set_up::<T, W, H, G, F>(setup, wheels),
         EstimatorName::JointEkf => joint_ekf::aligned::<T, W, P>(setup, wheels),
         EstimatorName::JointEkfPublished => joint_ekf::published(setup, wheels),
         EstimatorName::JointEkfUnaligned => joint_ekf::unaligned(setup, wheels),

@@ -39,14 +39,21 @@ const SLICES_PER_STEP: u32 = 64;
 const BLOCKS_PER_PERIOD: f64 = 8.0;
 
 /// The estimator with the unknowns that the craft asks for; H of them where errors of the hardware are stated, F where
-/// modes are.
-pub fn set_up<T: Real, const W: usize, const H: usize, const F: usize>(
+/// modes are, G where both errors of the hardware and a torque of fields are.
+pub fn set_up<T: Real, const W: usize, const H: usize, const G: usize, const F: usize>(
     setup: &Setup<'_>,
     wheels: WheelArray<T, W>,
 ) -> Result<Box<dyn AnyEstimator>, SetUpError> {
+    let has_field = setup.craft.hardware.varying_torque_sigma_n_m > 0.0;
     if !setup.craft.hardware.modes.is_empty() {
         with_unknowns::<T, W, F, MOST_MODES>(setup, wheels)
     } else if setup.hardware::<T, W>() != Hardware::ideal() {
+        if has_field {
+            with_unknowns::<T, W, G, 0>(setup, wheels)
+        } else {
+            with_unknowns::<T, W, H, 0>(setup, wheels)
+        }
+    } else if has_field {
         with_unknowns::<T, W, H, 0>(setup, wheels)
     } else if setup.craft.solve_for == SolveFor::default() {
         with_unknowns::<T, W, WITH_TORQUE, 0>(setup, wheels)

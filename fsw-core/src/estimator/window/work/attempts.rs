@@ -245,7 +245,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let of_trace = self.config.varying_torque_n_m * unit * point.scale();
         let share = of_trace / self.noise_rad_s();
         let stretch = self.stretch();
-        share * share * per_rad(turn_against_field(stretch.turn_rad, stretch.duration_s))
+        let has_field = self.config.has_field::<U>();
+        let turn_rad = if has_field { T::zero() } else { stretch.turn_rad };
+        share * share * per_rad(turn_against_field(turn_rad, stretch.duration_s))
     }
 
     /// Present task, and all knowledge beside the blocks.
