@@ -210,13 +210,16 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             let turn = if has_field { T::zero() } else { span.block.turn_square().sqrt() };
             self.walk_torque(turn_against_field(turn, span.block.duration_s));
         }
+        let mut half_turn = Vec3::zeros();
         if has_field {
-            self.trajectory.turn_axes(span);
+            half_turn = self.trajectory.half_turn(span);
+            self.trajectory.turn_axes(&half_turn);
             self.trajectory.set_torque(&self.point);
         }
         let crossing = self.trajectory.cross(span);
         if has_field {
-            self.trajectory.turn_axes(span);
+            let rest = self.trajectory.turn_of(&crossing) - half_turn;
+            self.trajectory.turn_axes(&rest);
         }
         let mean_rate_rad_s = self.trajectory.mean_rate_rad_s(&crossing);
         let apart = span.block.rate_rad_s - mean_rate_rad_s;

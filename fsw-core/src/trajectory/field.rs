@@ -12,10 +12,13 @@
 //! the torque about an axis. Torques linear in the attitude are sums of the same columns: the gravity gradient where the
 //! body turns little, air.
 //!
-//! C follows the readings less the bias at the point. It has no derivatives by the unknowns, and its columns stand among
-//! the sensitivities, in the place of [`Group::Axes`], which has no unknown.
+//! C follows the rate of the model at the point. An attitude of the readings contains their noise, by which a body that starts
+//! at rest would seem to turn, and the columns of the products with it. C has no derivatives by the unknowns: the torque is
+//! small, and a change of the point turns C by little. Its columns stand among the sensitivities, in the place of
+//! [`Group::Axes`], which has no unknown.
 
 use super::Trajectory;
+use super::step::Crossing;
 use super::unknowns::{Group, Point, may_hold_fields};
 use crate::blocks::span::Span;
 use crate::math::{Mat, Vec3, scalar::Real};
@@ -39,13 +42,24 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         }
     }
 
-    /// Turns C by half a block: before it, when the torque of the block is that of its middle, and after it.
-    pub fn turn_axes(&mut self, span: &Span<T, W>) {
+    /// Turn of the body in half a block that it enters, rad, at the rate of its start.
+    pub fn half_turn(&self, span: &Span<T, W>) -> Vec3<T> {
+        let model = &self.model;
+        let wheels = model.axes * span.drive_within(model.delay_s).wheels[0];
+        model.rate_of(&self.momentum, &wheels) * (span.block.duration_s * T::lit(0.5))
+    }
+
+    /// Turn of the body in a block that is crossed, rad.
+    pub fn turn_of(&self, crossing: &Crossing<T, W, U>) -> Vec3<T> {
+        crossing.rate * (crossing.share * crossing.duration_s)
+    }
+
+    /// Turns C by an angle: by half a block before it, since the torque of the block is that of its middle, and by the rest
+    /// of it afterwards.
+    pub fn turn_axes(&mut self, turn: &Vec3<T>) {
         let Some(first) = self.model.offset_of(Group::Axes) else { return };
-        let rate = span.block.rate_rad_s - self.model.bias;
-        let half = rate * (span.block.duration_s * T::lit(0.5));
         for column in self.sensitivity.iter_mut().skip(first).take(3) {
-            *column = turned(column, &half);
+            *column = turned(column, turn);
         }
     }
 
