@@ -107,7 +107,7 @@ mod on_target {
             reversed: [false; WHEELS],
             zero_after_s: ZERO_AFTER_S,
             largest_acceleration_rad_s2: LARGEST_ACCELERATION_RAD_S2,
-            delay_us: gyro.delay_us(),
+            delay_us: Gyro::delay_us(&gyro),
         };
         let captures = board.captures.start(SHORTEST_EDGE_S);
         let sensors = Sensors {
