@@ -130,7 +130,7 @@ impl Shards {
 }
 
 /// The rows of a campaign that is being flown, in a temporary file: memory is independent of the number of runs. The file is
-/// removed with this value, and on Unix with the process, whichever way it ends.
+/// removed with this value; a process that is killed leaves it, as `.rows.….part`.
 pub struct Spool {
     file: NamedTempFile,
     writer: RowWriter<BufWriter<File>>,
