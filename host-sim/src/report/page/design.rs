@@ -72,7 +72,7 @@ fn curve<'a>(
     Series::curve(name, Mark::Line, colour, rows.iter().map(|row| (row.time_s, value(row))))
 }
 
-/// Sigma of each element from the data so far.
+/// One sigma of each element over time, by the samples before that time.
 fn accuracy(report: &DesignReport, designed: Rows<'_>, standard: Rows<'_>) -> Figure {
     let sigma =
         |i: usize| move |row: &SeriesRow| row.sigma_kg_m2.map_or(f64::NAN, |sigma| sigma[i]);
