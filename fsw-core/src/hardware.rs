@@ -18,7 +18,7 @@
 //! | `μ` | turn of all sensors as one: the tensor in the wanted axes is `J + μ^× J − J μ^×` | rad | `mount_rad` |
 //!
 //! All are constant over the life of an estimator, of zero mean and independent of one another before the data.
-//! What motion makes of them, and what it can tell, stands with the estimators
+//! Their sensitivities, and which of them a motion makes observable, are documented with the estimators
 //! ([`window`](crate::estimator::window)).
 
 use crate::error::ConfigError;

@@ -92,7 +92,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.map(|x| if x.is_nan() { f64::INFINITY } else { x.abs() }).fold(0.0, f64::max)
 }
 
-/// What all estimators of a flight share.
+/// A flight, common to all estimators.
 struct Flown<'a> {
     campaign: &'a Campaign,
     motion: &'a Motion<'a>,

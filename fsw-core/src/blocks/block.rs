@@ -347,7 +347,7 @@ impl<T: Real, const W: usize> Averager<T, W> {
         let ramp = self.impulse_n_m_s * (mean_time_s / self.duration_s);
         let wheel_momentum = self.sum_wheel_momentum * one_over;
         let beyond_ramp = self.sum_impulse * one_over - ramp;
-        // Where samples come unevenly their mean instant isn't the block's middle: move the
+        // The mean instant of uneven samples isn't the block's middle: move the
         // means there, along the chord from the reading before the block to the one after it.
         let span_s = self.since_before_s.max(self.duration_s);
         let aside = (mean_time_s - self.duration_s * T::lit(0.5)) / span_s;
@@ -390,8 +390,8 @@ mod tests {
         }
     }
 
-    /// Blocks of a body of unit inertia that doesn't turn about other axes, from rest, of so many
-    /// samples at 10 Hz. Its momentum is the impulse of the torque.
+    /// Blocks of a body of unit inertia that turns about one axis, from rest, by these limits, at 10 Hz. Its momentum is
+    /// the impulse of the torque.
     fn blocks(
         torque: impl Fn(f64) -> f64,
         impulse: impl Fn(f64) -> f64,
@@ -442,8 +442,8 @@ mod tests {
         }
     }
 
-    /// Of a torque that swings only samples are told, here 33 a period. At each the impulse lacks a
-    /// half interval's bend, (2π · 0.3 Hz · 0.1 s)² · 0.1 s / 24 = 1.5e-4, which the next makes good.
+    /// Torque known at its samples alone, 33 in a period. The curvature over half an interval is missing at each end,
+    /// (2π · 0.3 Hz · 0.1 s)² · 0.1 s / 24 = 1.5e-4; the next sample restores it.
     #[test]
     fn a_torque_that_swings_is_followed_between_its_samples() {
         let w = 2.0 * std::f64::consts::PI * 0.3;

@@ -1,23 +1,23 @@
-//! Whether anything moves: the end of one manoeuvre and the beginning of the next.
+//! Detector of motion: end of a manoeuvre and beginning of the next one.
 //!
-//! Blocks are summed into stretches. A stretch is quiet where mean rate and drive are as in an
-//! earlier one, the reference, and the external torque has pushed no more since, than the gyro's noise
-//! could tell; another one becomes the reference. After a few quiet ones in a row the motion is over.
-//! It begins again with the first block that differs from the reference, or with a stretch that is
-//! driven away from it: a rate that creeps away by itself is a disturbance, not a manoeuvre.
+//! Blocks are averaged over stretches. A stretch is quiet if its mean rate, its drive, and the impulse of the
+//! external torque differ from those of the reference, an earlier stretch, by less than the gyro's noise resolves.
+//! A stretch that is not quiet becomes the reference. The motion ends after [`QUIET_STRETCHES`] quiet ones in a row. It
+//! begins again with the first block that differs from the reference, or with a stretch whose drive does. A
+//! change of rate without a drive is a disturbance, not a manoeuvre.
 
 use super::block::{Block, REFUSED_WEIGHT};
 use crate::math::{Mat, Vec3, scalar::Real};
 
-/// Blocks in a stretch: so many that slow motion shows above their noise.
+/// Blocks in a stretch. Their mean has a quarter of a block's noise, so that slow motion exceeds it.
 const STRETCH_BLOCKS: u32 = 16;
 /// Quiet stretches in a row, at least, that end a motion.
 const QUIET_STRETCHES: u32 = 4;
-/// Square of what counts as a change, over its variance: noise alone exceeds it, three axes
-/// together, once in 10⁵ (chi-square).
+/// Squared difference over its variance from which on there is a change: chi-square of three degrees of freedom
+/// exceeds it once in 10⁵.
 const CHANGED: f64 = 26.0;
 
-/// Watches for motion.
+/// Detector of motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excitation<T: Real> {
     reference: Option<Mean<T>>,
@@ -82,7 +82,7 @@ impl<T: Real> Mean<T> {
         self
     }
 
-    /// What moved from `before` to here, for a body of this inertia: its rate, and what drives it.
+    /// Changes since `before`, for a body of this inertia: of the rate, and of the drive.
     fn differs(&self, before: &Self, noise_rad_s: T, inertia_kg_m2: T) -> (bool, bool) {
         let share = |m: &Self| T::one() / m.weight.max(T::lit(REFUSED_WEIGHT));
         let variance = noise_rad_s * noise_rad_s * (share(self) + share(before));
@@ -95,7 +95,7 @@ impl<T: Real> Mean<T> {
 }
 
 impl<T: Real> Excitation<T> {
-    /// Takes it that the body moves.
+    /// Detector that assumes motion.
     pub fn new() -> Self {
         Self {
             reference: None,
@@ -136,17 +136,17 @@ impl<T: Real> Excitation<T> {
         }
     }
 
-    /// Whether nothing has moved for so long, s.
+    /// True after a quiet time of `quiet_s`, s.
     pub fn is_over(&self, quiet_s: T) -> bool {
         self.quiet_stretches >= QUIET_STRETCHES && self.quiet_s >= quiet_s
     }
 
-    /// Whether the last stretch was driven.
+    /// True if the last stretch was driven.
     pub fn is_driven(&self) -> bool {
         self.is_driven
     }
 
-    /// Whether, after quiet, a block shows motion.
+    /// True if a block after quiet ones shows motion.
     pub fn begins<const W: usize>(
         &self,
         block: &Block<T, W>,

@@ -44,8 +44,8 @@
 //! q² = 6 σ² Φ / (12 + Φ²)
 //! ```
 //!
-//! Where the unknowns hold the nine products of a moment and a field (module `field` of the trajectory), only the turn of the
-//! field itself enters Φ: the turn of the body is in the model.
+//! With the nine products of a moment and a field among the unknowns (module `field` of the trajectory), Φ contains the turn of
+//! the field alone: the turn of the body is in the model.
 //!
 //! The model of the motion has a constant torque otherwise. A descent therefore ends with the solution for that, and the torque
 //! walks in one more pass about it, to first order.

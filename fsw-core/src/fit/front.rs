@@ -35,7 +35,7 @@ pub struct Front<T: Real, const W: usize, const U: usize, const M: usize> {
     pub pass: Pass<T, W, U, M>,
     /// True where the descent ended at a minimum.
     pub is_settled: bool,
-    /// True where the data determine the shape: the point is worth starting from again.
+    /// True where the data determine the shape: the next fit starts from this point.
     pub is_shape_observed: bool,
     /// Directions that the fit itself observed. What further blocks seem to add is only linearised about
     /// its point: an estimate that was uncertain there needs another fit.

@@ -24,7 +24,7 @@ pub(super) struct Mistake {
     change: Change,
 }
 
-/// What undoes a mistake.
+/// Change of log or craft that undoes a mistake.
 enum Change {
     /// Rates times a matrix; the noise times the factor.
     Gyro(Matrix3<f64>, f64),

@@ -9,7 +9,7 @@
 //! as a change of log or craft file that undoes it, an error of the hardware as further unknowns with a wide prior.
 //! Its score is the decrease of chi-square against the fit of the log as it is, less `k ln n` for k unknowns and n
 //! readings (Bayesian information criterion). The noise is measured from differences of the readings, and outliers are
-//! refused before any fit, so that both can be told from an error of the model.
+//! refused before any fit, which distinguishes both from an error of the model.
 //!
 //! Chi-square includes the prior of the inertia, if the craft states one, the distance of the fit to a physical tensor,
 //! and the ratio of measured to stated noise. A cause that scales or turns everything alike moves none of them without a
@@ -39,11 +39,11 @@ use record::{MARGIN, MOST_COARSE_ROWS, MOST_ROWS, Record};
 
 /// Fewest rows of a diagnosis.
 const FEWEST_ROWS: usize = 4 * MARGIN;
-/// Score of an explanation worth reporting: far above the scatter of chi-square of a few degrees of freedom.
+/// Score from which on an explanation is reported: far above the scatter of chi-square of a few degrees of freedom.
 const LEAST_SCORE: f64 = 25.0;
 /// Share of the excess that an explanation must account for.
 const LEAST_SHARE: f64 = 0.02;
-/// Difference of scores below which two explanations are not told apart.
+/// Difference of scores below which two explanations are not distinguished.
 const SAME_SCORE: f64 = 10.0;
 /// Cost of each elementary step of a mistake, as a flip or an exchange: orders causes that are equivalent.
 const STEP_COST: f64 = 1.0;
@@ -89,7 +89,7 @@ pub struct Diagnosis {
     pub explanations: Vec<Explanation>,
 }
 
-/// What all candidates are compared with.
+/// The log as it is, with which all candidates are compared.
 struct Reference<'a> {
     craft: &'a Craft,
     record: Record,

@@ -27,7 +27,7 @@ struct Check {
     nees: Option<f64>,
 }
 
-/// What one flight shows: estimates over time, events, final estimate.
+/// Record of one flight: estimates over time, events, final estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Estimates by time, in periods of [`CHECK_US`].

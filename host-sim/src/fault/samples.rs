@@ -21,8 +21,7 @@ pub struct Timed {
 /// The samples of a flight after its faults, in the order of arrival. `noise_rad_s` is the stated gyro
 /// noise.
 ///
-/// Where a stamp jumps back, the clock reads the sum of such jumps at the first sample: stamps are not
-/// negative.
+/// The clock reads the sum of all jumps back at the first sample, since stamps are not negative.
 pub fn inject(rows: Vec<LogRow>, faults: &[Fault], noise_rad_s: f64, seed: u64) -> Vec<Timed> {
     let back_us: u64 = faults.iter().map(|fault| micros(backwards_s(fault))).sum();
     let mut samples: Vec<Timed> = rows

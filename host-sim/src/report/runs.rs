@@ -30,7 +30,7 @@ pub struct RunRow {
     pub drawn: Vec<Option<f64>>,
 }
 
-/// Where the runs of a campaign are written: a file, or the folder of a report. It is created before the first run, so
+/// Destination of the runs of a campaign: a file, or the folder of a report. It is created before the first run, so
 /// that a wrong path fails at once.
 pub enum RunsOutput {
     /// One row per run, by the ending of the name.

@@ -46,7 +46,7 @@ fn worst_error(estimate: &Estimate<f32>) -> f64 {
     (0..6).map(|i| (found[i] - INERTIA[i]).abs()).fold(0.0, f64::max)
 }
 
-/// Torque that is told only at its samples, 70 a period, and rounding.
+/// Torque known at its samples alone, 70 in a period, and rounding.
 const EXACT: f64 = 1e-4;
 
 #[test]
@@ -142,7 +142,7 @@ fn a_change_of_the_inertia_makes_all_start_anew() {
     assert_eq!(found.status, Status::Converged);
 }
 
-/// What was found is too new to tell a change from a poor fit: but no inertia explains all of it.
+/// After 12 to 30 s a change does not yet differ from a poor fit, but no single inertia explains the residuals.
 #[test]
 fn a_change_in_mid_manoeuvre_makes_all_start_anew() {
     for changed_after in [120, 150, 300] {
@@ -253,7 +253,7 @@ const _: () = assert!(size_of::<Window<f32, 4, 512, 9>>() <= 45 * 1024);
 const _: () = assert!(size_of::<Window<f32, 4, 512, 15>>() <= 48 * 1024);
 const _: () = assert!(size_of::<Window<f32, 4, 512, 18>>() <= 50 * 1024);
 
-/// The tumble with a torque that nobody told, N m, and a gyro that is off, rad/s.
+/// The tumble with an unmodelled torque, N m, and a gyro bias, rad/s.
 fn disturbed(torque: Vec3<f64>, bias: Vec3<f64>) -> Vec<Sample<f32, 0>> {
     let samples = flight(900).fly(|_| [], |t| tumbling_torque_n_m(t) + torque);
     let (torque, bias) = (torque.map(|x| x as f32), bias.map(|x| x as f32));
@@ -282,7 +282,7 @@ fn a_disturbance_torque_and_a_gyro_bias_are_found() {
     assert_eq!(estimate.status, Status::Converged);
     for i in 0..6 {
         let error = f64::from(estimate.inertia.elements_kg_m2()[i]) - INERTIA[i];
-        // Sines that are told only at their samples, and rounding.
+        // Sines known at their samples alone, and rounding.
         assert!(error.abs() < 4.0 * EXACT, "{estimate:?}");
     }
     let found = |v: Option<Vec3<f32>>| v.unwrap().map(f64::from);

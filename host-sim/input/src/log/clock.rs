@@ -18,7 +18,7 @@ const MAX_AHEAD: usize = 5;
 const AHEAD_STEPS: i128 = 3;
 /// Time that stands for a gap of unknown length, µs: one hour, above any gap that is predicted across.
 const UNKNOWN_GAP_US: u64 = 3_600_000_000;
-/// Largest share of rows at fault, one in so many.
+/// Rows of which at most one may be at fault.
 const MAX_FAULTY: usize = 10;
 /// Most times that the clock may be set back.
 const MAX_SET_BACK: usize = 10;

@@ -252,7 +252,7 @@ mod tests {
         assert!(error > sigma && error < 28.0 * 10e-3 * 0.55, "{error} {sigma}");
     }
 
-    /// A spare wheel at rest, and one at a speed below an edge for each sample: no edge tells them from a stale reading.
+    /// A spare wheel at rest, and one at a speed below an edge for each sample: without an edge they do not differ from a stale reading.
     #[test]
     fn wheel_with_a_constant_reading_loses_no_row() {
         let period = Tachometer {

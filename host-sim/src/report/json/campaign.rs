@@ -86,7 +86,7 @@ pub struct McReport {
 pub struct Measure {
     /// Heading of its column.
     pub name: &'static str,
-    /// What it knows beside the noise, to follow a ratio in a sentence; empty for the noise alone.
+    /// Errors that it includes beside the noise, as the end of a sentence; empty for the noise alone.
     pub of: &'static str,
     /// One sigma of each element, kg m².
     pub bound_kg_m2: [Option<f64>; 6],
