@@ -126,6 +126,22 @@ struct Kind {
     random_spacecraft: Option<IgnoredAny>,
 }
 
+/// Keys that a craft file lacks, and tables that it shares with a scenario.
+#[derive(Deserialize)]
+struct Craft {
+    duration_s: Option<IgnoredAny>,
+    spacecraft: Option<IgnoredAny>,
+    gyro: Option<IgnoredAny>,
+    log: Option<IgnoredAny>,
+}
+
+impl Craft {
+    fn is_one(&self) -> bool {
+        let describes_flight = self.duration_s.is_some() || self.spacecraft.is_some();
+        !describes_flight && (self.gyro.is_some() || self.log.is_some())
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RandomFile {
@@ -180,6 +196,9 @@ struct ScenarioFile {
 pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> {
     let Kind { random_spacecraft } = source.parse()?;
     if random_spacecraft.is_none() {
+        if source.parse::<Craft>()?.is_one() {
+            return Err(source.error(0..0, ScenarioProblem::CraftFile.into()));
+        }
         // With the keys of a craft file that have an error of their own here.
         let table = |table: Table| if table.header == "[filter]" { filter::TABLE } else { table };
         source.check_keys(&TABLES.map(table))?;
@@ -427,6 +446,11 @@ noise_rad_s = 1e-4
             ("[gyro]", "[gyros]", "s.toml:5: unknown key `gyros` (did you mean `gyro`?)"),
             ("rate_hz", "rate", "s.toml:6: unknown key `rate` (did you mean `rate_hz`?)"),
             ("duration_s = 60.0", "", "s.toml: missing key `duration_s`"),
+            (
+                "duration_s = 60.0\n[spacecraft]\ninertia_kg_m2 = [3, 4, 5, 0, 0, 0]",
+                "",
+                "s.toml: a craft file, not a scenario: a scenario also has `duration_s`, [spacecraft] and",
+            ),
             ("rate_hz = 10.0", "", "s.toml:5: missing key `rate_hz`"),
         ] {
             let message = message(&GOOD.replacen(good, bad, 1));

@@ -18,6 +18,13 @@ pub enum ScenarioProblem {
         built_in: Vec<String>,
     },
 
+    /// A craft file in place of a scenario.
+    #[error(
+        "a craft file, not a scenario: a scenario also has `duration_s`, [spacecraft] and `gyro.rate_hz`; \
+         `host-sim init DIR` writes an example of each, and `replay --craft` takes a craft file"
+    )]
+    CraftFile,
+
     /// More samples than a simulation may have.
     #[error(
         "`duration_s` times `gyro.rate_hz` gives {samples:.3e} samples, but at most {limit:.0e} \
