@@ -58,7 +58,9 @@ fn estimators(bencher: Bencher, name: &str) {
     bencher
         .counter(ItemsCount::new(log.len()))
         .with_inputs(|| estimator(name, &craft))
-        .bench_local_values(|estimator| estimate_log(black_box(log), estimator, |_, _, _| ()).counts);
+        .bench_local_values(|estimator| {
+            estimate_log(black_box(log), estimator, |_, _, _| ()).counts
+        });
 }
 
 /// Transition, noise and first covariance of the spin-up: rates that depend on the inertia by its regressor.

@@ -123,6 +123,11 @@ fn sum_of<T>(value: &T) -> u32 {
     sum
 }
 
+/// Sum of words that are not in memory as one value: of a checkpoint.
+pub fn sum(words: impl IntoIterator<Item = u32>) -> u32 {
+    words.into_iter().fold(0, add)
+}
+
 /// Sum with one more word.
 #[inline(always)]
 fn add(sum: u32, word: u32) -> u32 {
@@ -198,6 +203,7 @@ mod tests {
             })
             .collect();
         assert!(!sums.contains(&sum_of(&value())));
+        assert_eq!(sum(value()), sum_of(&value()));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use crate::input::scenario::Fault;
 use crate::input::scenario::fault::FaultKind as Kind;
 use crate::truth::Flight;
 
+use super::computer::CHECKPOINT_S;
 use super::matrix::MAX_OVER_CLEAN;
 
 /// Earliest and latest start of a fault, share of the flight: after the first estimate, and with most of
@@ -16,9 +17,6 @@ const SHORT_S: f64 = 10.0;
 const LONG_S: f64 = 30.0;
 /// Set of a clock forwards, and offset of a stamp, s: an hour.
 const HOUR_S: f64 = 3600.0;
-/// Period of checkpoints, s.
-const CHECKPOINT_S: f64 = 30.0;
-
 /// One row of the matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
@@ -57,6 +55,7 @@ impl Entry {
 fn discarded_s(fault: &Fault) -> f64 {
     match fault.kind {
         Kind::Reset => fault.magnitude + fault.duration_s,
+        Kind::BitFlip => CHECKPOINT_S,
         Kind::PowerCut => 2.0 * fault.magnitude + fault.duration_s,
         Kind::ColdReset => fault.latest_start_s + fault.duration_s,
         _ => 0.0,

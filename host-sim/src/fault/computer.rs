@@ -4,10 +4,15 @@
 //! step changes, in the order and encoding of the stream: factors, covariances, blocks, counters, tags and
 //! indices, and the configuration, which the restore compares. It does not cover unused places of
 //! buffers, the stack, and the layout of the state in memory.
+//!
+//! Bits flip between two steps. As on the flight computer, the state is sealed then
+//! ([`fsw_target::runtime::sealed`]): a broken seal is found before the next step, that sample is not used, and the newest
+//! checkpoint is restored.
 
 use fsw_core::checkpoint::{FromWords, Words};
 use fsw_core::hardware::Finding;
-use fsw_core::{Estimate, Innovation, Outcome};
+use fsw_core::{Estimate, Innovation, Outcome, Reset};
+use fsw_target::runtime::sealed;
 use nalgebra::Vector3;
 use rand::RngExt;
 
@@ -16,6 +21,9 @@ use crate::estimation::{Acceleration, AnyEstimator, SetUpError, Setup, set_up};
 use crate::input::log::LogRow;
 use crate::input::scenario::Fault;
 use crate::input::scenario::fault::FaultKind;
+
+/// Period of checkpoints where no fault states another one, s.
+pub(super) const CHECKPOINT_S: f64 = 30.0;
 
 /// An estimator on a computer with faults.
 pub struct Computer {
@@ -31,6 +39,8 @@ pub struct Computer {
     schedule: Option<[u64; 2]>,
     /// Stamp of the first sample, µs.
     first_us: Option<u64>,
+    /// True where the next step finds a broken seal.
+    is_unsealed: bool,
 }
 
 /// A fault that is still to come.
@@ -73,10 +83,23 @@ impl Computer {
         due.sort_by_key(|due| std::cmp::Reverse(due.drawn.start_us));
         let without = SetUpError::NotRestorable { estimator: setup.estimator };
         let fresh = words(estimator.as_mut()).ok_or(without)?;
-        let keeps = |due: &&Due| matches!(due.fault.kind, FaultKind::Reset | FaultKind::PowerCut);
-        let period_us = due.iter().filter(keeps).map(|due| micros(due.fault.magnitude)).min();
+        let period_s = |due: &Due| match due.fault.kind {
+            FaultKind::Reset | FaultKind::PowerCut => Some(due.fault.magnitude),
+            FaultKind::BitFlip => Some(CHECKPOINT_S),
+            _ => None,
+        };
+        let period_us = due.iter().filter_map(period_s).map(micros).min();
         let schedule = period_us.map(|period_us| [period_us; 2]);
-        Ok(Box::new(Self { estimator, fresh, due, saved: [None, None], schedule, first_us: None }))
+        let saved = [None, None];
+        Ok(Box::new(Self {
+            estimator,
+            fresh,
+            due,
+            saved,
+            schedule,
+            first_us: None,
+            is_unsealed: false,
+        }))
     }
 
     /// Saves the checkpoints and applies the faults that are due before a sample at this time.
@@ -104,12 +127,14 @@ impl Computer {
         let found = match fault.kind {
             FaultKind::Reset => self.saved[0].clone(),
             FaultKind::PowerCut => self.saved[1].clone(),
-            FaultKind::BitFlip => words(self.estimator.as_mut()).map(|mut words| {
+            FaultKind::BitFlip => words(self.estimator.as_mut()).and_then(|mut words| {
+                let seal = sealed::sum(words.iter().copied());
                 for _ in 0..fault.magnitude as usize {
                     let at = drawn.random.random_range(0..words.len() * u32::BITS as usize);
                     words[at / u32::BITS as usize] ^= 1 << (at % u32::BITS as usize);
                 }
-                words
+                self.is_unsealed = sealed::sum(words.iter().copied()) != seal;
+                if self.is_unsealed { self.saved[0].clone() } else { Some(words) }
             }),
             _ => None,
         };
@@ -136,7 +161,10 @@ impl AnyEstimator for Computer {
     fn step(&mut self, row: &LogRow) -> Outcome {
         let first_us = *self.first_us.get_or_insert(row.time_us);
         self.catch_up(row.time_us.saturating_sub(first_us));
-        self.estimator.step(row)
+        match std::mem::take(&mut self.is_unsealed) {
+            true => Outcome::Reset(Reset::Diverged),
+            false => self.estimator.step(row),
+        }
     }
 
     fn finish(&mut self) {
@@ -177,8 +205,6 @@ impl AnyEstimator for Computer {
 
 #[cfg(test)]
 mod tests {
-    use fsw_core::Reset;
-
     use super::*;
     use crate::estimation::{EstimatorName, Precision};
     use crate::input::Scenario;
@@ -243,10 +269,21 @@ mod tests {
     }
 
     #[test]
-    fn flipped_bits_neither_panic_nor_leave_numbers_that_are_not_finite() {
+    fn flipped_bits_break_the_seal_and_the_newest_checkpoint_is_restored() {
         for estimator in FLYING {
             for seed in 0..10 {
-                let (_, elements) = fly(estimator, &[fault(FaultKind::BitFlip, 1.0)], seed);
+                let (outcomes, elements) = fly(estimator, &[fault(FaultKind::BitFlip, 1.0)], seed);
+                assert_eq!(
+                    outcomes[201],
+                    Outcome::Reset(Reset::Diverged),
+                    "{estimator}, seed {seed}"
+                );
+                // No checkpoint in the first 30 s: from the beginning.
+                assert_eq!(
+                    outcomes[202],
+                    Outcome::Reset(Reset::FirstSample),
+                    "{estimator}, seed {seed}"
+                );
                 assert!(elements.iter().all(|x| x.is_finite()), "{estimator}, seed {seed}");
             }
         }

@@ -230,8 +230,7 @@ pub const KINDS: [KindProperties; 25] = [
         "bit_flip",
         ("bits", "", BITS),
         &[&MAGNITUDE],
-        "Random bits of the estimator's stored words are inverted; words that the restore rejects \
-         start the estimator again",
+        "Random bits of the sealed state are inverted; the newest checkpoint, of every 30 s, is restored",
     ),
 ];
 
