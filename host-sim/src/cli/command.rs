@@ -126,12 +126,20 @@ enum Telecommand {
     },
     /// Start the manoeuvre of the committed table
     StartManoeuvre {
-        /// On-board time, µs; without it, at the next sample
-        #[arg(default_value_t = 0)]
+        /// On-board time, µs, 10 s ahead or more: meanwhile the rate at rest is averaged; or now, for the next sample
+        #[arg(value_name = "AT_US", value_parser = start_time)]
         at_us: u64,
     },
     /// Abort the manoeuvre; the wheels return to their speeds at its start
     AbortManoeuvre,
+}
+
+/// On-board time, µs; zero, which has passed, for `now`.
+fn start_time(text: &str) -> Result<u64, String> {
+    match text {
+        "now" => Ok(0),
+        _ => text.parse().map_err(|_| "give the on-board time, µs, or now".to_owned()),
+    }
 }
 
 /// A telecommand from the hexadecimal digits of its user data.

@@ -44,7 +44,7 @@ fn flight_computer_accepts_every_telecommand() {
         ("tag-telemetry off", Command::TagTelemetry(false)),
         ("reboot", Command::Reboot),
         ("user-data 12000000000000000c", Command::StartManoeuvre { at_us: 12 }),
-        ("start-manoeuvre", Command::StartManoeuvre { at_us: 0 }),
+        ("start-manoeuvre now", Command::StartManoeuvre { at_us: 0 }),
         ("abort-manoeuvre", Command::AbortManoeuvre),
         ("assume-wheel-speed 3", Command::AssumeWheelSpeed { wheel: 3, speed_rad_s: None }),
         (
