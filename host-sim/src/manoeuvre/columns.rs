@@ -82,11 +82,13 @@ impl Columns {
             prior_sigma,
             is_considered,
         });
-        // The errors of wheels precede those of the gyro; no external torque is commanded. An error of the
-        // clock is left out: of 100 ppm it is a hundredth of the others.
+        // The errors of wheels and torque precede those of the gyro; without thrusters no external torque is
+        // commanded. An error of the clock is left out: of 100 ppm it is a hundredth of the others.
+        let has_thrusters = !scenario.torque.thrusters.is_empty();
         let (moving, direct): (Vec<Column>, Vec<Column>) = hardware
-            .filter(|column| {
-                !matches!(column.kind, Kind::Hardware(Error::TorqueScale | Error::Clock))
+            .filter(|column| match column.kind {
+                Kind::Hardware(Error::TorqueScale) => has_thrusters,
+                kind => kind != Kind::Hardware(Error::Clock),
             })
             .partition(|column| column.is_dynamic());
         all.extend(moving);

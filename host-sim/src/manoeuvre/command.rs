@@ -1,30 +1,34 @@
-//! A commanded manoeuvre: torque and axial momentum of the wheels on a grid, from a spline or a table.
+//! A commanded manoeuvre on a grid, from a spline or a table: torque and axial momentum of the wheels, level of the
+//! pairs of thrusters.
+//!
+//! The channels are the wheels, then the pairs. The level of a pair is its mean torque over that of its first
+//! thruster: 1 for the first on, −1 for the second on.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Torque and momentum on a grid of equal steps. Momentum is given at half steps too.
+/// Channels on a grid of equal steps. Momentum and level are given at half steps too.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Command {
     pub step_s: f64,
     pub steps: usize,
-    wheels: usize,
-    /// Axial momentum `hᵢ`, N m s, by half step and wheel.
+    channels: usize,
+    /// Axial momentum `hᵢ` of a wheel, N m s, or level of a pair, by half step and channel.
     momentum: Vec<f64>,
-    /// Torque of the motor on the wheel, N m, by step and wheel.
+    /// Torque of the motor on a wheel, N m, or level of a pair, by step and channel.
     torque: Vec<f64>,
 }
 
 impl Command {
     pub(super) fn momentum(&self, half_step: usize) -> &[f64] {
-        &self.momentum[half_step * self.wheels..][..self.wheels]
+        &self.momentum[half_step * self.channels..][..self.channels]
     }
 
     pub(super) fn torque(&self, step: usize) -> &[f64] {
-        &self.torque[step * self.wheels..][..self.wheels]
+        &self.torque[step * self.channels..][..self.channels]
     }
 
-    pub(super) fn wheels(&self) -> usize {
-        self.wheels
+    pub(super) fn channels(&self) -> usize {
+        self.channels
     }
 }
 
@@ -35,37 +39,50 @@ pub struct Table {
     pub step_s: f64,
     /// Torque of each motor on its wheel, N m, one row a step.
     pub torque_n_m: Vec<Vec<f64>>,
+    /// Level of each pair of thrusters, one row a step: 1 for the first thruster on, −1 for the second, 0 for none. A
+    /// change between two rows stands for a switch halfway, which has the same impulse.
+    pub level: Vec<Vec<f64>>,
 }
 
 impl Table {
     /// The same times a factor.
     pub(super) fn scaled(&self, factor: f64) -> Self {
         let row = |row: &Vec<f64>| row.iter().map(|torque| torque * factor).collect();
-        Self { step_s: self.step_s, torque_n_m: self.torque_n_m.iter().map(row).collect() }
+        Self {
+            step_s: self.step_s,
+            torque_n_m: self.torque_n_m.iter().map(row).collect(),
+            level: self.level.iter().map(row).collect(),
+        }
     }
 
     /// The command with this momentum of the wheels at the start, N m s: the integral of the lines
     /// between the rows.
     pub(super) fn command(&self, start: &[f64]) -> Command {
-        let wheels = start.len();
+        let (wheels, step_s) = (start.len(), self.step_s);
         let steps = self.torque_n_m.len().saturating_sub(1);
-        let mut momentum = start.to_vec();
+        let level = |row: usize| self.level.get(row).map_or(&[][..], Vec::as_slice);
+        let channels = wheels + level(0).len();
+        let mut momentum = [start, level(0)].concat();
         let mut now = start.to_vec();
-        for pair in self.torque_n_m.windows(2) {
+        for (row, pair) in self.torque_n_m.windows(2).enumerate() {
             let (from, to) = (&pair[0], &pair[1]);
             for i in 0..wheels {
-                momentum.push(now[i] + self.step_s * (3.0 * from[i] + to[i]) / 8.0);
+                momentum.push(now[i] + step_s * (3.0 * from[i] + to[i]) / 8.0);
             }
+            momentum.extend(level(row).iter().zip(level(row + 1)).map(|(a, b)| (a + b) / 2.0));
             for i in 0..wheels {
-                now[i] += self.step_s * (from[i] + to[i]) / 2.0;
+                now[i] += step_s * (from[i] + to[i]) / 2.0;
                 momentum.push(now[i]);
             }
+            momentum.extend(level(row + 1));
         }
-        Command { step_s: self.step_s, steps, wheels, momentum, torque: self.torque_n_m.concat() }
+        let rows = self.torque_n_m.iter().enumerate();
+        let torque = rows.flat_map(|(row, wheels)| wheels.iter().chain(level(row))).copied();
+        Command { step_s, steps, channels, momentum, torque: torque.collect() }
     }
 }
 
-/// Parametrisation of the torque of a wheel: a cubic spline on equal knots.
+/// Parametrisation of the torque of a wheel, or of the level of a pair: a cubic spline on equal knots.
 ///
 /// Only the B-splines with their whole support inside the manoeuvre are used, so that torque, its slope
 /// and its curvature are zero at both ends. The coefficients are confined to the subspace of
@@ -79,8 +96,9 @@ impl Table {
 pub(super) struct Spline {
     pub step_s: f64,
     pub steps: usize,
-    /// Torque at the steps and momentum at the half steps, by variable.
+    /// Torque at the steps, torque and momentum at the half steps, by variable.
     torque: DMatrix<f64>,
+    half_torque: DMatrix<f64>,
     momentum: DMatrix<f64>,
     /// B-spline coefficients by variable.
     coefficients: DMatrix<f64>,
@@ -112,6 +130,7 @@ impl Spline {
             b_spline(half_steps / (2 * STEPS_PER_KNOT) as f64 - spline as f64)
         };
         let torque = DMatrix::from_fn(steps + 1, splines, |k, j| at(2.0 * k as f64, j));
+        let half_torque = DMatrix::from_fn(2 * steps + 1, splines, |k, j| at(k as f64, j));
         let mut momentum = DMatrix::zeros(2 * steps + 1, splines);
         for j in 0..splines {
             for k in 0..2 * steps {
@@ -125,6 +144,7 @@ impl Spline {
             step_s,
             steps,
             torque: torque * &coefficients,
+            half_torque: half_torque * &coefficients,
             momentum: momentum * &coefficients,
             coefficients,
         }
@@ -151,40 +171,53 @@ impl Spline {
         )
     }
 
-    /// The command of the variables of all wheels, one wheel after the other, in units of `scale` N m,
-    /// with this momentum at the start.
+    /// The command of the variables of all channels, one after the other, in units of `scale`, N m for a wheel; `start`
+    /// is the momentum of the wheels at the start, and the channels beyond are pairs.
     pub(super) fn command(&self, variables: &[f64], scale: &[f64], start: &[f64]) -> Command {
-        let wheels = start.len();
-        let mut momentum = vec![0.0; (2 * self.steps + 1) * wheels];
-        let mut torque = vec![0.0; (self.steps + 1) * wheels];
-        for wheel in 0..wheels {
-            let own = self.of_wheel(variables, wheel) * scale[wheel];
-            for (k, value) in (&self.momentum * &own).iter().enumerate() {
-                momentum[k * wheels + wheel] = start[wheel] + value;
+        let channels = scale.len();
+        let mut momentum = vec![0.0; (2 * self.steps + 1) * channels];
+        let mut torque = vec![0.0; (self.steps + 1) * channels];
+        for channel in 0..channels {
+            let own = self.of_channel(variables, channel) * scale[channel];
+            let at_start = start.get(channel).copied().unwrap_or(0.0);
+            for (k, value) in (self.halves(channel, start.len()) * &own).iter().enumerate() {
+                momentum[k * channels + channel] = at_start + value;
             }
             for (k, value) in (&self.torque * &own).iter().enumerate() {
-                torque[k * wheels + wheel] = *value;
+                torque[k * channels + channel] = *value;
             }
         }
-        Command { step_s: self.step_s, steps: self.steps, wheels, momentum, torque }
+        Command { step_s: self.step_s, steps: self.steps, channels, momentum, torque }
     }
 
-    fn of_wheel(&self, variables: &[f64], wheel: usize) -> DVector<f64> {
+    /// Momentum of a wheel, level of a pair, at the half steps.
+    fn halves(&self, channel: usize, wheels: usize) -> &DMatrix<f64> {
+        if channel < wheels { &self.momentum } else { &self.half_torque }
+    }
+
+    fn of_channel(&self, variables: &[f64], channel: usize) -> DVector<f64> {
         let count = self.variables();
-        DVector::from_column_slice(&variables[wheel * count..][..count])
+        DVector::from_column_slice(&variables[channel * count..][..count])
     }
 
     /// Derivatives by the variables from those by momentum and torque of a [`Self::command`].
-    pub(super) fn pull(&self, by_momentum: &[f64], by_torque: &[f64], scale: &[f64]) -> Vec<f64> {
-        let wheels = scale.len();
-        let mut gradient = Vec::with_capacity(wheels * self.variables());
-        for wheel in 0..wheels {
+    pub(super) fn pull(
+        &self,
+        by_momentum: &[f64],
+        by_torque: &[f64],
+        scale: &[f64],
+        wheels: usize,
+    ) -> Vec<f64> {
+        let channels = scale.len();
+        let mut gradient = Vec::with_capacity(channels * self.variables());
+        for channel in 0..channels {
             let of = |all: &[f64]| {
-                let own: Vec<f64> = all.iter().skip(wheel).step_by(wheels).copied().collect();
+                let own: Vec<f64> = all.iter().skip(channel).step_by(channels).copied().collect();
                 DVector::from_vec(own)
             };
-            let sum = self.momentum.tr_mul(&of(by_momentum)) + self.torque.tr_mul(&of(by_torque));
-            gradient.extend((sum * scale[wheel]).iter());
+            let halves = self.halves(channel, wheels).tr_mul(&of(by_momentum));
+            let sum = halves + self.torque.tr_mul(&of(by_torque));
+            gradient.extend((sum * scale[channel]).iter());
         }
         gradient
     }
@@ -223,7 +256,8 @@ mod tests {
             let command = spline.command(&variables, &[0.3], &[0.1]);
             let rows: Vec<Vec<f64>> =
                 (0..=command.steps).map(|k| command.torque(k).to_vec()).collect();
-            let table = Table { step_s: command.step_s, torque_n_m: rows }.command(&[0.1]);
+            let step_s = command.step_s;
+            let table = Table { step_s, torque_n_m: rows, level: Vec::new() }.command(&[0.1]);
             for command in [&command, &table] {
                 let end = command.momentum(2 * command.steps)[0];
                 assert!((end - 0.1).abs() < 1e-12, "{end}");

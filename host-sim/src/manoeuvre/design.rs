@@ -21,8 +21,13 @@ use crate::input::Scenario;
 const KNOTS_PER_PERIOD: f64 = 12.0;
 /// Fewest knots in a manoeuvre: 32 cost 3 % of sigma at an excursion of 20 deg, 16 cost 14 %.
 const FEWEST_KNOTS: f64 = 48.0;
+/// Fewest pulses of a thruster from knot to knot.
+const PULSES_PER_KNOT: usize = 2;
 /// Most knots in a pattern. A longer manoeuvre repeats its pattern.
 const MOST_KNOTS: usize = 80;
+
+/// Most knots in a block of the estimator.
+const KNOTS_PER_BLOCK: f64 = 4.0;
 
 /// Pattern of a manoeuvre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +51,16 @@ impl Grid {
             });
             wheels.fold(f64::INFINITY, f64::min)
         };
-        let acceleration = least(&|wheel, moment| wheel.max_torque_n_m / moment);
+        let of_pair = |pair: &super::problem::Pair| {
+            let norm = pair.torque_n_m.norm();
+            let moment: f64 = (0..3).map(|i| (pair.torque_n_m[i] / norm).powi(2) * j[i]).sum();
+            norm / moment
+        };
+        let acceleration = problem
+            .pairs
+            .iter()
+            .map(of_pair)
+            .fold(least(&|wheel, moment| wheel.max_torque_n_m / moment), f64::min);
         let by_momentum =
             least(&|wheel, moment| wheel.spin_inertia_kg_m2 * wheel.max_speed_rad_s / moment);
         let rate = by_momentum.min(problem.limits.rate_rad_s.unwrap_or(f64::INFINITY));
@@ -55,7 +69,9 @@ impl Grid {
         let period_s = std::f64::consts::TAU * turns;
         let samples = (problem.duration_s * problem.rate_hz).round();
         let wanted = (period_s / KNOTS_PER_PERIOD * problem.rate_hz).min(samples / FEWEST_KNOTS);
-        let samples_per_knot = STEPS_PER_KNOT * ((wanted as usize) / STEPS_PER_KNOT).max(1);
+        let pulse = problem.pairs.iter().map(|pair| pair.pulse_samples).max().unwrap_or(0);
+        let least = (PULSES_PER_KNOT * pulse).div_ceil(STEPS_PER_KNOT).max(1);
+        let samples_per_knot = STEPS_PER_KNOT * ((wanted as usize) / STEPS_PER_KNOT).max(least);
         let knots = samples as usize / samples_per_knot;
         let repeats = knots.div_ceil(MOST_KNOTS);
         Self { knots: knots / repeats, samples_per_knot, repeats }
@@ -85,6 +101,8 @@ pub struct Manoeuvre {
     pub usage: Vec<(Kind, Option<f64>)>,
     /// Largest body rate, at the inertia where it is largest, rad/s.
     pub peak_rate_rad_s: f64,
+    /// Largest body rate at the end, rad/s: of second order in the excursion with thrusters, without them zero.
+    pub end_rate_rad_s: f64,
 }
 
 /// Result of a design.
@@ -112,6 +130,17 @@ impl Design {
     /// Size of sigma of the best standard manoeuvre over that of the design.
     pub fn gain(&self) -> f64 {
         self.fixed.first().map_or(f64::INFINITY, |fixed| self.gain_over(fixed))
+    }
+
+    /// Longest time over which the estimator `window` resolves the motion, s. Its storage of 512 blocks is full at seven
+    /// eighths; blocks of four samples are then merged in pairs, again and again. It fits blocks of four knots (the
+    /// dither of the documentation), not of eight.
+    pub fn longest_window_s(&self) -> f64 {
+        const BLOCKS: f64 = 448.0;
+        const FIRST_BLOCK_SAMPLES: f64 = 4.0;
+        let most_samples = KNOTS_PER_BLOCK * self.knot_s / self.best.table.step_s;
+        let doublings = (most_samples / FIRST_BLOCK_SAMPLES).log2().floor().max(0.0);
+        BLOCKS * FIRST_BLOCK_SAMPLES * doublings.exp2() * self.best.table.step_s
     }
 
     /// Size of sigma of a manoeuvre over that of the design.
@@ -172,7 +201,9 @@ pub fn design(
     let objective = Objective {
         problem: &problem,
         spline: &spline,
-        scale: problem.wheels.iter().map(|wheel| unit * wheel.max_torque_n_m).collect(),
+        scale: (problem.wheels.iter().map(|wheel| unit * wheel.max_torque_n_m))
+            .chain(problem.pairs.iter().map(|_| unit))
+            .collect(),
         repeats: grid.repeats as f64,
         samples,
         bounding,
@@ -204,8 +235,9 @@ pub fn design(
 /// Unit of the torque over a wheel's limit, for variables of the size one: the share that the best fixed manoeuvre
 /// uses. A small excursion takes a small share.
 fn unit(best_fixed: &Manoeuvre) -> f64 {
-    let torque = best_fixed.usage.iter().find(|(kind, _)| *kind == Kind::Torque);
-    torque.and_then(|(_, used)| *used).filter(|used| *used > 0.0).unwrap_or(1.0)
+    let used = |wanted: Kind| best_fixed.usage.iter().find(|(kind, _)| *kind == wanted)?.1;
+    let largest = used(Kind::Torque).into_iter().chain(used(Kind::Duty)).fold(0.0, f64::max);
+    if largest > 0.0 { largest } else { 1.0 }
 }
 
 /// Inertias of largest motion: those of a rotation about each axis in turn.
@@ -227,7 +259,7 @@ fn fixed_manoeuvres(
 ) -> Vec<Manoeuvre> {
     let of = |fixed: &fixed::Fixed| {
         let scaled = largest_factor(problem, &fixed.table, bounding, false)?;
-        let table = fixed.table.scaled(scaled.factor);
+        let table = problem.in_pulses(&fixed.table.scaled(scaled.factor));
         Some(manoeuvre(problem, fixed.name.clone(), table, samples, &scaled))
     };
     let all: Vec<Option<Manoeuvre>> = fixed::all(problem).par_iter().map(of).collect();
@@ -247,7 +279,8 @@ fn manoeuvre(
     let log_size = log_size(problem, &table, samples);
     let usage = Kind::ALL.into_iter().map(|kind| (kind, scaled.usage.share(kind))).collect();
     let peak_rate_rad_s = scaled.usage.rate_rad_s;
-    Manoeuvre { name, table, log_size, usage, peak_rate_rad_s }
+    let end_rate_rad_s = scaled.usage.end_rate_rad_s;
+    Manoeuvre { name, table, log_size, usage, peak_rate_rad_s, end_rate_rad_s }
 }
 
 /// Mean over samples of the logarithm of the size of the covariance; infinite if one has none.
@@ -273,7 +306,7 @@ impl Search<'_> {
             .map(|fixed| self.fit(&fixed.table))
             .collect();
         let mut random = Pcg64::seed_from_u64(request.seed);
-        let count = spline.variables() * self.problem.wheels.len();
+        let count = spline.variables() * self.problem.channels();
         for _ in 0..2 * request.effort.starts {
             candidates.push((0..count).map(|_| random.random::<f64>() - 0.5).collect());
         }
@@ -292,47 +325,53 @@ impl Search<'_> {
     fn fit(&self, table: &Table) -> Vec<f64> {
         let spline = self.objective.spline;
         let per_step = self.grid.samples_per_knot / STEPS_PER_KNOT;
-        let torque = |wheel: usize| -> Vec<f64> {
-            let row = |step: usize| table.torque_n_m.get(step * per_step);
-            let of = |step| row(step).map_or(0.0, |row| row[wheel] / self.objective.scale[wheel]);
+        let torque = |channel: usize| -> Vec<f64> {
+            let wheels = self.problem.wheels.len();
+            let (rows, column) = match channel < wheels {
+                true => (&table.torque_n_m, channel),
+                false => (&table.level, channel - wheels),
+            };
+            let row = |step: usize| rows.get(step * per_step);
+            let scale = self.objective.scale[channel];
+            let of = |step| row(step).map_or(0.0, |row| row[column] / scale);
             (0..=spline.steps).map(of).collect()
         };
-        (0..self.problem.wheels.len()).flat_map(|wheel| spline.fit(&torque(wheel))).collect()
+        (0..self.problem.channels()).flat_map(|channel| spline.fit(&torque(channel))).collect()
     }
 
     /// Largest factor of these variables within the limits at these inertias, and the manoeuvre.
     fn scaled(&self, variables: &[f64], inertias: &[[f64; 6]]) -> Option<(f64, Manoeuvre)> {
         let whole = self.table(variables, self.grid.repeats);
         // A pattern that returns exactly repeats the same motion.
-        let is_same = self.problem.is_without_momentum();
+        let is_same = self.problem.is_without_momentum() && self.problem.pairs.is_empty();
         let flown = if is_same { &self.table(variables, 1) } else { &whole };
         let scaled = largest_factor(self.problem, flown, inertias, true)?;
         let factor = scaled.factor;
-        let table = whole.scaled(factor);
+        let table = self.problem.in_pulses(&whole.scaled(factor));
         let name = "design".to_owned();
         let found = manoeuvre(self.problem, name, table, &self.objective.samples, &scaled);
         found.log_size.is_finite().then_some((factor, found))
     }
 
-    /// B-spline coefficients of a wheel, N m.
-    fn coefficients(&self, variables: &[f64], wheel: usize, factor: f64) -> Vec<f64> {
+    /// B-spline coefficients of a channel: of a wheel, N m; of a pair, its level.
+    fn coefficients(&self, variables: &[f64], channel: usize, factor: f64) -> Vec<f64> {
         let Objective { spline, scale, .. } = &self.objective;
-        let own = &variables[wheel * spline.variables()..][..spline.variables()];
-        spline.coefficients(own).iter().map(|c| c * scale[wheel] * factor).collect()
+        let own = &variables[channel * spline.variables()..][..spline.variables()];
+        spline.coefficients(own).iter().map(|c| c * scale[channel] * factor).collect()
     }
 
     /// Table at the samples of the gyro, the pattern repeated, at rest to the end of the duration.
     fn table(&self, variables: &[f64], repeats: usize) -> Table {
-        let wheels = self.problem.wheels.len();
+        let (wheels, channels) = (self.problem.wheels.len(), self.problem.channels());
         let coefficients: Vec<Vec<f64>> =
-            (0..wheels).map(|wheel| self.coefficients(variables, wheel, 1.0)).collect();
+            (0..channels).map(|channel| self.coefficients(variables, channel, 1.0)).collect();
         let Grid { knots, samples_per_knot, .. } = self.grid;
         let pattern = knots * samples_per_knot;
         let all = (self.problem.duration_s * self.problem.rate_hz).round() as usize;
         let rows = if repeats == self.grid.repeats { all } else { pattern * repeats };
         let row = |sample: usize| -> Vec<f64> {
             if sample >= pattern * repeats {
-                return vec![0.0; wheels];
+                return vec![0.0; channels];
             }
             let knot = (sample % pattern) as f64 / samples_per_knot as f64;
             let first = (knot as usize).saturating_sub(3);
@@ -342,7 +381,12 @@ impl Search<'_> {
             };
             coefficients.iter().map(of).collect()
         };
-        Table { step_s: 1.0 / self.problem.rate_hz, torque_n_m: (0..=rows).map(row).collect() }
+        let rows: Vec<Vec<f64>> = (0..=rows).map(row).collect();
+        Table {
+            step_s: 1.0 / self.problem.rate_hz,
+            torque_n_m: rows.iter().map(|row| row[..wheels].to_vec()).collect(),
+            level: rows.iter().map(|row| row[wheels..].to_vec()).collect(),
+        }
     }
 
     /// Minimises from each start. Returns the best, and the number of starts completed.

@@ -115,7 +115,7 @@ fn cosines(problem: &Problem, cycles: u32) -> Table {
     };
     let body: Vec<Vector3<f64>> =
         (0..=last).map(|row| angle(row - 1) - angle(row) * 2.0 + angle(row + 1)).collect();
-    of_wheels(problem, &body, step_s)
+    of_channels(problem, &body, step_s)
 }
 
 /// The drift-free table of a torque on the body.
@@ -144,18 +144,23 @@ fn table(problem: &Problem, torque: &dyn Fn(f64) -> Vector3<f64>) -> Table {
             }
         }
     }
-    of_wheels(problem, &body, step_s)
+    of_channels(problem, &body, step_s)
 }
 
-/// Table of the wheels for a torque on the body, its largest torque that of a wheel's limit.
-fn of_wheels(problem: &Problem, body: &[Vector3<f64>], step_s: f64) -> Table {
+/// Table of wheels and pairs for a torque on the body, the channel of largest share at its limit.
+fn of_channels(problem: &Problem, body: &[Vector3<f64>], step_s: f64) -> Table {
     let distribution = problem.distribution();
-    let wheels = |v: &Vector3<f64>| distribution.iter().map(|row| row.dot(v)).collect();
-    let table = Table { step_s, torque_n_m: body.iter().map(wheels).collect() };
+    let (wheels, pairs) = distribution.split_at(problem.wheels.len());
+    let of = |channels: &[Vector3<f64>]| -> Vec<Vec<f64>> {
+        body.iter().map(|v| channels.iter().map(|row| row.dot(v)).collect()).collect()
+    };
+    let table = Table { step_s, torque_n_m: of(wheels), level: of(pairs) };
     let share = |row: &Vec<f64>| {
         let shares = row.iter().zip(&problem.wheels).map(|(u, w)| u.abs() / w.max_torque_n_m);
         shares.fold(0.0, f64::max)
     };
     let largest = table.torque_n_m.iter().map(share).fold(0.0, f64::max);
+    let levels = table.level.iter().flatten();
+    let largest = levels.fold(largest, |most, level| most.max(level.abs()));
     table.scaled(if largest > 0.0 { 1.0 / largest } else { 0.0 })
 }

@@ -11,6 +11,7 @@
 //! | rate | body rate, rad/s |
 //! | cone | cosine of the angle from boresight to direction, `c = (cos θ − cos α) / (1 − cos α)` |
 //! | return | `sin(θ/2)` at the end |
+//! | duty | level of a pair of thrusters before it is rounded to pulses: the share of the time on |
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -69,12 +70,21 @@ pub enum Kind {
     Cone,
     /// Rotation left at the end.
     Return,
+    /// Share of the time that a thruster is on.
+    Duty,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 6] =
-        [Self::Torque, Self::Momentum, Self::Excursion, Self::Rate, Self::Cone, Self::Return];
+    pub const ALL: [Self; 7] = [
+        Self::Torque,
+        Self::Momentum,
+        Self::Excursion,
+        Self::Rate,
+        Self::Cone,
+        Self::Return,
+        Self::Duty,
+    ];
 
     /// Name in tables.
     pub fn name(self) -> &'static str {
@@ -85,6 +95,7 @@ impl Kind {
             Self::Rate => "rate",
             Self::Cone => "cone",
             Self::Return => "return",
+            Self::Duty => "duty",
         }
     }
 }
@@ -98,7 +109,8 @@ pub(super) struct Value {
 }
 
 enum Derivative {
-    Torque { wheel: usize, by: f64 },
+    /// Torque of a wheel, level of a pair.
+    Channel { channel: usize, by: f64 },
     Speed { wheel: usize, by: f64 },
     Attitude([f64; 4]),
     Rate(Vector3<f64>),
@@ -108,7 +120,7 @@ impl Value {
     /// Adds the derivatives of `weight · c`.
     pub(super) fn pull(&self, problem: &Problem, weight: f64, seed: &mut Seed) {
         match &self.derivative {
-            Derivative::Torque { wheel, by } => seed.torque[*wheel] += weight * by,
+            Derivative::Channel { channel, by } => seed.torque[*channel] += weight * by,
             Derivative::Speed { wheel, by } => {
                 // Ω = h/Iₛ − a · ω.
                 let own = &problem.wheels[*wheel];
@@ -133,16 +145,20 @@ pub(super) fn values(
     output: &Output,
 ) -> Vec<Value> {
     let limits = &problem.limits;
-    let mut all = Vec::with_capacity(2 * problem.wheels.len() + 3 + limits.keep_out.len());
+    let mut all = Vec::with_capacity(2 * problem.channels() + 3 + limits.keep_out.len());
     let square =
         |kind, x: f64, limit: f64| (kind, (x / limit).powi(2) - 1.0, 2.0 * x / (limit * limit));
     for (i, wheel) in problem.wheels.iter().enumerate() {
         let (kind, c, by) = square(Kind::Torque, command.torque(step)[i], wheel.max_torque_n_m);
-        all.push(Value { kind, c, derivative: Derivative::Torque { wheel: i, by } });
+        all.push(Value { kind, c, derivative: Derivative::Channel { channel: i, by } });
         let momentum = command.momentum(2 * step)[i];
         let speed = momentum / wheel.spin_inertia_kg_m2 - wheel.axis.dot(&output.rate);
         let (kind, c, by) = square(Kind::Momentum, speed, wheel.max_speed_rad_s);
         all.push(Value { kind, c, derivative: Derivative::Speed { wheel: i, by } });
+    }
+    for channel in problem.wheels.len()..problem.channels() {
+        let (kind, c, by) = square(Kind::Duty, command.torque(step)[channel], 1.0);
+        all.push(Value { kind, c, derivative: Derivative::Channel { channel, by } });
     }
     all.push(rotation(problem, output, Kind::Excursion, limits.excursion_rad));
     if let Some(limit) = limits.rate_rad_s {

@@ -21,6 +21,7 @@ mod motion;
 mod objective;
 mod optimise;
 mod problem;
+mod pulses;
 pub mod samples;
 mod scale;
 mod series;

@@ -5,7 +5,7 @@
 //! `p` in body axes (see [`spacecraft`](crate::truth::spacecraft) for the other symbols):
 //!
 //! ```text
-//! ω = J_b⁻¹ (p − Σ hᵢ aᵢ),   ṗ = −ω × p,   q̇ = ½ q ⊗ (0, ω)
+//! ω = J_b⁻¹ (p − Σ hᵢ aᵢ),   ṗ = −ω × p + τ,   q̇ = ½ q ⊗ (0, ω)
 //! Y = ∂(J ω + h_w)/∂θ,       Ẏ = p × S − ω × Y + E_τ,   S = ∂ω/∂θ = J⁻¹ (Y − N)
 //! ```
 //!
@@ -14,7 +14,10 @@
 //! `J S = Y − N`, this is the variational equation of [`bound`](crate::truth::bound), with no derivative of
 //! the wheel speed.
 //!
-//! Assumptions: no external torque, constant inertia, rigid body.
+//! `τ = Σ cⱼ dⱼ` is the known torque of the pairs of thrusters with the levels `cⱼ`, and the column of its scale has
+//! `E_τ = τ`.
+//!
+//! Assumptions: no other external torque, constant inertia, rigid body.
 //!
 //! The adjoint: for a step `y₁ = Φ(y₀, h)` and a function `f(y₁)`, `∂f/∂y₀ = (∂Φ/∂y₀)ᵀ ∂f/∂y₁`, applied
 //! from the last step to the first. The cost is about four times that of the motion, for any number of
@@ -24,7 +27,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::columns::{Columns, Kind};
 use super::command::Command;
-use super::problem::DesignWheel;
+use super::problem::{DesignWheel, Pair};
 use crate::input::craft::hardware::tilt_directions;
 use crate::truth::bound::hardware::Error;
 
@@ -46,6 +49,7 @@ enum Contribution {
 /// A spacecraft of one inertia, and the columns of its information.
 pub(super) struct Model<'a> {
     wheels: &'a [DesignWheel],
+    pairs: &'a [Pair],
     columns: &'a Columns,
     contributions: Vec<Contribution>,
     inertia: Matrix3<f64>,
@@ -71,21 +75,21 @@ pub(super) struct Seed {
     pub attitude: [f64; 4],
     pub acceleration: Vector3<f64>,
     pub sensitivities: Vec<Vector3<f64>>,
-    /// By the momentum of each wheel.
+    /// By the momentum of each wheel and the level of each pair.
     pub momentum: Vec<f64>,
-    /// By the torque of each wheel.
+    /// By the torque of each wheel and the level of each pair.
     pub torque: Vec<f64>,
 }
 
 impl Seed {
-    pub(super) fn zero(wheels: usize, dynamic: usize) -> Self {
+    pub(super) fn zero(channels: usize, dynamic: usize) -> Self {
         Self {
             rate: Vector3::zeros(),
             attitude: [0.0; 4],
             acceleration: Vector3::zeros(),
             sensitivities: vec![Vector3::zeros(); dynamic],
-            momentum: vec![0.0; wheels],
-            torque: vec![0.0; wheels],
+            momentum: vec![0.0; channels],
+            torque: vec![0.0; channels],
         }
     }
 }
@@ -115,7 +119,7 @@ fn regressor(element: usize, w: &Vector3<f64>) -> Vector3<f64> {
 impl<'a> Model<'a> {
     /// The spacecraft with this inertia, kg m²; none if the inertia without its wheels has no inverse.
     pub(super) fn new(
-        wheels: &'a [DesignWheel],
+        (wheels, pairs): (&'a [DesignWheel], &'a [Pair]),
         columns: &'a Columns,
         inertia: Matrix3<f64>,
         unit_kg_m2: f64,
@@ -129,6 +133,7 @@ impl<'a> Model<'a> {
             .collect();
         Some(Self {
             wheels,
+            pairs,
             columns,
             contributions,
             inertia,
@@ -137,6 +142,19 @@ impl<'a> Model<'a> {
             body_inverse: body.try_inverse()?,
             unit_kg_m2,
         })
+    }
+
+    /// Torque of the pairs, of the channels after the wheels, N m.
+    fn known_torque(&self, channels: &[f64]) -> Vector3<f64> {
+        let pairs = self.pairs.iter().zip(&channels[self.wheels.len()..]);
+        pairs.map(|(pair, level)| pair.torque_n_m * *level).sum()
+    }
+
+    /// Adjoint of [`Self::known_torque`].
+    fn pull_known_torque(&self, seed: &Vector3<f64>, channels: &mut [f64]) {
+        for (pair, level) in self.pairs.iter().zip(&mut channels[self.wheels.len()..]) {
+            *level += pair.torque_n_m.dot(seed);
+        }
     }
 
     fn dimension(&self) -> usize {
@@ -209,7 +227,8 @@ impl<'a> Model<'a> {
     fn slope(&self, state: &[f64], h: &[f64], slope: &mut [f64]) {
         let p = vector(state, P);
         let w = self.rate(&p, h);
-        slope[P..P + 3].copy_from_slice(p.cross(&w).as_slice());
+        let known = self.known_torque(h);
+        slope[P..P + 3].copy_from_slice((p.cross(&w) + known).as_slice());
         let [s, x, y, z] = [state[Q], state[Q + 1], state[Q + 2], state[Q + 3]];
         slope[Q] = -0.5 * (x * w.x + y * w.y + z * w.z);
         slope[Q + 1] = 0.5 * (s * w.x + y * w.z - z * w.y);
@@ -220,8 +239,10 @@ impl<'a> Model<'a> {
             let y = vector(state, at);
             let s = self.inverse * (y - self.contribution(column, &w, h));
             let mut change = p.cross(&s) - w.cross(&y);
-            if let Kind::Torque(axis) = self.columns.all[column].kind {
-                change[axis] += self.unit_kg_m2;
+            match self.columns.all[column].kind {
+                Kind::Torque(axis) => change[axis] += self.unit_kg_m2,
+                Kind::Hardware(Error::TorqueScale) => change += known,
+                _ => {}
             }
             slope[at..at + 3].copy_from_slice(change.as_slice());
         }
@@ -241,9 +262,13 @@ impl<'a> Model<'a> {
         let w = self.rate(&p, h);
         let mut by_p = w.cross(&vector(seed, P));
         let mut by_w = vector(seed, P).cross(&p);
+        self.pull_known_torque(&vector(seed, P), momentum);
         for column in 0..self.columns.dynamic {
             let at = MOTION + 3 * column;
             let (y, y_seed) = (vector(state, at), vector(seed, at));
+            if self.columns.all[column].kind == Kind::Hardware(Error::TorqueScale) {
+                self.pull_known_torque(&y_seed, momentum);
+            }
             let s = self.inverse * (y - self.contribution(column, &w, h));
             by_p += s.cross(&y_seed);
             by_w += y_seed.cross(&y);
@@ -265,12 +290,13 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// Quantities at an instant of these momenta and torques of the wheels.
+    /// Quantities at an instant of these momenta and torques of the wheels, and levels of the pairs.
     pub(super) fn output(&self, state: &[f64], h: &[f64], u: &[f64]) -> Output {
         let p = vector(state, P);
         let w = self.rate(&p, h);
         let wheels = self.wheels.iter().zip(u);
-        let torque = wheels.fold(p.cross(&w), |sum, (wheel, u)| sum - wheel.axis * *u);
+        let external = p.cross(&w) + self.known_torque(u);
+        let torque = wheels.fold(external, |sum, (wheel, u)| sum - wheel.axis * *u);
         let sensitivity = |column: usize| {
             let y = vector(state, MOTION + 3 * column);
             self.inverse * (y - self.contribution(column, &w, h))
@@ -303,6 +329,11 @@ impl<'a> Model<'a> {
             by_u[i] += seed.torque[i] - wheel.axis.dot(&by_torque);
             by_h[i] += seed.momentum[i];
         }
+        for i in self.wheels.len()..seed.torque.len() {
+            by_u[i] += seed.torque[i];
+            by_h[i] += seed.momentum[i];
+        }
+        self.pull_known_torque(&by_torque, by_u);
         for (column, by_s) in seed.sensitivities.iter().enumerate() {
             let through = self.inverse * by_s;
             add(pulled, MOTION + 3 * column, &through);
@@ -338,7 +369,7 @@ impl<'a> Model<'a> {
         by_momentum: &mut [f64],
         by_torque: &mut [f64],
     ) {
-        let (wheels, dimension) = (self.wheels.len(), self.dimension());
+        let (channels, dimension) = (command.channels(), self.dimension());
         let mut adjoint = vec![0.0; dimension];
         let mut stages = Stages::new(dimension);
         for instant in (0..=command.steps).rev() {
@@ -352,8 +383,8 @@ impl<'a> Model<'a> {
                 command.momentum(2 * instant),
                 &seeds[instant],
                 &mut adjoint,
-                &mut by_momentum[2 * instant * wheels..][..wheels],
-                &mut by_torque[instant * wheels..][..wheels],
+                &mut by_momentum[2 * instant * channels..][..channels],
+                &mut by_torque[instant * channels..][..channels],
             );
         }
     }
@@ -446,7 +477,7 @@ impl Stages {
         by_end: Vec<f64>,
         by_momentum: &mut [f64],
     ) -> Vec<f64> {
-        let wheels = model.wheels.len();
+        let channels = command.channels();
         let mut by_start = by_end.clone();
         let mut later = vec![0.0; start.len()];
         for stage in (0..4).rev() {
@@ -461,7 +492,7 @@ impl Stages {
                 command.momentum(half),
                 &seed,
                 &mut later,
-                &mut by_momentum[half * wheels..][..wheels],
+                &mut by_momentum[half * channels..][..channels],
             );
             by_start.iter_mut().zip(&later).for_each(|(sum, part)| *sum += part);
         }

@@ -78,7 +78,7 @@ pub(super) fn covariance(
 pub(super) struct Objective<'a> {
     pub problem: &'a Problem,
     pub spline: &'a Spline,
-    /// Unit of the torque of each wheel, N m.
+    /// Unit of the torque of each wheel, N m, and of the level of each pair.
     pub scale: Vec<f64>,
     /// Number of times that the spline is flown.
     pub repeats: f64,
@@ -131,15 +131,15 @@ impl Objective<'_> {
         };
         // Collected in order, hence the same sum on any number of threads.
         let parts: Vec<Part> = tasks.par_iter().map(of).collect::<Option<_>>()?;
-        let mut by_momentum = vec![0.0; (2 * command.steps + 1) * command.wheels()];
-        let mut by_torque = vec![0.0; (command.steps + 1) * command.wheels()];
+        let mut by_momentum = vec![0.0; (2 * command.steps + 1) * command.channels()];
+        let mut by_torque = vec![0.0; (command.steps + 1) * command.channels()];
         for part in &parts {
             by_momentum.iter_mut().zip(&part.by_momentum).for_each(|(sum, x)| *sum += x);
             by_torque.iter_mut().zip(&part.by_torque).for_each(|(sum, x)| *sum += x);
         }
         Some(Evaluation {
             value: parts.iter().map(|part| part.value).sum(),
-            gradient: self.spline.pull(&by_momentum, &by_torque, &self.scale),
+            gradient: self.spline.pull(&by_momentum, &by_torque, &self.scale, self.problem.wheels.len()),
             limits: parts.into_iter().flat_map(|part| part.limits).collect(),
         })
     }
@@ -162,7 +162,7 @@ impl Objective<'_> {
         let seeds: Vec<Seed> = all_rows
             .iter()
             .map(|rows| {
-                let mut seed = Seed::zero(command.wheels(), columns.dynamic);
+                let mut seed = Seed::zero(command.channels(), columns.dynamic);
                 pull_rows(columns, &(rows * &by_f), &mut seed);
                 seed
             })
@@ -178,7 +178,7 @@ impl Objective<'_> {
         let (mut value, mut limits, mut seeds) = (0.0, Vec::new(), Vec::new());
         for (step, state) in states.iter().enumerate() {
             let output = model.output(state, command.momentum(2 * step), command.torque(step));
-            let mut seed = Seed::zero(command.wheels(), 0);
+            let mut seed = Seed::zero(command.channels(), 0);
             for limit in values(self.problem, command, step, &output) {
                 let at = index * self.limits_of_inertia(command) + limits.len();
                 let multiplier = lagrangian.multipliers.get(at).copied().unwrap_or(0.0);
@@ -195,9 +195,10 @@ impl Objective<'_> {
 
     /// Number of limits of one inertia: those of each instant, and the return.
     fn limits_of_inertia(&self, command: &Command) -> usize {
-        let Problem { wheels, limits, .. } = self.problem;
+        let Problem { wheels, pairs, limits, .. } = self.problem;
+        let of_channels = 2 * wheels.len() + pairs.len();
         let each =
-            2 * wheels.len() + 1 + usize::from(limits.rate_rad_s.is_some()) + limits.keep_out.len();
+            of_channels + 1 + usize::from(limits.rate_rad_s.is_some()) + limits.keep_out.len();
         each * (command.steps + 1) + 1
     }
 }
@@ -210,8 +211,8 @@ fn pulled(
     value: f64,
     limits: Vec<(LimitKind, f64)>,
 ) -> Part {
-    let mut by_momentum = vec![0.0; (2 * command.steps + 1) * command.wheels()];
-    let mut by_torque = vec![0.0; (command.steps + 1) * command.wheels()];
+    let mut by_momentum = vec![0.0; (2 * command.steps + 1) * command.channels()];
+    let mut by_torque = vec![0.0; (command.steps + 1) * command.channels()];
     model.pull(command, states, seeds, &mut by_momentum, &mut by_torque);
     Part { value, by_momentum, by_torque, limits }
 }
@@ -220,9 +221,10 @@ fn pulled(
 mod tests {
     use super::*;
     use crate::input::Scenario;
-    use crate::input::scenario::TorqueProfile;
+    use crate::input::scenario::{SimulatedThruster, TorqueProfile};
     use crate::manoeuvre::{Criterion, Effort, KeepOut, Limits, Request, Table, Treatment};
     use crate::truth::Flight;
+    use flight_input::craft::Thruster;
     use nalgebra::Vector3;
 
     fn request(treatment: Treatment) -> Request {
@@ -261,26 +263,47 @@ mod tests {
         scenario
     }
 
+    /// The same with pairs of thrusters about two axes, their scale uncertain.
+    fn with_thrusters(mut scenario: Scenario) -> Scenario {
+        for torque in [[0.02, 0.003, 0.0], [0.0, 0.0, 0.01]] {
+            for torque_n_m in [Vector3::from(torque), -Vector3::from(torque)] {
+                let thruster = Thruster { torque_n_m, min_pulse_s: 0.1 };
+                let on_s = Vec::new();
+                scenario.torque.thrusters.push(SimulatedThruster { thruster, on_s });
+            }
+        }
+        scenario.hardware.torque_scale_sigma = 0.02;
+        scenario
+    }
+
     fn variables(count: usize) -> Vec<f64> {
         (0..count).map(|i| 0.3 * (2.3 * i as f64 + 0.4).sin()).collect()
     }
 
     #[test]
     fn gradient_is_that_of_finite_differences() {
-        for treatment in [Treatment::Considered, Treatment::Solved] {
-            let problem = Problem::new(&scenario(100.0), &request(treatment)).unwrap();
+        let (wheels, both) = (scenario(100.0), with_thrusters(scenario(100.0)));
+        let alone = Scenario { wheels: Vec::new(), ..with_thrusters(scenario(0.0)) };
+        for (scenario, treatment, scale) in [
+            (&wheels, Treatment::Considered, vec![0.02; 3]),
+            (&wheels, Treatment::Solved, vec![0.02; 3]),
+            (&both, Treatment::Considered, vec![0.02, 0.02, 0.02, 0.5, 0.7]),
+            (&both, Treatment::Solved, vec![0.02, 0.02, 0.02, 0.5, 0.7]),
+            (&alone, Treatment::Considered, vec![0.5, 0.7]),
+        ] {
+            let problem = Problem::new(scenario, &request(treatment)).unwrap();
             let spline = Spline::new(10, 2.4, false);
             let mut heavier = problem.prior.inertia_kg_m2;
             heavier[1] *= 1.1;
             let objective = Objective {
                 problem: &problem,
                 spline: &spline,
-                scale: vec![0.02; 3],
+                scale: scale.clone(),
                 repeats: 2.0,
                 samples: vec![problem.prior.inertia_kg_m2, heavier],
                 bounding: vec![heavier],
             };
-            let y = variables(3 * spline.variables());
+            let y = variables(scale.len() * spline.variables());
             let mut lagrangian = Lagrangian { multipliers: Vec::new(), weight: 1e-3 };
             let first = objective.evaluate(&y, &lagrangian).unwrap();
             lagrangian.multipliers =
@@ -311,7 +334,7 @@ mod tests {
             from.iter().zip(to).map(|(a, b)| a + part * (b - a)).collect()
         };
         let torque_n_m = (0..=3 * command.steps).map(row).collect();
-        Table { step_s: command.step_s / 3.0, torque_n_m }
+        Table { step_s: command.step_s / 3.0, torque_n_m, level: Vec::new() }
     }
 
     /// The information of the design is that of the truth: bound of noise, of solved and of considered

@@ -9,6 +9,7 @@ use super::limits::Limits;
 use super::motion::Model;
 use crate::input::Scenario;
 use crate::input::craft::Prior;
+use flight_input::craft::Thruster;
 use flight_input::inertia::tensor;
 
 /// A wheel as the design needs it.
@@ -22,6 +23,17 @@ pub(super) struct DesignWheel {
     pub max_speed_rad_s: f64,
     /// Speed at the start, rad/s.
     pub speed_rad_s: f64,
+}
+
+/// Two thrusters of opposite torque.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pair {
+    /// Places of the two among the thrusters.
+    pub thrusters: [usize; 2],
+    /// Torque of the first on the body while on, N m.
+    pub torque_n_m: Vector3<f64>,
+    /// Samples of the gyro in the shortest pulse.
+    pub pulse_samples: usize,
 }
 
 /// Limits, criterion and effort of a design.
@@ -66,9 +78,37 @@ impl Default for Effort {
 /// A spacecraft for which no manoeuvre can be designed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum DesignError {
-    /// No wheels.
-    #[error("no [[wheel]]: a manoeuvre is torque of reaction wheels; add the wheels")]
-    NoWheels,
+    /// Neither wheels nor thrusters.
+    #[error(
+        "no [[wheel]] and no [[thruster]]: a manoeuvre is torque of reaction wheels or thrusters; add them"
+    )]
+    NoSource,
+    /// A thruster whose torque no other opposes.
+    #[error(
+        "thruster[{thruster}] has the torque {torque_n_m:?} N m, and no other thruster has its opposite: a \
+         manoeuvre returns to rest; add it, or remove thruster[{thruster}]"
+    )]
+    NoOpposite {
+        /// Number of the thruster, from 1.
+        thruster: usize,
+        /// Its torque, N m.
+        torque_n_m: [f64; 3],
+    },
+    /// A shortest pulse of a large part of the manoeuvre.
+    #[error(
+        "thruster[{thruster}]: {pulses} pulses of `min_pulse_s` fit in {duration_s} s; a design takes at least \
+         {least}: give a longer --duration"
+    )]
+    FewPulses {
+        /// Number of the thruster, from 1.
+        thruster: usize,
+        /// Pulses in the manoeuvre.
+        pulses: usize,
+        /// Duration, s.
+        duration_s: f64,
+        /// Pulses required.
+        least: usize,
+    },
     /// A wheel without limits.
     #[error(
         "wheel[{wheel}] has no `{key}`; add it from the data sheet: without limits no manoeuvre is best"
@@ -160,6 +200,7 @@ impl DesignError {
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     pub wheels: Vec<DesignWheel>,
+    pub pairs: Vec<Pair>,
     /// Inertia expected, and one sigma; zero if known.
     pub prior: Prior,
     /// Mean moment of the prior: unit of inertia and torque.
@@ -175,6 +216,10 @@ pub(super) struct Problem {
 
 /// Fewest samples of a manoeuvre: seven knots of eight samples.
 const LEAST_SAMPLES: usize = 56;
+/// Fewest pulses of a thruster in a manoeuvre: four for each of four sections of a slew.
+const LEAST_PULSES: usize = 16;
+/// Share by which opposite torques may differ: rounding of the data sheet.
+const OPPOSITE: f64 = 1e-6;
 /// Rate at the start below which the body is at rest, rad/s.
 const REST_RAD_S: f64 = 1e-9;
 
@@ -191,6 +236,7 @@ impl Problem {
         let columns = Columns::new(scenario, request.treatment, sigma, unit_kg_m2);
         let problem = Self {
             wheels: wheels(scenario, &request.limits)?,
+            pairs: pairs(scenario, request.duration_s)?,
             unit_kg_m2,
             attitude: scenario.spacecraft.attitude,
             noise_rad_s: scenario.gyro.reading_variance_rad2_s2().sqrt(),
@@ -206,6 +252,9 @@ impl Problem {
     }
 
     fn check(&self, scenario: &Scenario) -> Result<(), DesignError> {
+        if self.channels() == 0 {
+            return Err(DesignError::NoSource);
+        }
         let rate_rad_s = scenario.spacecraft.rate_rad_s.norm();
         if rate_rad_s > REST_RAD_S {
             return Err(DesignError::Turning { rate_rad_s });
@@ -239,7 +288,12 @@ impl Problem {
         columns: &'a Columns,
         inertia_kg_m2: &[f64; 6],
     ) -> Option<Model<'a>> {
-        Model::new(&self.wheels, columns, tensor(inertia_kg_m2), self.unit_kg_m2)
+        Model::new((&self.wheels, &self.pairs), columns, tensor(inertia_kg_m2), self.unit_kg_m2)
+    }
+
+    /// Number of wheels and pairs of thrusters.
+    pub(super) fn channels(&self) -> usize {
+        self.wheels.len() + self.pairs.len()
     }
 
     /// Axial momentum of the wheels at the start, at rest, N m s.
@@ -262,18 +316,60 @@ impl Problem {
         model.start(&Vector3::zeros(), [q.w, q.i, q.j, q.k], &self.start_momentum())
     }
 
-    /// Torques of the wheels that give a torque on the body: `u = −A⁺ τ` with the axes `A`.
+    /// Torques of the wheels, levels of the pairs, that give a torque on the body: `u = −A⁺ τ` with the axes `A` of the
+    /// wheels; with pairs each channel in units of its limit.
     pub(super) fn distribution(&self) -> Vec<Vector3<f64>> {
+        if !self.pairs.is_empty() {
+            return self.weighted_distribution();
+        }
         let axes: Matrix3<f64> = self.wheels.iter().map(|w| w.axis * w.axis.transpose()).sum();
         let inverse = axes.pseudo_inverse(1e-9).unwrap_or_else(|_| Matrix3::zeros());
         self.wheels.iter().map(|wheel| -(inverse * wheel.axis)).collect()
     }
+
+    /// `u = L Wᵀ (W Wᵀ)⁺ τ` with the limits `L` of the channels and the torques `W` on the body at the limits.
+    fn weighted_distribution(&self) -> Vec<Vector3<f64>> {
+        let wheels = self.wheels.iter().map(|wheel| (-wheel.axis, wheel.max_torque_n_m));
+        let pairs = self.pairs.iter().map(|pair| (pair.torque_n_m, 1.0));
+        let all: Vec<(Vector3<f64>, f64)> = wheels.chain(pairs).collect();
+        let at_limit = |(torque, limit): &(Vector3<f64>, f64)| torque * *limit;
+        let sum: Matrix3<f64> = all.iter().map(|of| at_limit(of) * at_limit(of).transpose()).sum();
+        let epsilon = 1e-9 * sum.trace();
+        let inverse = sum.pseudo_inverse(epsilon).unwrap_or_else(|_| Matrix3::zeros());
+        all.iter().map(|of| inverse * at_limit(of) * of.1).collect()
+    }
+}
+
+/// Thrusters in pairs of opposite torque.
+pub(super) fn pairs(scenario: &Scenario, duration_s: f64) -> Result<Vec<Pair>, DesignError> {
+    let thrusters: Vec<Thruster> = scenario.craft().thrusters;
+    let mut pairs: Vec<Pair> = Vec::new();
+    let mut free: Vec<usize> = (0..thrusters.len()).collect();
+    while !free.is_empty() {
+        let first = free.remove(0);
+        let torque_n_m = thrusters[first].torque_n_m;
+        let is_opposite = |other: &usize| {
+            (thrusters[*other].torque_n_m + torque_n_m).norm() <= OPPOSITE * torque_n_m.norm()
+        };
+        let thruster = first + 1;
+        let opposite = free.iter().position(is_opposite);
+        let opposite = opposite
+            .ok_or(DesignError::NoOpposite { thruster, torque_n_m: torque_n_m.into() })?;
+        let second = free.remove(opposite);
+        let min_pulse_s = thrusters[first].min_pulse_s.max(thrusters[second].min_pulse_s);
+        let samples = min_pulse_s * scenario.gyro.rate_hz;
+        let pulse_samples = ((samples - OPPOSITE).ceil() as usize).max(1);
+        let pulses = (duration_s * scenario.gyro.rate_hz) as usize / pulse_samples;
+        if pulses < LEAST_PULSES {
+            let least = LEAST_PULSES;
+            return Err(DesignError::FewPulses { thruster, pulses, duration_s, least });
+        }
+        pairs.push(Pair { thrusters: [first, second], torque_n_m, pulse_samples });
+    }
+    Ok(pairs)
 }
 
 fn wheels(scenario: &Scenario, limits: &Limits) -> Result<Vec<DesignWheel>, DesignError> {
-    if scenario.wheels.is_empty() {
-        return Err(DesignError::NoWheels);
-    }
     let of = |(index, simulated): (usize, &crate::input::scenario::SimulatedWheel)| {
         let missing = |key| DesignError::NoLimit { wheel: index + 1, key };
         let wheel = &simulated.wheel;

@@ -26,15 +26,22 @@ pub(super) struct Usage {
     largest: [f64; Kind::ALL.len()],
     /// Largest body rate, rad/s, whether it is limited or not.
     pub rate_rad_s: f64,
+    /// Largest body rate at the end, rad/s.
+    pub end_rate_rad_s: f64,
 }
 
 impl Usage {
-    const NONE: Self = Self { largest: [f64::NEG_INFINITY; Kind::ALL.len()], rate_rad_s: 0.0 };
+    const NONE: Self = Self {
+        largest: [f64::NEG_INFINITY; Kind::ALL.len()],
+        rate_rad_s: 0.0,
+        end_rate_rad_s: 0.0,
+    };
 
     pub(super) fn and(self, other: &Self) -> Self {
         Self {
             largest: std::array::from_fn(|i| self.largest[i].max(other.largest[i])),
             rate_rad_s: self.rate_rad_s.max(other.rate_rad_s),
+            end_rate_rad_s: self.end_rate_rad_s.max(other.end_rate_rad_s),
         }
     }
 
@@ -55,16 +62,18 @@ impl Usage {
     }
 }
 
-/// Usage of the limits by a table for one inertia.
-pub(super) fn usage(problem: &Problem, table: &Table, inertia_kg_m2: &[f64; 6]) -> Option<Usage> {
+/// Usage of the limits by a table of pulses for one inertia. That of duty is left out.
+fn usage(problem: &Problem, table: &Table, inertia_kg_m2: &[f64; 6]) -> Option<Usage> {
     let columns = Columns::none();
     let model = problem.model(&columns, inertia_kg_m2)?;
     let command = table.command(&problem.start_momentum());
     let mut usage = Usage::NONE;
     for (step, state) in model.fly(&command, problem.start(&model)).iter().enumerate() {
         let output = model.output(state, command.momentum(2 * step), command.torque(step));
-        usage.rate_rad_s = usage.rate_rad_s.max(output.rate.norm());
-        for value in values(problem, &command, step, &output) {
+        usage.end_rate_rad_s = output.rate.norm();
+        usage.rate_rad_s = usage.rate_rad_s.max(usage.end_rate_rad_s);
+        let values = values(problem, &command, step, &output).into_iter();
+        for value in values.filter(|value| value.kind != Kind::Duty) {
             let largest = &mut usage.largest[value.kind as usize];
             // Not a number exceeds every limit.
             *largest = if value.c.is_nan() { f64::INFINITY } else { largest.max(value.c) };
@@ -73,13 +82,22 @@ pub(super) fn usage(problem: &Problem, table: &Table, inertia_kg_m2: &[f64; 6]) 
     Some(usage)
 }
 
-/// Usage by a table for all inertias.
+/// Usage by a table, its levels rounded to pulses, for all inertias.
 pub(super) fn usage_of_all(
     problem: &Problem,
     table: &Table,
     inertias: &[[f64; 6]],
 ) -> Option<Vec<Usage>> {
-    inertias.par_iter().map(|inertia| usage(problem, table, inertia)).collect()
+    let flown = problem.in_pulses(table);
+    let duty = table.level.iter().flatten().fold(0.0f64, |most, level| most.max(level.abs()));
+    let of = |inertia| {
+        let mut usage = usage(problem, &flown, inertia)?;
+        if !problem.pairs.is_empty() {
+            usage.largest[Kind::Duty as usize] = duty * duty - 1.0;
+        }
+        Some(usage)
+    };
+    inertias.par_iter().map(of).collect()
 }
 
 /// A scaled table, and what it uses of the limits.

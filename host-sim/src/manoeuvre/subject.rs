@@ -55,7 +55,7 @@ pub fn subject(name_or_path: &str, rate_hz: f64) -> Result<Scenario, SubjectErro
 }
 
 /// Files of a scenario that flies a table: name and text of each, the scenario first. It has the spacecraft, wheels,
-/// gyro, stated errors, prior and disturbance of `scenario`.
+/// thrusters, gyro, stated errors, prior and disturbance of `scenario`.
 pub fn flown(scenario: &Scenario, table: &Table) -> Vec<(String, String)> {
     let rows = table.torque_n_m.len();
     let duration_s = rows.saturating_sub(1) as f64 * table.step_s;
@@ -91,6 +91,15 @@ pub fn flown(scenario: &Scenario, table: &Table) -> Vec<(String, String)> {
             files.push((csv, format!("t_s,x\n{lines}")));
         }
     }
+    if let Some(Value::Array(thrusters)) = text.get_mut("thruster") {
+        for (thruster, on_s) in thrusters.iter_mut().zip(table.thruster_pulses_s(scenario)) {
+            let pulse = |[on_s, off_s]: &[f64; 2]| Value::from(vec![*on_s, *off_s]);
+            let Value::Table(thruster) = thruster else { continue };
+            if !on_s.is_empty() {
+                thruster.insert("on_s".into(), on_s.iter().map(pulse).collect::<Vec<_>>().into());
+            }
+        }
+    }
     files.insert(0, ("scenario.toml".to_owned(), text.to_string()));
     files
 }
@@ -115,6 +124,14 @@ fn scenario_text(
     let mut text: Toml = stated.to_toml().parse().unwrap_or_default();
     for key in ["torque", "mount", "filter", "log"] {
         text.remove(key);
+    }
+    let scale_sigma = craft.hardware.torque_scale_sigma;
+    if !craft.thrusters.is_empty() && scale_sigma > 0.0 {
+        edit(&mut text, "torque", |torque| {
+            torque.insert("kind".into(), "constant".into());
+            torque.insert("value_n_m".into(), vec![0.0; 3].into());
+            torque.insert("scale_sigma".into(), scale_sigma.into());
+        });
     }
     edit(&mut text, "gyro", |gyro| {
         for key in ["scale", "axes_deg"] {

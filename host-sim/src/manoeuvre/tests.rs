@@ -2,12 +2,14 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use flight_input::craft::Thruster;
 use flight_input::inertia::tensor;
 use nalgebra::Vector3;
 
 use super::problem::Problem;
 use super::*;
 use crate::input::Scenario;
+use crate::input::scenario::SimulatedThruster;
 use crate::truth::{Flight, Instant};
 
 /// A satellite with a pyramid of wheels, its prior, and a short search.
@@ -50,6 +52,11 @@ torque = true
 "#;
 
 fn satellite(speed_rad_s: f64) -> Scenario {
+    let text = satellite_text(speed_rad_s);
+    Scenario::from_toml("s.toml", &text, std::path::Path::new("")).unwrap()
+}
+
+fn satellite_text(speed_rad_s: f64) -> String {
     let axes = ["[1, 1, 1]", "[1, -1, -1]", "[-1, 1, -1]", "[-1, -1, 1]"];
     let wheel = |(index, axis): (usize, &&str)| {
         let speed = if index == 0 { speed_rad_s } else { 0.0 };
@@ -59,8 +66,7 @@ fn satellite(speed_rad_s: f64) -> Scenario {
         )
     };
     let wheels: String = axes.iter().enumerate().map(wheel).collect();
-    Scenario::from_toml("s.toml", &format!("{SATELLITE}{wheels}"), std::path::Path::new(""))
-        .unwrap()
+    format!("{SATELLITE}{wheels}")
 }
 
 fn run(scenario: &Scenario, request: &Request) -> Design {
@@ -107,6 +113,65 @@ fn truth_keeps_every_limit_throughout_the_prior_and_returns() {
         let torques = design.best.table.torque_n_m.concat();
         assert!(torques.iter().all(|torque| torque.abs() <= 2e-3));
         assert!(widest <= 1.0, "{widest}");
+    }
+}
+
+/// The satellite with pairs of thrusters beside its wheels or in their place.
+fn with_thrusters(has_wheels: bool) -> Scenario {
+    let mut text = satellite_text(0.0);
+    for torque in [[0.004, 0.0, 0.0], [0.0, 0.004, 0.0], [0.0, 0.001, 0.003]] {
+        for sign in [1.0, -1.0] {
+            let torque = torque.map(|x: f64| sign * x);
+            text += &format!("[[thruster]]\ntorque_n_m = {torque:?}\nmin_pulse_s = 0.2\n");
+        }
+    }
+    text += "[torque]\nkind = 'constant'\nvalue_n_m = [0, 0, 0]\nscale_sigma = 0.03\n";
+    let mut scenario = Scenario::from_toml("s.toml", &text, std::path::Path::new("")).unwrap();
+    if !has_wheels {
+        scenario.wheels.clear();
+    }
+    scenario.hardware.common_spin_inertia_sigma = if has_wheels { 0.03 } else { 0.0 };
+    scenario
+}
+
+#[test]
+fn truth_flies_the_pulses_within_the_limits_and_with_the_sigma_of_the_report() {
+    for has_wheels in [false, true] {
+        let (scenario, mut request) = (with_thrusters(has_wheels), request(6.0));
+        request.uses_prior = false;
+        let design = run(&scenario, &request);
+        let limits = &request.limits;
+        let mut flown = flown_scenario(&scenario, &design);
+        let pulses: Vec<&[f64; 2]> =
+            flown.torque.thrusters.iter().flat_map(|of| &of.on_s).collect();
+        let is_whole = |share: f64| (share - share.round()).abs() < 1e-4 && share > 0.5;
+        assert!(pulses.len() > 8 && pulses.iter().all(|[on, off]| is_whole((off - on) / 0.2)));
+        let problem = Problem::new(&scenario, &request).unwrap();
+        for inertia_kg_m2 in problem.samples(8, 77).unwrap() {
+            flown.spacecraft.inertia_kg_m2 = inertia_kg_m2;
+            let flight = Flight::simulate(&flown).unwrap();
+            for instant in &flight.instants {
+                assert!(excursion_rad(instant, &flown) <= limits.excursion_rad);
+                assert!(instant.rate_rad_s.norm() <= limits.rate_rad_s.unwrap());
+                assert!(instant.wheel_speed_rad_s.iter().all(|speed| speed.abs() <= 300.0));
+            }
+            let end = flight.instants.last().unwrap();
+            assert!(excursion_rad(end, &flown) <= limits.return_rad);
+            assert!(end.rate_rad_s.norm() <= 1.01 * design.best.end_rate_rad_s);
+        }
+        let accuracy = accuracy(&scenario, &request, &design.best).unwrap();
+        flown.spacecraft.inertia_kg_m2 = accuracy.inertia_kg_m2;
+        let bound = Flight::simulate(&flown).unwrap().bound;
+        let considered = bound.hardware.unwrap().considered_kg_m2;
+        for i in 0..6 {
+            let [noise, all] = [bound.sigma_kg_m2[i].unwrap(), considered[i].unwrap()];
+            assert!((accuracy.random_kg_m2[i] / noise - 1.0).abs() < 0.01, "{i} {has_wheels}");
+            assert!((accuracy.after_kg_m2[i] / all - 1.0).abs() < 0.01, "{i} {has_wheels}");
+        }
+        // The scale: that of the thrusters alone, and of thrusters and wheels together.
+        let scale = accuracy.after_kg_m2[0] / accuracy.inertia_kg_m2[0];
+        let least = if has_wheels { 0.03 / 2f64.sqrt() } else { 0.03 };
+        assert!(scale > 0.99 * least && scale < 1.5 * 0.03, "{scale}");
     }
 }
 
@@ -170,7 +235,24 @@ fn each_missing_or_contradictory_input_is_named() {
         design(&scenario, &request, &stop, &|_| ()).unwrap_err().to_string()
     };
     let expect = |found: String, part: &str| assert!(found.contains(part), "{found}");
-    expect(message(&|scenario, _| scenario.wheels.clear()), "no [[wheel]]");
+    expect(message(&|scenario, _| scenario.wheels.clear()), "no [[wheel]] and no [[thruster]]");
+    let thruster = |x: f64, min_pulse_s: f64| SimulatedThruster {
+        thruster: Thruster { torque_n_m: Vector3::new(x, 0.0, 0.0), min_pulse_s },
+        on_s: Vec::new(),
+    };
+    expect(
+        message(&|scenario, _| {
+            scenario.torque.thrusters =
+                vec![thruster(0.01, 0.1), thruster(-0.01, 0.1), thruster(0.02, 0.1)];
+        }),
+        "thruster[3] has the torque [0.02, 0.0, 0.0] N m, and no other thruster has its opposite",
+    );
+    expect(
+        message(&|scenario, _| {
+            scenario.torque.thrusters = vec![thruster(0.01, 0.1), thruster(-0.01, 3.0)];
+        }),
+        "thruster[1]: 10 pulses of `min_pulse_s` fit in 30 s; a design takes at least 16",
+    );
     expect(
         message(&|scenario, _| scenario.wheels[1].wheel.limits.max_speed_rad_s = None),
         "wheel[2] has no `max_speed_rad_s`",

@@ -21,6 +21,9 @@ const MOST_RATE_RAD_S: f64 = 10.0;
 /// Reason for which the flight computer cannot fly a design.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum NotFlown {
+    /// Thrusters.
+    #[error("the design has pulses of thrusters, and the flight computer commands wheels alone")]
+    Thrusters,
     /// More wheels than places.
     #[error("the design has {0} wheels, the flight computer {WHEELS}")]
     Wheels(usize),
@@ -48,6 +51,9 @@ pub fn flight_table(
 ) -> Result<FlightTable, NotFlown> {
     let wheels = scenario.wheels.len();
     let splines = design.coefficients_n_m.first().map_or(0, Vec::len);
+    if !scenario.torque.thrusters.is_empty() {
+        return Err(NotFlown::Thrusters);
+    }
     if wheels > WHEELS {
         return Err(NotFlown::Wheels(wheels));
     }

@@ -6,6 +6,7 @@
 //! | `result.json` | the document of `--json` |
 //! | `torque.csv` | torque of all wheels at the samples of the gyro |
 //! | `spline.csv` | coefficients of the spline |
+//! | `thrusters.csv` | with thrusters: their pulses in the order of time |
 //! | `telecommands.csv` | the upload for the flight computer: function and user data of each telecommand, in order |
 //! | `scenario.toml`, `torque-1.csv`, … | a scenario that flies the manoeuvre, for `run` and `mc` |
 //! | `series.csv`, `series-standard.csv` | torque, speed, rate, excursion and sigma over time: design, best standard manoeuvre |
@@ -78,9 +79,14 @@ impl DesignFolder<'_> {
             ("series-standard.csv", "the best standard manoeuvre over time"),
             ("telecommands.csv", "the upload for the flight computer"),
         ];
-        let files = if self.table_on_board.is_some() { &FILES[..] } else { &FILES[..6] };
+        let mut files =
+            if self.table_on_board.is_some() { FILES.to_vec() } else { FILES[..6].to_vec() };
+        if !self.result.thruster_on_s.is_empty() {
+            folder.stream("thrusters.csv", |out| self.pulses(out))?;
+            files.push(("thrusters.csv", "times at which each thruster is switched on and off"));
+        }
         let over_time = (self.series, self.standard);
-        let (page, figures) = page::design(self.result, over_time, self.command, self.notes, files);
+        let (page, figures) = page::design(self.result, over_time, self.command, self.notes, &files);
         write_page(&mut folder, &page, &figures)
     }
 
@@ -90,6 +96,16 @@ impl DesignFolder<'_> {
             writeln!(out, "{}{}", stamp_s(row, self.result.step_s), values(torques))?;
         }
         Ok(())
+    }
+
+    fn pulses(&self, mut out: impl Write) -> io::Result<()> {
+        let thrusters = (1..).zip(&self.result.thruster_on_s);
+        let mut all: Vec<(f64, f64, usize)> = thrusters
+            .flat_map(|(number, pulses)| pulses.iter().map(move |[on, off]| (*on, *off, number)))
+            .collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        writeln!(out, "thruster,on_s,off_s")?;
+        all.iter().try_for_each(|(on, off, number)| writeln!(out, "{number},{on:?},{off:?}"))
     }
 
     fn spline(&self, mut out: impl Write) -> io::Result<()> {

@@ -14,6 +14,7 @@ use super::hardware::{
 };
 use super::log_format::{self, LogFile, LogFormat};
 use super::prior::{self, Prior, PriorFile};
+use super::thruster::{self, Thruster, ThrusterFile};
 use super::wheel::{self, Wheel, WheelFile, check_count};
 use crate::error::InputError;
 use crate::key::{ANY, Key, TABLE, TABLES as REPEATED, Table};
@@ -26,6 +27,7 @@ const ROOT: Table = Table {
     keys: &[
         Key::required("wheel", REPEATED, "", ANY, "Reaction wheels").or("no wheel"),
         Key::required("wheels", TABLE, "", ANY, "Errors of all wheels").or("assumed errors"),
+        Key::required("thruster", REPEATED, "", ANY, "Thrusters").or("no thruster"),
         Key::required("gyro", TABLE, "", ANY, "Gyro").or("unknown gyro"),
         Key::required("torque", TABLE, "", ANY, "Error of the torque columns").or("assumed error"),
         Key::required("mount", TABLE, "", ANY, "Turn of all sensors as one").or("none"),
@@ -39,12 +41,13 @@ const ROOT: Table = Table {
 };
 
 /// The tables of a craft file.
-pub const TABLES: [Table; 17] = [
+pub const TABLES: [Table; 18] = [
     ROOT,
     wheel::TABLE,
     hardware::TACHOMETER_TABLE,
     hardware::WHEELS_TABLE,
     hardware::TACHOMETERS_TABLE,
+    thruster::TABLE,
     gyro::TABLE,
     hardware::TORQUE_TABLE,
     hardware::MOUNT_TABLE,
@@ -64,6 +67,8 @@ pub const TABLES: [Table; 17] = [
 pub struct Craft {
     /// The reaction wheels, in the order of the log's columns `wheel_1_rad_s`, `wheel_2_rad_s`, …
     pub wheels: Vec<Wheel>,
+    /// Thrusters: torque sources of a design, unused by the estimators.
+    pub thrusters: Vec<Thruster>,
     /// Known properties of the gyro.
     pub gyro: GyroData,
     /// Errors of the hardware: known parts, and one sigma of the rest.
@@ -119,6 +124,7 @@ impl Craft {
         for (index, wheel) in self.wheels.iter().enumerate() {
             wheel.write(&mut text, index, &self.hardware);
         }
+        self.thrusters.iter().for_each(|thruster| thruster.write(&mut text));
         self.gyro.write(&mut text, &self.hardware);
         self.hardware.write_tables(&mut text);
         if let Some(prior) = &self.prior {
@@ -142,6 +148,9 @@ impl Craft {
         let wheels: Vec<Wheel> = (file.wheel.iter().enumerate())
             .map(|(index, wheel)| wheel.get_ref().read(&root.entry("wheel", index)))
             .collect::<Result<_, _>>()?;
+        let thrusters = (file.thruster.iter().enumerate())
+            .map(|(index, thruster)| thruster.read(&root.entry("thruster", index)))
+            .collect::<Result<_, _>>()?;
         let gyro = file.gyro.read(&root.table("gyro"))?;
         let prior = file.prior.map(|prior| prior.read(&root)).transpose()?;
         let filter = file.filter.read(&root)?;
@@ -161,6 +170,7 @@ impl Craft {
         .read(&root, Unstated::DataSheet)?;
         Ok(Self {
             wheels,
+            thrusters,
             gyro,
             prior,
             filter,
@@ -179,6 +189,8 @@ struct CraftFile {
     wheel: Vec<Spanned<WheelFile>>,
     #[serde(default)]
     wheels: WheelsFile,
+    #[serde(default)]
+    thruster: Vec<ThrusterFile>,
     #[serde(default)]
     gyro: GyroFile,
     #[serde(default)]
@@ -255,6 +267,10 @@ mod tests {
                 spin_inertia_kg_m2: 2.1e-5,
                 limits: WheelLimits { max_torque_n_m: Some(1e-3), max_speed_rad_s: Some(680.0) },
             }],
+            thrusters: vec![Thruster {
+                torque_n_m: Vector3::new(0.02, 0.0, -1e-3),
+                min_pulse_s: 0.05,
+            }],
             gyro: GyroData {
                 noise_rad_s: Some(1e-4),
                 range_rad_s: None,
@@ -277,6 +293,7 @@ mod tests {
         let again = Craft::from_toml("craft.toml", &craft.to_toml()).unwrap();
         assert!((again.wheels[0].axis - craft.wheels[0].axis).norm() < 1e-15);
         assert_eq!(again.wheels[0].name, craft.wheels[0].name);
+        assert_eq!(again.thrusters, craft.thrusters);
         assert_eq!(
             (again.gyro, again.hardware, again.prior, again.filter, again.solve_for),
             (craft.gyro, craft.hardware, craft.prior, craft.filter, craft.solve_for)

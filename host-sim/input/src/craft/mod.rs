@@ -6,6 +6,9 @@
 //! axis = [1.0, 0.0, 0.0]              # normalised on load
 //! spin_inertia_kg_m2 = 1.691e-6
 //! max_torque_n_m = 1e-3               # optional, as max_speed_rad_s: limits of a manoeuvre
+//! [[thruster]]                        # optional: torque sources of a manoeuvre
+//! torque_n_m = [0.02, 0.0, 0.0]
+//! min_pulse_s = 0.05
 //! [gyro]                              # optional, as is each of its keys
 //! noise_rad_s = 1.0e-4                # one sigma, white, per sample
 //! range_rad_s = 4.36                  # full scale
@@ -40,6 +43,7 @@ pub mod gyro;
 pub mod hardware;
 pub mod log_format;
 pub mod prior;
+pub mod thruster;
 pub mod wheel;
 
 pub use disturbance::SolveFor;
@@ -49,4 +53,5 @@ pub use gyro::GyroData;
 pub use hardware::{Mode, StatedHardware};
 pub use log_format::{LogFormat, SensorFormat, TimeFormat};
 pub use prior::Prior;
+pub use thruster::Thruster;
 pub use wheel::{MAX_WHEELS, Wheel, WheelLimits};

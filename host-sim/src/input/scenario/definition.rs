@@ -96,6 +96,7 @@ impl Scenario {
         let physical = drawn.filter(|start| Inertia::new(start.inertia_kg_m2).check().is_ok());
         Craft {
             wheels: self.wheels.iter().map(|simulated| simulated.wheel.clone()).collect(),
+            thrusters: self.torque.thrusters.iter().map(|simulated| simulated.thruster).collect(),
             gyro: GyroData {
                 noise_rad_s: Some(self.gyro.noise_rad_s),
                 range_rad_s: self.gyro.range_rad_s,

@@ -32,6 +32,7 @@ use super::profile::{self, ExternalProfileFile, ExternalTorque, Surroundings, ex
 use super::random_draw;
 use super::random_spacecraft::{self, RandomSpacecraftFile};
 use super::spacecraft::{self, SpacecraftFile};
+use super::thruster::{self, ThrusterFile};
 use super::wheel::{self, SimulatedWheel, WheelFile, moments_without_wheels};
 
 const NAME: Key = Key::required("name", TEXT, "", ANY, "Name in reports");
@@ -56,6 +57,7 @@ const ROOT: Table = Table {
         Key::required("wheel", REPEATED, "", ANY, "Reaction wheels").or("no wheel"),
         Key::required("wheels", TABLE, "", ANY, "Errors of all wheels").or("ideal wheels"),
         Key::required("torque", TABLE, "", ANY, "Commanded external torque").or("no torque"),
+        Key::required("thruster", REPEATED, "", ANY, "Thrusters").or("no thruster"),
         Key::required("control", TABLE, "", ANY, "Attitude controller").or("no controller"),
         Key::required("gyro", TABLE, "", ANY, "Simulated gyro"),
         Key::required("mode", REPEATED, "", ANY, "Modes known to the estimator").or("rigid body"),
@@ -80,7 +82,7 @@ const WHEELS_TABLE: Table = Table {
     ..hardware::WHEELS_TABLE
 };
 
-const OWN_TABLES: [Table; 20] = [
+const OWN_TABLES: [Table; 21] = [
     ROOT,
     spacecraft::TABLE,
     wheel::TABLE,
@@ -89,6 +91,7 @@ const OWN_TABLES: [Table; 20] = [
     WHEELS_TABLE,
     hardware::TACHOMETERS_TABLE,
     profile::EXTERNAL_TABLE,
+    thruster::TABLE,
     control::TABLE,
     gyro::TABLE,
     hardware::MODE_TABLE,
@@ -175,6 +178,8 @@ struct ScenarioFile {
     #[serde(default)]
     wheels: WheelsFile,
     torque: Option<ExternalProfileFile>,
+    #[serde(default)]
+    thruster: Vec<ThrusterFile>,
     control: Option<Spanned<ControlFile>>,
     gyro: GyroFile,
     #[serde(default)]
@@ -288,6 +293,10 @@ impl ScenarioFile {
         let torque = (self.torque.as_ref())
             .map(|profile| external_profile(&root.table("torque"), profile, surroundings))
             .transpose()?;
+        let thrusters = (self.thruster.iter().enumerate())
+            .map(|(index, thruster)| thruster.read(&root.entry("thruster", index)))
+            .collect::<Result<_, _>>()?;
+        let torque = ExternalTorque { thrusters, ..torque.unwrap_or(ExternalTorque::ZERO) };
         let control = (self.control.as_ref())
             .map(|table| control(&root.table("control"), table, inertia_kg_m2, &wheels))
             .transpose()?;
@@ -303,7 +312,7 @@ impl ScenarioFile {
             faults,
             changes,
             wheels,
-            torque: torque.unwrap_or(ExternalTorque::ZERO),
+            torque,
             control,
             disturbance_torque_n_m: disturbance.torque_n_m,
             solve_for: disturbance.solve_for.with_priors(&hardware),

@@ -39,6 +39,7 @@ pub mod profile;
 mod random_draw;
 pub mod random_spacecraft;
 mod spacecraft;
+mod thruster;
 mod wheel;
 
 pub use built_in::{DEFAULT_SCENARIO, FAULTS_SCENARIO, built_in_names, built_in_summary};
@@ -56,4 +57,5 @@ pub use problem::ScenarioProblem;
 pub use profile::{ExternalTorque, Sine, TorqueProfile};
 pub use random_spacecraft::RandomSpacecraft;
 pub use spacecraft::Spacecraft;
+pub use thruster::SimulatedThruster;
 pub use wheel::SimulatedWheel;

@@ -110,6 +110,21 @@ pub enum ScenarioProblem {
         wheels: usize,
     },
 
+    /// A pulse that a thruster cannot give.
+    #[error(
+        "`{key}` has a pulse from {from_s} to {to_s} s, shorter than `min_pulse_s`, {min_pulse_s} s"
+    )]
+    ShortPulse {
+        /// The key of the pulses.
+        key: String,
+        /// Start of the pulse, s.
+        from_s: f64,
+        /// Its end, s.
+        to_s: f64,
+        /// Shortest pulse, s.
+        min_pulse_s: f64,
+    },
+
     /// A key of the external torque at a wheel's motor.
     #[error(
         "`{key}` belongs to the external [torque]; the speed of a wheel is measured, and the scale of \

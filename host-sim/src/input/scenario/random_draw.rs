@@ -65,7 +65,10 @@ pub(super) fn scenario(ranges: &RandomSpacecraft, name: &str, seed: u64) -> Scen
     let count = WHEELS[random.random_range(0..WHEELS.len())];
     let motors: Vec<_> = (0..count).map(|_| scale.multisine(&mut random)).collect();
     let torque = match count {
-        0 => ExternalTorque { axes: std::array::from_fn(|_| scale.multisine(&mut random)) },
+        0 => ExternalTorque {
+            axes: std::array::from_fn(|_| scale.multisine(&mut random)),
+            ..ExternalTorque::ZERO
+        },
         _ => ExternalTorque::ZERO,
     };
     let wheels = motors.into_iter().map(|motor| scale.wheel(&mut random, motor)).collect();

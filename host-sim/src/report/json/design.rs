@@ -44,6 +44,8 @@ pub struct DesignReport {
     pub limits: Vec<LimitRow>,
     /// Largest body rate within two sigma of the prior, rad/s.
     pub peak_rate_rad_s: f64,
+    /// Largest body rate at the end within two sigma of the prior, rad/s: with thrusters of second order in the excursion.
+    pub end_rate_rad_s: f64,
     /// Time between the rows of the torque table, s.
     pub step_s: f64,
     /// Torque of each motor on its wheel, N m, one row a step.
@@ -54,6 +56,8 @@ pub struct DesignReport {
     pub repeats: usize,
     /// Coefficients of the cubic B-splines of each wheel, N m; the support of the first begins at the start.
     pub coefficients_n_m: Vec<Vec<f64>>,
+    /// Pulses of each thruster: times on and off, s.
+    pub thruster_on_s: Vec<Vec<[f64; 2]>>,
 }
 
 /// Result of `design --trade`.
@@ -125,11 +129,13 @@ impl DesignReport {
             tuned: design.tuned.as_ref().map(fixed),
             limits: limits(design),
             peak_rate_rad_s: design.best.peak_rate_rad_s,
+            end_rate_rad_s: design.best.end_rate_rad_s,
             step_s: design.best.table.step_s,
             torque_n_m: design.best.table.torque_n_m.clone(),
             knot_s: design.knot_s,
             repeats: design.repeats,
             coefficients_n_m: design.coefficients_n_m.clone(),
+            thruster_on_s: design.best.table.thruster_pulses_s(scenario),
         }
     }
 }

@@ -31,11 +31,19 @@ pub fn design(report: &DesignReport) -> String {
     text += &heading("hardware", &format!("{:.0} % of the variance", 100.0 * hardware));
     let rate = significant(report.peak_rate_rad_s.to_degrees(), DIGITS);
     text += &heading("peak rate", &format!("{rate} deg/s"));
+    if !report.thruster_on_s.is_empty() {
+        let rate = significant(report.end_rate_rad_s.to_degrees(), DIGITS);
+        text += &heading("rate at the end", &format!("{rate} deg/s at most"));
+    }
     text += &heading("gain", &gain(report));
     text += "\n";
     text += &fixed(report);
     text += "\n";
     text += &limits(report);
+    if !report.thruster_on_s.is_empty() {
+        text += "\n";
+        text += &thrusters(report);
+    }
     text
 }
 
@@ -109,6 +117,15 @@ fn limits(report: &DesignReport) -> String {
     for row in &report.limits {
         let percent = |share: f64| format!("{:.0}", 100.0 * share);
         table.row([row.limit.to_owned(), percent(row.used), percent(row.share)]);
+    }
+    table.finish()
+}
+
+fn thrusters(report: &DesignReport) -> String {
+    let mut table = Columns::new(&[("thruster", ""), ("pulses", ""), ("on", "s")]);
+    for (number, pulses) in (1..).zip(&report.thruster_on_s) {
+        let on_s: f64 = pulses.iter().map(|[on, off]| off - on).sum();
+        table.row([format!("{number}"), pulses.len().to_string(), significant(on_s, DIGITS)]);
     }
     table.finish()
 }

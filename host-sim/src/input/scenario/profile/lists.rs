@@ -7,7 +7,7 @@ use flight_input::words::numbers;
 use toml::Spanned;
 
 use super::super::problem::ScenarioProblem;
-use super::keys::{AMPLITUDE, DURING, FREQUENCY, PHASE, POINT, SWEEP, TIME};
+use super::keys::{AMPLITUDE, FREQUENCY, PHASE, POINT, SWEEP, TIME};
 use super::torque::{Sine, TorqueProfile};
 
 /// A profile's lists for one axis. `suffix` is empty for a wheel, else the axis as `[1]`.
@@ -80,8 +80,9 @@ impl Axis<'_> {
 }
 
 /// Intervals in which a profile acts, ascending and disjoint; at least one.
-pub(super) fn intervals_s(
+pub(in super::super) fn intervals_s(
     section: &Section<'_>,
+    key: &Key,
     during_s: &Spanned<Vec<Vec<f64>>>,
 ) -> Result<Vec<[f64; 2]>, InputError> {
     let lists = during_s.get_ref();
@@ -95,7 +96,7 @@ pub(super) fn intervals_s(
         Some(pairs) if are_in_order && !pairs.is_empty() => Ok(pairs),
         _ => {
             let found: Vec<String> = lists.iter().map(|list| numbers(list)).collect();
-            Err(section.out_of_range(&DURING, during_s, format!("[{}]", found.join(", "))))
+            Err(section.out_of_range(key, during_s, format!("[{}]", found.join(", "))))
         }
     }
 }

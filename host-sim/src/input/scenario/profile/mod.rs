@@ -19,5 +19,6 @@ mod read;
 mod torque;
 
 pub(super) use keys::{EXTERNAL_TABLE, ExternalProfileFile, WHEEL_TABLE, WheelProfileFile};
+pub(super) use lists::intervals_s;
 pub(super) use read::{Surroundings, external_profile, wheel_profile};
 pub use torque::{ExternalTorque, Sine, TorqueProfile};

@@ -12,7 +12,7 @@ use super::super::limits::MAX_SAMPLES;
 use super::super::problem::ScenarioProblem;
 use super::csv_table::table;
 use super::keys::{
-    AMPLITUDE, ExternalProfileFile, FREQUENCY, PHASE, POINT, POINTS, Parts, ProfileFile, SWEEP,
+    AMPLITUDE, DURING, ExternalProfileFile, FREQUENCY, PHASE, POINT, POINTS, Parts, ProfileFile, SWEEP,
     VALUE, WheelProfileFile,
 };
 use super::lists::{Axis, SineLists, intervals_s};
@@ -77,7 +77,10 @@ pub(in super::super) fn external_profile(
             each_axis(section, |axis, i| axis.points(time, &value[i]))?
         }
     };
-    Ok(ExternalTorque { axes: when(section, file.get_ref(), surroundings, axes)? })
+    Ok(ExternalTorque {
+        axes: when(section, file.get_ref(), surroundings, axes)?,
+        thrusters: Vec::new(),
+    })
 }
 
 fn multisines(
@@ -131,7 +134,7 @@ fn when<Value, Lists, const N: usize>(
         profiles = profiles.map(|profile| profile.in_points(rate_hz, duration_s));
     }
     if let Some(during_s) = &file.during_s {
-        let intervals_s = intervals_s(section, during_s)?;
+        let intervals_s = intervals_s(section, &DURING, during_s)?;
         profiles = profiles.map(|profile| TorqueProfile::During {
             intervals_s: intervals_s.clone(),
             profile: Box::new(profile),

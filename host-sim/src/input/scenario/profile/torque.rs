@@ -3,6 +3,8 @@
 
 use nalgebra::Vector3;
 
+use super::super::thruster::SimulatedThruster;
+
 /// Torque about one axis over time, N m.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TorqueProfile {
@@ -45,11 +47,13 @@ pub struct Sine {
     pub phase_rad: f64,
 }
 
-/// Torque about the three body axes over time.
+/// Torque about the three body axes over time: profiles, and pulses of thrusters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExternalTorque {
     /// The profile about x, y and z.
     pub axes: [TorqueProfile; 3],
+    /// Thrusters.
+    pub thrusters: Vec<SimulatedThruster>,
 }
 
 impl TorqueProfile {
@@ -126,13 +130,16 @@ impl ExternalTorque {
     }
 
     /// No torque at any time.
-    pub const ZERO: Self =
-        Self { axes: [TorqueProfile::ZERO, TorqueProfile::ZERO, TorqueProfile::ZERO] };
+    pub const ZERO: Self = Self {
+        axes: [TorqueProfile::ZERO, TorqueProfile::ZERO, TorqueProfile::ZERO],
+        thrusters: Vec::new(),
+    };
 
     /// The torque `t_s` seconds after the start, body axes, N m.
     pub fn at(&self, t_s: f64) -> Vector3<f64> {
         let [x, y, z] = &self.axes;
-        Vector3::new(x.at(t_s), y.at(t_s), z.at(t_s))
+        let profiles = Vector3::new(x.at(t_s), y.at(t_s), z.at(t_s));
+        self.thrusters.iter().fold(profiles, |sum, of| sum + of.torque_at_n_m(t_s))
     }
 
     /// Times at which torque or its slope may jump, ascending, s: steps of an integrator should end
@@ -140,7 +147,10 @@ impl ExternalTorque {
     pub fn breakpoints_s(&self) -> Vec<f64> {
         // The axes share the times of a table and the intervals.
         let [x, _, _] = &self.axes;
-        x.breakpoints_s()
+        let pulses = self.thrusters.iter().flat_map(|thruster| thruster.on_s.concat());
+        let mut all: Vec<f64> = x.breakpoints_s().into_iter().chain(pulses).collect();
+        all.sort_by(f64::total_cmp);
+        all
     }
 }
 
