@@ -110,8 +110,14 @@ pub(super) struct Value {
 
 enum Derivative {
     /// Torque of a wheel, level of a pair.
-    Channel { channel: usize, by: f64 },
-    Speed { wheel: usize, by: f64 },
+    Channel {
+        channel: usize,
+        by: f64,
+    },
+    Speed {
+        wheel: usize,
+        by: f64,
+    },
     Attitude([f64; 4]),
     Rate(Vector3<f64>),
 }

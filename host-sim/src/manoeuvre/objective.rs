@@ -139,7 +139,12 @@ impl Objective<'_> {
         }
         Some(Evaluation {
             value: parts.iter().map(|part| part.value).sum(),
-            gradient: self.spline.pull(&by_momentum, &by_torque, &self.scale, self.problem.wheels.len()),
+            gradient: self.spline.pull(
+                &by_momentum,
+                &by_torque,
+                &self.scale,
+                self.problem.wheels.len(),
+            ),
             limits: parts.into_iter().flat_map(|part| part.limits).collect(),
         })
     }

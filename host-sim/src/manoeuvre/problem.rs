@@ -353,8 +353,8 @@ pub(super) fn pairs(scenario: &Scenario, duration_s: f64) -> Result<Vec<Pair>, D
         };
         let thruster = first + 1;
         let opposite = free.iter().position(is_opposite);
-        let opposite = opposite
-            .ok_or(DesignError::NoOpposite { thruster, torque_n_m: torque_n_m.into() })?;
+        let opposite =
+            opposite.ok_or(DesignError::NoOpposite { thruster, torque_n_m: torque_n_m.into() })?;
         let second = free.remove(opposite);
         let min_pulse_s = thrusters[first].min_pulse_s.max(thrusters[second].min_pulse_s);
         let samples = min_pulse_s * scenario.gyro.rate_hz;

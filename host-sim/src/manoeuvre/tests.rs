@@ -175,6 +175,35 @@ fn truth_flies_the_pulses_within_the_limits_and_with_the_sigma_of_the_report() {
     }
 }
 
+/// Dither of the craft file of the documentation: with attitude control against one sigma of the disturbance torque
+/// the body stays within 0.05 deg.
+#[test]
+fn dither_stays_within_its_excursion_beside_attitude_control() {
+    let craft = concat!(env!("CARGO_MANIFEST_DIR"), "/templates/craft-50kg.toml");
+    let scenario = subject(craft, 10.0).unwrap();
+    let mut request = Request {
+        duration_s: 180.0,
+        effort: Effort { starts: 1, rounds: 2, iterations: 8, samples: 1 },
+        ..request(0.04)
+    };
+    request.limits.keep_out.clear();
+    let design = run(&scenario, &request);
+    assert!(design.longest_window_s() > 700.0, "{}", design.longest_window_s());
+    let folder = tempfile::tempdir().unwrap();
+    for (name, mut text) in flown(&scenario, &design.best.table) {
+        if name == "scenario.toml" {
+            text += "\n[control]\nnatural_frequency_rad_s = 0.05\ndamping_ratio = 0.7\n";
+        }
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let mut dither = Scenario::load(folder.path().join("scenario.toml").to_str().unwrap()).unwrap();
+    dither.disturbance_torque_n_m = Vector3::repeat(1e-6);
+    let flight = Flight::simulate(&dither).unwrap();
+    let widest = flight.instants.iter().map(|at| excursion_rad(at, &dither)).fold(0.0, f64::max);
+    assert!(widest < 0.05f64.to_radians(), "{}", widest.to_degrees());
+    assert!(widest > 0.03f64.to_radians(), "{}", widest.to_degrees());
+}
+
 #[test]
 fn sigma_of_the_report_is_the_bound_of_the_flown_scenario() {
     let (mut scenario, mut request) = (satellite(0.0), request(6.0));

@@ -86,7 +86,8 @@ impl DesignFolder<'_> {
             files.push(("thrusters.csv", "times at which each thruster is switched on and off"));
         }
         let over_time = (self.series, self.standard);
-        let (page, figures) = page::design(self.result, over_time, self.command, self.notes, &files);
+        let (page, figures) =
+            page::design(self.result, over_time, self.command, self.notes, &files);
         write_page(&mut folder, &page, &figures)
     }
 

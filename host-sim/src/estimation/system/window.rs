@@ -63,8 +63,12 @@ pub fn set_up<T: Real, const W: usize, const H: usize, const G: usize, const F: 
 }
 
 /// Samples of a block at first: the core's default, fewer where samples are far apart and the wheels move
-/// on within a block or a stated mode swings, more where they are close together.
+/// on within a block or a stated mode swings, more where they are close together. With thrusters one: a parabola does
+/// not represent their pulses.
 fn block_samples(setup: &Setup<'_>, default: u32) -> u32 {
+    if !setup.craft.thrusters.is_empty() {
+        return 1;
+    }
     let sample_period_s = setup.sample_period_s;
     let modes = setup.craft.hardware.modes.iter();
     let of_modes = modes.map(|mode| 1.0 / (BLOCKS_PER_PERIOD * mode.frequency_hz));

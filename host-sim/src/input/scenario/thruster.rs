@@ -99,9 +99,8 @@ mod tests {
 
     #[test]
     fn pulses_are_part_of_the_external_torque() {
-        let scenario = read(
-            "torque_n_m = [0.1, 0, -0.2]\nmin_pulse_s = 0.1\non_s = [[1.05, 1.15], [2, 4]]",
-        );
+        let scenario =
+            read("torque_n_m = [0.1, 0, -0.2]\nmin_pulse_s = 0.1\non_s = [[1.05, 1.15], [2, 4]]");
         let torque = scenario.unwrap().torque;
         let x: Vec<f64> = [1.0, 1.1, 1.2, 2.0, 4.0].iter().map(|t| torque.at(*t).x).collect();
         assert_eq!(x, [0.0, 0.1, 0.0, 0.1, 0.0]);
@@ -111,8 +110,14 @@ mod tests {
     #[test]
     fn each_bad_key_is_named() {
         for (thruster, expected) in [
-            ("torque_n_m = [0, 0, 0]\nmin_pulse_s = 0.1", "`thruster[1].torque_n_m` is [0, 0, 0]; it must"),
-            ("torque_n_m = [1, 0, 0]\nmin_pulse_s = 0", "`thruster[1].min_pulse_s` is 0; it must be pos"),
+            (
+                "torque_n_m = [0, 0, 0]\nmin_pulse_s = 0.1",
+                "`thruster[1].torque_n_m` is [0, 0, 0]; it must",
+            ),
+            (
+                "torque_n_m = [1, 0, 0]\nmin_pulse_s = 0",
+                "`thruster[1].min_pulse_s` is 0; it must be pos",
+            ),
             ("torque_n_m = [1, 0, 0]", "missing field `min_pulse_s`"),
             (
                 "torque_n_m = [1, 0, 0]\nmin_pulse_s = 0.1\non_s = [[2, 1]]",

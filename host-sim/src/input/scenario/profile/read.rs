@@ -12,8 +12,8 @@ use super::super::limits::MAX_SAMPLES;
 use super::super::problem::ScenarioProblem;
 use super::csv_table::table;
 use super::keys::{
-    AMPLITUDE, DURING, ExternalProfileFile, FREQUENCY, PHASE, POINT, POINTS, Parts, ProfileFile, SWEEP,
-    VALUE, WheelProfileFile,
+    AMPLITUDE, DURING, ExternalProfileFile, FREQUENCY, PHASE, POINT, POINTS, Parts, ProfileFile,
+    SWEEP, VALUE, WheelProfileFile,
 };
 use super::lists::{Axis, SineLists, intervals_s};
 use super::torque::{ExternalTorque, TorqueProfile};
