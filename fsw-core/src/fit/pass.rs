@@ -195,8 +195,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         let (mut value, one_over) = (Vec3::zeros(), T::one() / self.unit_rad_s);
         for (axis, row) in rows.iter().enumerate() {
             let left = self.factor.add_weighted(row, apart.at(axis, 0), weight);
-            self.residuals.add(axis, left);
-            *value.at_mut(axis, 0) = left.residual() * one_over;
+            *value.at_mut(axis, 0) = self.residuals.add(axis, left) * one_over;
         }
         value
     }

@@ -169,6 +169,30 @@ pub fn inverse_symmetric<T: Real>(m: &Mat<T, 3, 3>) -> Option<Mat<T, 3, 3>> {
     Some(Mat::<T, 3, 3>::new(cxx, cxy, cxz, cxy, cyy, cyz, cxz, cyz, czz) * scale)
 }
 
+/// `xᵀ S⁻¹ x` by a Cholesky factorisation in place; `None` where S is not positive definite. Of S the lower
+/// triangle counts.
+#[inline(never)]
+pub(crate) fn quadratic_over<T: Real>(s: &mut Mat<T, 6, 6>, mut x: [T; 6]) -> Option<T> {
+    let mut sum = T::zero();
+    for k in 0..6 {
+        let pivot = s.at(k, k);
+        if !(pivot > T::zero() && pivot.is_finite()) {
+            return None;
+        }
+        let inverse = T::one() / pivot;
+        sum += x[k] * x[k] * inverse;
+        for i in k + 1..6 {
+            let share = s.at(i, k) * inverse;
+            x[i] -= share * x[k];
+            for j in k + 1..=i {
+                let change = share * s.at(j, k);
+                *s.at_mut(i, j) -= change;
+            }
+        }
+    }
+    Some(sum)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -68,7 +68,8 @@ pub struct Residuals<T: Real> {
     pub rise: usize,
     /// True once the cumulative sum has exceeded its limit.
     pub is_contradicted: bool,
-    last: [[RecursiveResidual<T>; 3]; LAGS],
+    /// Those of the last blocks, of unit weight, newest first.
+    last: [[T; 3]; LAGS],
     histogram: [u16; OCTAVES],
     /// Groups of recursive residuals, over the unit of the histogram.
     pub whiteness: Whiteness<T, LEVELS>,
@@ -127,7 +128,7 @@ impl<T: Real> Residuals<T> {
             sum: T::zero(),
             rise: from,
             is_contradicted: false,
-            last: [[RecursiveResidual::nothing(); 3]; LAGS],
+            last: [[T::zero(); 3]; LAGS],
             histogram: [0; OCTAVES],
             whiteness: Whiteness::default(),
             curvature: Curvature::none(),
@@ -234,16 +235,18 @@ impl<T: Real> Residuals<T> {
         self.sum > T::lit(ALARMED)
     }
 
-    /// Takes in the recursive residual of a row.
-    pub fn add(&mut self, axis: usize, left: RecursiveResidual<T>) {
+    /// Takes in the recursive residual of a row. Returns it for unit weight.
+    pub fn add(&mut self, axis: usize, left: RecursiveResidual<T>) -> T {
         self.squares += left.square();
-        let mut newer = left;
+        let residual = left.residual();
+        let mut newer = residual;
         for (products, last) in self.products.iter_mut().zip(&mut self.last) {
             if let Some(last) = last.get_mut(axis) {
-                *products += left.product(last);
+                *products += residual * *last;
                 core::mem::swap(last, &mut newer);
             }
         }
         self.rows = self.rows.saturating_add(1);
+        residual
     }
 }

@@ -28,7 +28,7 @@
 //! correlation that the filter has of them.
 
 use super::considered::Considered;
-use crate::math::{Entries, Mat, scalar::Real, ud::Ud};
+use crate::math::{Entries, Mat, quadratic_over, scalar::Real, ud::Ud};
 use crate::tensor::Inertia;
 
 /// Updates between two snapshots, and between two judgements.
@@ -201,7 +201,7 @@ impl<T: Real, const P: usize> Doubt<T, P> {
         let (now, before) = (inertia.elements_kg_m2(), doubted.inertia.elements_kg_m2());
         let difference = core::array::from_fn(|k| now[k] - before[k]);
         // A sum that is not positive definite says nothing.
-        match chi_square(&mut sum, difference) {
+        match quadratic_over(&mut sum, difference) {
             None => Verdict::Undecided,
             Some(chi_square) if chi_square > T::lit(CONTRADICTED) => {
                 self.doubted = None;
@@ -249,28 +249,6 @@ impl<T: Real, const P: usize> Snapshot<T, P> {
         }
         Row { h, value_kg_m2, variance: self.factors.d(index), columns }
     }
-}
-
-/// `xᵀ S⁻¹ x` by a Cholesky factorisation in place; `None` where S is not positive definite.
-fn chi_square<T: Real>(s: &mut Mat<T, 6, 6>, mut x: [T; 6]) -> Option<T> {
-    let mut sum = T::zero();
-    for k in 0..6 {
-        let pivot = s.at(k, k);
-        if !(pivot > T::zero() && pivot.is_finite()) {
-            return None;
-        }
-        let inverse = T::one() / pivot;
-        sum += x[k] * x[k] * inverse;
-        for i in k + 1..6 {
-            let share = s.at(i, k) * inverse;
-            x[i] -= share * x[k];
-            for j in k + 1..=i {
-                let change = share * s.at(j, k);
-                *s.at_mut(i, j) -= change;
-            }
-        }
-    }
-    Some(sum)
 }
 
 #[cfg(test)]

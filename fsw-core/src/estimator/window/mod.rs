@@ -25,7 +25,8 @@
 //!
 //! # Changes
 //!
-//! A cumulative sum of recursive residuals shows a change in mid-manoeuvre. The blocks before and after it
+//! A change in mid-manoeuvre moves the estimate by more than its covariance allows (module `steadiness`): the residuals
+//! are not called white. A cumulative sum of recursive residuals shows its instant. The blocks before and after it
 //! are then fitted apart (module `inquiry`). Where those after it are explained, they become a window of their
 //! own, and all earlier information is doubted: it is not used until the new window alone is certain enough
 //! to decide between a change and an interruption. Where they are not explained, the model is wrong: the
@@ -37,6 +38,7 @@ mod considered;
 mod inquiry;
 mod report;
 mod solution;
+mod steadiness;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
@@ -60,6 +62,7 @@ use crate::trajectory::unknowns::{Groups, is_a_set};
 use considered::Considered;
 use inquiry::{Inquiry, Recurrence};
 use report::Ended;
+use steadiness::Steadiness;
 use work::Work;
 
 use crate::dynamics::wheels::{Momenta, WheelArray};
@@ -120,6 +123,7 @@ pub struct Window<
     work: Work<T, W, U, M>,
     schedule: Schedule,
     inquiry: Option<Inquiry>,
+    steadiness: Steadiness<T>,
     /// Information of earlier windows, and the time since it was current, s.
     past: Option<Past<T, U>>,
     past_age_s: T,
@@ -140,7 +144,7 @@ pub struct Window<
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize] Window<T, W, N, U, C, M> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, considered, blocks,
-    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, past, past_age_s, doubted, is_doubtful, recurrence, has_prior, ended, event, has_refused,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, steadiness, past, past_age_s, doubted, is_doubtful, recurrence, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -244,6 +248,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.work = Work::Idle;
         self.schedule = Schedule::new();
         self.inquiry = None;
+        self.steadiness = Steadiness::none();
         self.past = None;
         self.past_age_s = T::zero();
         self.doubted = None;
@@ -288,6 +293,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             work: Work::Idle,
             schedule: Schedule::new(),
             inquiry: None,
+            steadiness: Steadiness::none(),
             past: None,
             past_age_s: T::zero(),
             doubted: None,

@@ -26,9 +26,10 @@ use crate::trajectory::unknowns::{Belief, FIRST_GROUP, Group, Point, groups_of, 
 
 /// Largest correlation that enters the inflation.
 const MOST_CORRELATED: f64 = 0.97;
-/// Contradiction of an assumed absence of torque: chi-square of three degrees of freedom exceeds it once
-/// in 1,000 windows, as the other tests of whiteness.
-const TORQUE_SHOWN: f64 = 16.3;
+/// Contradiction of an assumed absence of torque: chi-square x of three degrees of freedom, tested after each block. Of
+/// sums of n₀ = 8 to n = 512 blocks chance exceeds it at least once with the probability
+/// `x √(x / 2π) e^(−x/2) ((1 − 3/x) ln(n/n₀) + 2/x)` \[Siegmund1985\]: in one of 1,000 windows, as the other tests of whiteness.
+const TORQUE_SHOWN: f64 = 24.2;
 /// Degrees of freedom that the stated noise weighs, and the measured one, against the residuals.
 const STATED_DEGREES: f64 = 30.0;
 const MEASURED_DEGREES: f64 = 10.0;
@@ -571,7 +572,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     }
 
     /// Result of the tests for white residuals: of their size against the noise, alone and in groups, of their
-    /// correlation, and of a torque that is not among the unknowns.
+    /// correlation, of a torque that is not among the unknowns, and of the estimate against earlier ones.
     #[inline(never)]
     pub(super) fn is_white(&self, front: &Front<T, W, U, M>) -> Option<bool> {
         let residuals = &front.pass.residuals;
@@ -590,7 +591,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let contradiction = self.contradictions(&front.pass);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
         let is_found = !is_correlated && !shows_torque && !residuals.is_alarmed();
-        Some(is_small && is_found && self.are_groups_white(&front.pass) && front.is_settled)
+        let is_steady = !self.steadiness.is_contradicted();
+        Some(
+            is_small
+                && is_found
+                && is_steady
+                && self.are_groups_white(&front.pass)
+                && front.is_settled,
+        )
     }
 
     /// True where groups of residuals have the size of white noise, and none of it along the curvature of the rate.

@@ -96,20 +96,6 @@ impl<T: Real> RecursiveResidual<T> {
         self.value * self.value * self.weight
     }
 
-    /// Product with another residual, `e₁ e₂ · 2 w₁ w₂ / (w₁ + w₂)`.
-    ///
-    /// The harmonic mean of the weights replaces the geometric one, which would take a square root.
-    /// It never exceeds the geometric mean.
-    pub fn product(&self, other: &Self) -> T {
-        let sum = self.weight + other.weight;
-        if sum > T::zero() {
-            let two = T::lit(2.0);
-            self.value * other.value * (two * self.weight * (other.weight / sum))
-        } else {
-            T::zero()
-        }
-    }
-
     /// Residual of no equation: zero, of weight zero.
     pub fn nothing() -> Self {
         Self { value: T::zero(), weight: T::zero() }

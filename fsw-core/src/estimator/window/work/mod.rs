@@ -3,7 +3,8 @@
 //! | slice | bound of its cost |
 //! |---|---|
 //! | sweep of storage | a group of sixteen blocks |
-//! | front, pass | a block: up to three steps and three rows |
+//! | pass | a block: up to three steps and three rows |
+//! | front | the same, and a comparison with earlier estimates: a solution of the factor, a covariance of six |
 //! | linear start | a block, or the singular values of its triangle |
 //! | decision after a pass | up to ten solutions of the factor: damped steps, tests |
 //! | judgement of a fit | a report: two solutions of the factor, an eigenproblem of six |
@@ -259,6 +260,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             let earliest = self.schedule.fitted.saturating_add(FIRST_FIT_BLOCKS / 2);
             self.schedule.due_at = self.schedule.due_at.min(earliest);
         }
+        self.watch_steadiness();
         true
     }
 

@@ -2,6 +2,7 @@
 
 use super::Work;
 use crate::estimator::window::considered::Source;
+use crate::estimator::window::steadiness::Steadiness;
 use crate::estimator::window::{FIRST_FIT_BLOCKS, Schedule, Window};
 use crate::fit::belief::Past;
 use crate::fit::descent::Descent;
@@ -90,6 +91,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let Work::Descent(Descent { pass, .. }) = &self.work else { return };
         let rows = pass.residuals.rows;
         self.front = Some(Front::new(pass, fit));
+        self.steadiness = Steadiness::none();
         if let Some(front) = &mut self.front {
             front.pass.residuals.curvature.end();
         }
