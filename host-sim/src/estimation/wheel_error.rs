@@ -16,7 +16,8 @@ use crate::input::{Craft, interpolated};
 /// Least error that is taken into account, share of the noise of the gyro: it adds 0.5 % to its variance.
 const LEAST_SHARE: f64 = 0.07;
 
-/// The craft, with the error of its wheel speeds in the noise of its gyro, and notes on that and on rows left out.
+/// The craft, with the error of its wheel speeds in the noise of its gyro, and notes on that, on assumed tachometers
+/// and on rows left out.
 ///
 /// # Errors
 /// An error of setting up the estimator of the first pass.
@@ -27,7 +28,7 @@ pub fn with_wheel_error(
     error: &Interpolation,
 ) -> Result<(Craft, Vec<String>), SetUpError> {
     let mut craft = craft.clone();
-    let mut notes: Vec<String> = error.note().into_iter().collect();
+    let mut notes = error.notes();
     if error.sigma_rad_s.iter().all(|sigma| *sigma == 0.0) {
         return Ok((craft, notes));
     }

@@ -40,8 +40,12 @@ mod tests {
         let wheel = |axis: &str| format!("[[wheel]]\naxis = {axis}\nspin_inertia_kg_m2 = 1e-3\n");
         let text = ["[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]"].map(wheel).concat();
         let craft = Craft::from_toml("craft.toml", &text).unwrap();
-        let interpolation =
-            Interpolation { sigma_rad_s: vec![0.5, 0.5, 0.5], period_s: 0.9, left_out: vec![0; 3] };
+        let interpolation = Interpolation {
+            sigma_rad_s: vec![0.5, 0.5, 0.5],
+            period_s: 0.9,
+            left_out: vec![0; 3],
+            assumed: Vec::new(),
+        };
         let inertia = Matrix3::from_diagonal_element(2.0);
         let noise = rate_noise_rad_s(&craft, &interpolation, &inertia, 0.1).unwrap();
         assert!((noise - 3.0 * 0.5e-3 / 2.0).abs() < 1e-15, "{noise}");

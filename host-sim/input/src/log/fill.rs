@@ -168,8 +168,12 @@ impl RecordedLog {
             short(period_s),
             short(largest)
         ));
-        self.interpolation =
-            Some(Interpolation { left_out: vec![0; sigma_rad_s.len()], sigma_rad_s, period_s });
+        self.interpolation = Some(Interpolation {
+            left_out: vec![0; sigma_rad_s.len()],
+            sigma_rad_s,
+            period_s,
+            assumed: Vec::new(),
+        });
     }
 }
 

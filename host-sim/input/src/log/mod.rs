@@ -17,6 +17,7 @@ mod held;
 mod read;
 mod record;
 mod samples;
+mod shown;
 mod tachometer;
 mod time;
 mod time_columns;

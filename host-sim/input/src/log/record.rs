@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::tachometer::{self, MOST_BETWEEN};
 use crate::craft::StatedHardware;
+use crate::craft::hardware::Tachometer;
 
 /// Reason of the rows beyond the instants of the wheels' readings.
 const NO_WHEELS: &str = "no_wheels";
@@ -65,6 +66,8 @@ pub struct Interpolation {
     pub period_s: f64,
     /// Rows that each wheel has no speed for. They are left out.
     pub left_out: Vec<usize>,
+    /// Tachometers that are not stated and that the readings show, with the index of their wheel.
+    pub assumed: Vec<(usize, Tachometer)>,
 }
 
 impl Interpolation {
@@ -75,11 +78,31 @@ impl Interpolation {
             sigma_rad_s: pairs.map(|(a, b)| a.hypot(*b)).collect(),
             period_s: self.period_s.max(other.period_s),
             left_out: self.left_out.iter().zip(&other.left_out).map(|(a, b)| a + b).collect(),
+            assumed: self.assumed.iter().chain(&other.assumed).copied().collect(),
         }
     }
 
+    /// Notes on assumed tachometers, and on rows that are left out.
+    pub fn notes(&self) -> Vec<String> {
+        self.assumed_note().into_iter().chain(self.left_out_note()).collect()
+    }
+
+    /// Note on the tachometers that are assumed.
+    fn assumed_note(&self) -> Option<String> {
+        let of_wheel = |(wheel, tachometer): &(usize, Tachometer)| {
+            format!("wheel {}: {}", wheel + 1, tachometer.in_words())
+        };
+        let wheels: Vec<String> = self.assumed.iter().map(of_wheel).collect();
+        (!wheels.is_empty()).then(|| {
+            format!(
+                "assumed from the readings: tachometer of {}; state [wheels.tachometer] in the craft file",
+                wheels.join(", ")
+            )
+        })
+    }
+
     /// Note on the wheel that most rows are left out for; none where no more are than those beyond its last reading.
-    pub fn note(&self) -> Option<String> {
+    fn left_out_note(&self) -> Option<String> {
         let (wheel, rows) = self.left_out.iter().enumerate().max_by_key(|(_, rows)| **rows)?;
         (*rows > BEYOND_READINGS).then(|| {
             format!(

@@ -1,4 +1,4 @@
-//! Wheel speeds at the instants of a log's rows, from readings of stated tachometers.
+//! Wheel speeds at the instants of a log's rows, from readings of tachometers that are stated, or that the readings show.
 //!
 //! A reading is a mean speed over some time before it, and the middle of that time is its instant. With the sample
 //! interval `T`, the angle δ between edges and a reading Ω stamped t, less the latency:
@@ -22,28 +22,41 @@
 
 use super::record::{Interpolation, LogRow};
 use super::samples::{Between, Samples};
+use super::shown::Shown;
 use crate::craft::hardware::{StatedHardware, Tachometer, TachometerKind};
 
 /// Longest time between two edges with a speed, sample periods. About a reversal the edges say too little.
 pub(super) const MOST_BETWEEN: f64 = 3.5;
 
 /// Corrects the wheel speeds of the rows, and leaves out rows beyond the last reading's instant, before a gap, and
-/// where a wheel is too slow for its edges. The error of the corrected speeds, if a tachometer has any statement.
+/// where a wheel is too slow for its edges. The error of the corrected speeds; none where all tachometers are ideal.
+///
+/// A tachometer that is not stated is the one that the readings show.
 pub(super) fn correct(rows: &mut Vec<LogRow>, hardware: &StatedHardware) -> Option<Interpolation> {
     let ideal = Tachometer::default();
-    let stated = |wheel: usize| hardware.tachometers.get(wheel).copied().unwrap_or_default();
     let wheels = rows.first()?.wheel_speed_rad_s.len();
-    if (0..wheels).all(|wheel| stated(wheel) == ideal) {
-        return None;
-    }
     let times_us: Vec<i64> = rows.iter().map(|row| row.time_us as i64).collect();
     let period_s = median(times_us.windows(2).map(|pair| (pair[1] - pair[0]) as f64 * 1e-6))?;
+    let readings = |wheel: usize| rows.iter().map(|row| row.wheel_speed_rad_s[wheel]).collect();
+    let readings: Vec<Vec<f64>> = (0..wheels).map(readings).collect();
+    let mut assumed = Vec::new();
+    let mut tachometer = |(wheel, rad_s): (usize, &Vec<f64>)| {
+        let stated = hardware.tachometers.get(wheel).copied().unwrap_or_default();
+        if stated != ideal {
+            return stated;
+        }
+        let shown = Shown { times_us: &times_us, rad_s, period_s }.tachometer();
+        assumed.extend(shown.map(|tachometer| (wheel, tachometer)));
+        shown.unwrap_or(ideal)
+    };
+    let tachometers: Vec<Tachometer> = readings.iter().enumerate().map(&mut tachometer).collect();
+    if tachometers.iter().all(|tachometer| *tachometer == ideal) {
+        return None;
+    }
     let mut interpolation =
-        Interpolation { sigma_rad_s: Vec::new(), period_s, left_out: vec![0; wheels] };
+        Interpolation { sigma_rad_s: Vec::new(), period_s, left_out: vec![0; wheels], assumed };
     let mut is_covered = vec![true; rows.len()];
-    for wheel in 0..wheels {
-        let tachometer = stated(wheel);
-        let readings: Vec<f64> = rows.iter().map(|row| row.wheel_speed_rad_s[wheel]).collect();
+    for (wheel, (tachometer, readings)) in tachometers.into_iter().zip(readings).enumerate() {
         if tachometer == ideal || readings.windows(2).all(|pair| pair[0] == pair[1]) {
             interpolation.sigma_rad_s.push(tachometer.resolution_sigma_rad_s());
             continue;
@@ -287,6 +300,6 @@ mod tests {
             .collect();
         let error = correct(&mut rows, &hardware).unwrap();
         assert_eq!((rows.len(), &error.left_out[..]), (0, &[300][..]));
-        assert!(error.note().unwrap().starts_with("300 rows are left out: wheel 1 has no speed"));
+        assert!(error.notes()[0].starts_with("300 rows are left out: wheel 1 has no speed"));
     }
 }

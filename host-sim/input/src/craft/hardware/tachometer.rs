@@ -6,6 +6,7 @@ use toml::Spanned;
 use crate::error::InputError;
 use crate::key::{Key, NOT_NEGATIVE, NUMBER, POSITIVE, Range, TEXT, Table};
 use crate::section::Section;
+use crate::words::short;
 
 /// Edges of one Hall sensor on a motor with six pole pairs.
 const DEFAULT_EDGES_PER_TURN: f64 = 6.0;
@@ -134,6 +135,33 @@ impl Tachometer {
     /// Error of a reading by quantum and noise, one sigma, rad/s. A rounded number is uniform within its quantum.
     pub fn resolution_sigma_rad_s(&self) -> f64 {
         (self.quantum_rad_s * self.quantum_rad_s / 12.0 + self.noise_rad_s.powi(2)).sqrt()
+    }
+
+    /// Its keys and values that differ from the defaults, in a line.
+    pub fn in_words(&self) -> String {
+        let number = |key: &Key, value: f64| {
+            (value != 0.0).then(|| format!("{} = {}", key.name, short(value)))
+        };
+        let kind = match self.kind {
+            TachometerKind::Speed => [None, None],
+            TachometerKind::Mean => [Some("kind = mean".to_owned()), None],
+            TachometerKind::Count { window_s } => {
+                [Some("kind = count".to_owned()), window_s.and_then(|s| number(&WINDOW, s))]
+            }
+            TachometerKind::Period { resolution_s } => {
+                [Some("kind = period".to_owned()), number(&RESOLUTION, resolution_s)]
+            }
+        };
+        let counts_edges =
+            matches!(self.kind, TachometerKind::Count { .. } | TachometerKind::Period { .. });
+        let others = [
+            number(&EDGES, self.edges_per_turn).filter(|_| counts_edges),
+            number(&QUANTUM, self.quantum_rad_s),
+            number(&HOLD, self.hold_s),
+            number(&LATENCY, self.latency_s),
+            number(&NOISE, self.noise_rad_s),
+        ];
+        kind.into_iter().chain(others).flatten().collect::<Vec<_>>().join(" ")
     }
 
     /// Lines of `[wheel.tachometer]`; nothing for an ideal one.
