@@ -221,8 +221,11 @@ fn segment(instants: &[Instant], index: usize, wheel: usize) -> Option<SpeedSegm
 mod tests {
     use super::*;
     use crate::input::Scenario;
+    use crate::input::craft::StatedHardware;
+    use crate::input::log::{LogRow, correct_wheels};
     use crate::truth::Flight;
     use fsw_target::drivers::wheel_tach::{Config, WheelTach};
+    use nalgebra::Vector3;
 
     const CUBIC: SpeedSegment = SpeedSegment {
         from_s: 3.0,
@@ -280,10 +283,10 @@ mod tests {
         assert!((encoder.position - 0.5).abs() < 1e-9);
     }
 
-    /// Error of the driver's wheel speeds on a flight, as momentum, N m s: RMS and largest.
-    fn momentum_errors(scenario: &str) -> (f64, f64) {
-        let scenario = Scenario::load(scenario).unwrap();
-        let flight = Flight::simulate(&scenario).unwrap();
+    /// Calls `visit` with the driver's wheel speeds of a flight, rad/s, and the true instant. The number of instants without
+    /// speeds.
+    fn each_speed(scenario: &Scenario, mut visit: impl FnMut(&[f32], &Instant)) -> usize {
+        let flight = Flight::simulate(scenario).unwrap();
         let data = EncoderData::default();
         let config = Config {
             edges_per_turn: [data.edges_per_turn; 4],
@@ -294,11 +297,23 @@ mod tests {
         };
         let captures = Captures::<4>::new(data, &flight.instants);
         let mut tach = WheelTach::new(captures, &config).unwrap();
-        let (mut squares, mut largest, mut count) = (0.0, 0.0f64, 0);
+        let mut missed = 0;
         for instant in &flight.instants {
             let speeds = tach.speed_rad_s();
             tach.timer().advance();
-            let Ok(speeds) = speeds else { continue };
+            match speeds {
+                Ok(speeds) => visit(&speeds[..scenario.wheels.len()], instant),
+                Err(_) => missed += 1,
+            }
+        }
+        missed
+    }
+
+    /// Error of the driver's wheel speeds on a flight, as momentum, N m s: RMS and largest.
+    fn momentum_errors(scenario: &str) -> (f64, f64) {
+        let scenario = Scenario::load(scenario).unwrap();
+        let (mut squares, mut largest, mut count) = (0.0, 0.0f64, 0);
+        let missed = each_speed(&scenario, |speeds, instant| {
             for (i, wheel) in scenario.wheels.iter().enumerate() {
                 let error = f64::from(speeds[i]) - instant.wheel_speed_rad_s[i];
                 let error = error * wheel.wheel.spin_inertia_kg_m2;
@@ -306,10 +321,30 @@ mod tests {
                 squares += error * error;
                 count += 1;
             }
-        }
-        let missed = flight.instants.len() - count / scenario.wheels.len();
+        });
         assert!(missed <= 6, "{missed} samples without speeds");
-        ((squares / count as f64).sqrt(), largest)
+        ((squares / f64::from(count)).sqrt(), largest)
+    }
+
+    /// A log of the flight computer is not corrected a second time.
+    #[test]
+    fn readings_of_the_driver_show_no_tachometer() {
+        for name in ["microsat-slew", "cubesat-pyramid"] {
+            let scenario = Scenario::load(name).unwrap();
+            let mut rows = Vec::new();
+            each_speed(&scenario, |speeds, instant| {
+                rows.push(LogRow {
+                    line: rows.len() as u64 + 2,
+                    time_us: instant.time_us,
+                    rate_rad_s: Vector3::zeros(),
+                    wheel_speed_rad_s: speeds.iter().copied().map(f64::from).collect(),
+                    torque_n_m: Vector3::zeros(),
+                    attitude: None,
+                });
+            });
+            let hardware = StatedHardware::ideal(scenario.wheels.len());
+            assert_eq!(correct_wheels(&mut rows, &hardware), None, "{name}");
+        }
     }
 
     #[test]

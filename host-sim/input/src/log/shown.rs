@@ -70,9 +70,7 @@ impl Shown<'_> {
         let inverses = distinct(fast.map(|speed| speed.abs().recip()));
         let timer = (inverses.len() >= MIN_READINGS).then(|| step(&inverses)).flatten();
         let slow = self.edges_when_slow(&changes);
-        if slow.or(timer).is_none() {
-            return None;
-        }
+        slow.or(timer)?;
         let of_timer = timer.and_then(|timer| edges_of_timer(timer, slow));
         let edges_per_turn = of_timer.or(slow).unwrap_or(ideal.edges_per_turn);
         let resolution_s = timer.map_or(0.0, |timer| timer * TAU / edges_per_turn);
