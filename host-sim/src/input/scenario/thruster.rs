@@ -118,7 +118,7 @@ mod tests {
                 "torque_n_m = [1, 0, 0]\nmin_pulse_s = 0",
                 "`thruster[1].min_pulse_s` is 0; it must be pos",
             ),
-            ("torque_n_m = [1, 0, 0]", "missing field `min_pulse_s`"),
+            ("torque_n_m = [1, 0, 0]", "missing key `min_pulse_s`; add it"),
             (
                 "torque_n_m = [1, 0, 0]\nmin_pulse_s = 0.1\non_s = [[2, 1]]",
                 "`thruster[1].on_s` is [[2, 1]]; it must be one or more `[on, off]`",
