@@ -454,7 +454,7 @@ mod tests {
              spin_inertia_kg_m2, max_torque_n_m, max_speed_rad_s, spin_inertia_sigma, \
              axis_sigma_deg, tachometer\n\
              error: craft.toml:4: unknown key `gyros` (did you mean `gyro`?); known keys here: wheel, \
-             wheels, gyro, torque, mount, mode, prior, filter, disturbance, log\n\
+             wheels, thruster, gyro, torque, mount, mode, prior, filter, disturbance, log\n\
              error: craft.toml:6: unknown key `noise` (did you mean `noise_rad_s`?); known keys here: "
                 .to_owned()
                 + &gyro::TABLE.names().join(", ")
