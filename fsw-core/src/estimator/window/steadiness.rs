@@ -83,7 +83,10 @@ impl<T: Real> Snapshot<T> {
             *apart.at_mut(row, column) = difference;
             (row, column) = if row == column { (row + 1, 0) } else { (row, column + 1) };
         }
-        let moved = core::array::from_fn(|k| later.estimate[k] - self.estimate[k]);
+        let mut moved = later.estimate;
+        for (moved, before) in moved.iter_mut().zip(&self.estimate) {
+            *moved -= *before;
+        }
         quadratic_over(&mut apart, moved).unwrap_or(T::zero())
     }
 }
@@ -159,8 +162,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             *covariance.at_mut(i, 5) *= unit;
         }
         let first = shape_of(U);
-        let mut estimate = core::array::from_fn(|k| pass.point.value(first + k) + step[first + k]);
-        estimate[5] *= unit;
+        let mut estimate = [T::zero(); 6];
+        for (k, (value, step)) in estimate.iter_mut().zip(step.iter().skip(first)).enumerate() {
+            let unit = if k == 5 { unit } else { T::one() };
+            *value = (pass.point.value(first + k) + *step) * unit;
+        }
         Some((Snapshot::new(estimate, &covariance), sigma * sigma))
     }
 }
