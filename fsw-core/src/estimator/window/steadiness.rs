@@ -62,9 +62,13 @@ crate::persist!([T: Real] Steadiness<T> { earlier, blocks, comparisons, is_contr
 impl<T: Real> Snapshot<T> {
     fn new(estimate: [T; 6], of: &Mat<T, 6, 6>) -> Self {
         let mut covariance = [T::zero(); 21];
-        let elements = (0..6).flat_map(|i| (0..=i).map(move |k| of.at(i, k)));
-        for (element, of) in covariance.iter_mut().zip(elements) {
-            *element = of;
+        let mut elements = covariance.iter_mut();
+        for row in 0..6 {
+            for column in 0..row + 1 {
+                if let Some(element) = elements.next() {
+                    *element = of.at(row, column);
+                }
+            }
         }
         Self { estimate, covariance }
     }
@@ -74,14 +78,16 @@ impl<T: Real> Snapshot<T> {
     #[inline(never)]
     fn chi_square(&self, later: &Self) -> T {
         let mut apart = Mat::<T, 6, 6>::zeros();
-        let (mut row, mut column) = (0, 0);
-        for (before, after) in self.covariance.iter().zip(&later.covariance) {
-            let mut difference = *before * T::lit(1.0 + FLOOR) - *after;
-            if row == column {
-                difference += *before * (T::EPSILON * T::lit(ROUNDINGS));
+        let mut elements = self.covariance.iter().zip(&later.covariance);
+        for row in 0..6 {
+            for column in 0..row + 1 {
+                let Some((before, after)) = elements.next() else { break };
+                let mut difference = *before * T::lit(1.0 + FLOOR) - *after;
+                if row == column {
+                    difference += *before * (T::EPSILON * T::lit(ROUNDINGS));
+                }
+                *apart.at_mut(row, column) = difference;
             }
-            *apart.at_mut(row, column) = difference;
-            (row, column) = if row == column { (row + 1, 0) } else { (row, column + 1) };
         }
         let mut moved = later.estimate;
         for (moved, before) in moved.iter_mut().zip(&self.estimate) {
