@@ -67,7 +67,7 @@ pub const TABLES: [Table; 18] = [
 pub struct Craft {
     /// The reaction wheels, in the order of the log's columns `wheel_1_rad_s`, `wheel_2_rad_s`, …
     pub wheels: Vec<Wheel>,
-    /// Thrusters: torque sources of a design, unused by the estimators.
+    /// Thrusters: torque sources of a design. Their torque in a log is that of the torque columns.
     pub thrusters: Vec<Thruster>,
     /// Known properties of the gyro.
     pub gyro: GyroData,

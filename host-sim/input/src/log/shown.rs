@@ -56,11 +56,12 @@ impl Shown<'_> {
         let ideal = Tachometer::default();
         let changes: Vec<usize> =
             (1..self.rad_s.len()).filter(|row| self.rad_s[*row] != self.rad_s[row - 1]).collect();
-        if distinct(self.rad_s.iter().copied()).len() < MIN_READINGS {
+        let readings = distinct(self.rad_s.iter().copied());
+        if readings.len() < MIN_READINGS {
             return None;
         }
         let hold_s = held_rows(&changes).map_or(0.0, |rows| rows as f64 * self.period_s);
-        let quantum = step(&distinct(self.rad_s.iter().copied()));
+        let quantum = step(&readings);
         if hold_s > 0.0 || quantum.is_some() {
             return Some(Tachometer { hold_s, quantum_rad_s: quantum.unwrap_or(0.0), ..ideal });
         }
@@ -156,7 +157,8 @@ fn step(sorted: &[f64]) -> Option<f64> {
             return None;
         }
     }
-    // Refined from the first number outwards, then from zero: the number of steps to the next is known by the step so far.
+    // Least squares over ascending distances: the step so far is exact enough to count the steps of the next one. Distances
+    // from the first number come first, since those from zero begin with many steps.
     let first = *sorted.first()?;
     let outwards = sorted.iter().map(|number| number - first).chain(sorted.iter().copied());
     let mut sums = [0.0; 2];
@@ -271,9 +273,8 @@ mod tests {
         for (mean, edges) in [(150.0, 6.0), (150.0, 24.0), (0.0, 6.0), (0.0, 12.0), (0.0, 1.0)] {
             let found = shown(of_edges(mean, edges, 1e-5)).unwrap();
             let TachometerKind::Period { resolution_s } = found.kind else { panic!("{found:?}") };
-            let share = found.edges_per_turn / edges;
-            assert!((share - 1.0).abs() < 0.1, "{mean} {edges}: {found:?}");
-            assert!((resolution_s / 1e-5 - 1.0).abs() < 0.1, "{mean} {edges}: {found:?}");
+            assert_eq!(found.edges_per_turn, edges, "{mean} {edges}: {found:?}");
+            assert!((resolution_s / 1e-5 - 1.0).abs() < 1e-9, "{mean} {edges}: {found:?}");
         }
     }
 }
