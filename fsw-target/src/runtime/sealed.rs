@@ -123,7 +123,7 @@ fn sum_of<T>(value: &T) -> u32 {
     sum
 }
 
-/// Sum of words that are not in memory as one value: of a checkpoint.
+/// Sum of words in this order, as of a value in memory: for the words of a checkpoint.
 pub fn sum(words: impl IntoIterator<Item = u32>) -> u32 {
     words.into_iter().fold(0, add)
 }
