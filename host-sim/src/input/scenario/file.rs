@@ -129,19 +129,21 @@ struct Kind {
     random_spacecraft: Option<IgnoredAny>,
 }
 
-/// Keys that a craft file lacks, and tables that it shares with a scenario.
+/// Keys that a craft file lacks, and tables that it has.
 #[derive(Deserialize)]
-struct Craft {
+struct KeysOfCraft {
     duration_s: Option<IgnoredAny>,
     spacecraft: Option<IgnoredAny>,
+    wheel: Option<IgnoredAny>,
     gyro: Option<IgnoredAny>,
     log: Option<IgnoredAny>,
 }
 
-impl Craft {
-    fn is_one(&self) -> bool {
+impl KeysOfCraft {
+    fn are_alone(&self) -> bool {
         let describes_flight = self.duration_s.is_some() || self.spacecraft.is_some();
-        !describes_flight && (self.gyro.is_some() || self.log.is_some())
+        let tables = [&self.wheel, &self.gyro, &self.log];
+        !describes_flight && tables.iter().any(|table| table.is_some())
     }
 }
 
@@ -201,7 +203,7 @@ struct ScenarioFile {
 pub(super) fn read(source: &TomlSource, folder: &Path) -> Result<Scenario, InputError> {
     let Kind { random_spacecraft } = source.parse()?;
     if random_spacecraft.is_none() {
-        if source.parse::<Craft>()?.is_one() {
+        if source.parse::<KeysOfCraft>()?.are_alone() {
             return Err(source.error(0..0, ScenarioProblem::CraftFile.into()));
         }
         // With the keys of a craft file that have an error of their own here.
@@ -464,6 +466,14 @@ noise_rad_s = 1e-4
         ] {
             let message = message(&GOOD.replacen(good, bad, 1));
             assert!(message.starts_with(expected), "{message}\n  expected: {expected}");
+        }
+    }
+
+    #[test]
+    fn a_craft_file_is_named_whatever_its_tables() {
+        for tables in [WHEEL, "[gyro]\nnoise_rad_s = 1e-4\n", "[log]\n"] {
+            let message = message(tables);
+            assert!(message.starts_with("s.toml: a craft file, not a scenario"), "{message}");
         }
     }
 
