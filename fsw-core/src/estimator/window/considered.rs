@@ -29,6 +29,7 @@
 //! small.
 
 use super::Window;
+use super::solution::Solution;
 use super::work::Work;
 use crate::fit::belief::{Beliefs, Past};
 use crate::fit::descent::{Considering, Descent};
@@ -66,10 +67,10 @@ impl<T: Real, const C: usize> Cross<T, C> {
         }
     }
 
-    /// Effect of one parameter with a covariance of unit variance: of shape and scale.
-    fn effect(&self, group: usize, component: usize, covariance: &Mat<T, 6, 6>) -> Mat<T, 6, 1> {
+    /// Effect of one parameter on shape and scale, for the factor of their covariance: `R⁻¹ R⁻ᵀ b`.
+    fn effect(&self, group: usize, component: usize, root: &Mat<T, 6, 6>) -> Mat<T, 6, 1> {
         match self.by_group.get(group).and_then(|of_group| of_group.get(component)) {
-            Some(by) => covariance * Mat::<T, 6, 1>::from(*by),
+            Some(by) => root * root.tr_mul(&Mat::<T, 6, 1>::from(*by)),
             None => Mat::zeros(),
         }
     }
@@ -243,28 +244,24 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         total
     }
 
-    /// Covariance of shape and scale that errors of the considered hardware cause, for a covariance of the noise.
+    /// Covariance of the elements that errors of the considered hardware cause, kg² m⁴, for a solution of the noise.
     #[inline(never)]
     pub(super) fn systematic(
         &self,
         source: Source,
-        unit_per_kg_m2: T,
         sigma_rad_s: T,
-        covariance: &Mat<T, 6, 6>,
+        solution: &Solution<T, U>,
     ) -> Option<Mat<T, 6, 6>> {
         if !self.considers() {
             return None;
         }
         let mut sum = Mat::<T, 6, 6>::zeros();
-        self.each_effect(
-            source,
-            (unit_per_kg_m2, sigma_rad_s),
-            covariance,
-            &mut |_, _, effect, sigma| {
-                let by = effect * sigma;
-                sum += by * by.transpose();
-            },
-        );
+        let jacobian = solution.jacobian();
+        let at = (solution.unit_per_kg_m2, sigma_rad_s);
+        self.each_effect(source, at, &solution.root, &mut |_, _, effect, sigma| {
+            let by = jacobian * effect * sigma;
+            sum += by * by.transpose();
+        });
         Some(sum)
     }
 
@@ -274,7 +271,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         &self,
         source: Source,
         (unit_per_kg_m2, sigma_rad_s): (T, T),
-        covariance: &Mat<T, 6, 6>,
+        root: &Mat<T, 6, 6>,
         visit: &mut dyn FnMut(Group, usize, Mat<T, 6, 1>, T),
     ) {
         let cross = self.total_cross(source, unit_per_kg_m2, sigma_rad_s);
@@ -282,7 +279,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             let Some((group, sigma)) = self.considered_group(index) else { break };
             for (i, sigma) in sigma.into_iter().enumerate() {
                 if sigma > T::zero() {
-                    visit(group, i, cross.effect(index, i, covariance), sigma);
+                    visit(group, i, cross.effect(index, i, root), sigma);
                 }
             }
         }
@@ -317,10 +314,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             return;
         }
         let (mut alone, mut of_past) = (Mat::<T, 6, 6>::zeros(), Mat::<T, 6, 6>::zeros());
-        if !window.covariance_of_last(&mut alone) {
+        if !window.covariance_factor_of_last(&mut alone) {
             return;
         }
-        let past = past.filter(|(past, _)| past.information.covariance_of_last(&mut of_past));
+        let past =
+            past.filter(|(past, _)| past.information.covariance_factor_of_last(&mut of_past));
         for index in 0..C {
             let Some((_, sigma)) = self.considered_group(index) else { break };
             for (i, sigma) in sigma.into_iter().enumerate() {

@@ -246,7 +246,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if !is_found {
             return false;
         }
-        let systematic = self.systematic(source, unit_per_kg_m2, sigma, &solution.covariance);
+        let systematic = self.systematic(source, sigma, &solution);
         let has_scale = past.is_some() || self.stretch().has_drive();
         solution.report(&alone, has_scale, estimate);
         let is_considered = self.config.hardware.mount_rad != [T::zero(); 3]
@@ -256,8 +256,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             self.report_random(blocks, point, &all, &mut solution, estimate);
         }
         if let Some(systematic) = systematic {
-            solution.covariance = systematic;
-            solution.add_elements(estimate);
+            estimate.covariance_kg2_m4 += systematic;
         }
         if is_considered {
             self.add_considered(estimate);
@@ -268,8 +267,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         // At the estimate, with the information of the data.
         alone.point = solution.point;
-        // In the place of a covariance that is no longer needed.
-        alone.report_observed(&mut solution.covariance, estimate);
+        // In the place of a factor that is no longer needed.
+        alone.report_observed(&mut solution.root, estimate);
         true
     }
 
@@ -286,11 +285,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.write_blocks(blocks, &mut factor);
         beliefs.add_kept(&mut factor, point);
         let Some(step) = factor.solve() else { return false };
-        if !factor.covariance_of_last(&mut solution.covariance) {
+        if !factor.covariance_factor_of_last(&mut solution.root) {
             return false;
         }
-        solution.covariance *= beliefs.noise_rad_s;
-        solution.covariance *= beliefs.noise_rad_s;
+        solution.root *= beliefs.noise_rad_s;
         solution.point = point.stepped(&step);
         solution.unit_per_kg_m2 = beliefs.unit_per_kg_m2;
         true
@@ -325,7 +323,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
     }
 
-    /// Sigma of each element for hardware that is known exactly. Leaves the covariance of it in `solution`.
+    /// Sigma of each element for hardware that is known exactly. Leaves the factor of it in `solution`.
     #[inline(never)]
     fn report_random(
         &self,
@@ -342,10 +340,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             let weight = information_on(&factor, column) * T::lit(KNOWN);
             factor.fold(&unit_row(column), T::zero(), weight);
         }
-        if !factor.covariance_of_last(&mut solution.covariance) {
+        if !factor.covariance_factor_of_last(&mut solution.root) {
             return;
         }
-        solution.covariance *= all.noise_rad_s * all.noise_rad_s;
+        solution.root *= all.noise_rad_s;
+        solution.spread = T::zero();
         let mut covariance = Mat::<T, 6, 6>::zeros();
         solution.of_elements(&mut covariance);
         let total = &estimate.covariance_kg2_m4;
@@ -453,14 +452,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         solution: &Solution<T, U>,
         visit: &mut dyn FnMut(Finding<T>),
     ) {
-        let mut covariance = Mat::<T, 6, 6>::zeros();
-        if C == 0 || !factor.covariance_of_last(&mut covariance) {
+        let mut root = Mat::<T, 6, 6>::zeros();
+        if C == 0 || !factor.covariance_factor_of_last(&mut root) {
             return;
         }
-        covariance *= sigma * sigma;
+        root *= sigma;
         let source = if self.front.is_some() { Source::Front } else { Source::Nothing };
         let (jacobian, at) = (solution.jacobian(), (solution.unit_per_kg_m2, sigma));
-        self.each_effect(source, at, &covariance, &mut |group, i, effect, stated| {
+        self.each_effect(source, at, &root, &mut |group, i, effect, stated| {
             if let Some(parameter) = group.parameter(i) {
                 let effect_kg_m2 = (jacobian * effect * stated).into();
                 visit(Finding { parameter, value: T::zero(), sigma: stated, stated, effect_kg_m2 });

@@ -67,17 +67,28 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// Factor `R⁻¹` of the solution's covariance for unit variance of each equation, `P = R⁻¹ R⁻ᵀ`.
     /// `None` while an element of D is zero.
     pub fn covariance_factor(&self) -> Option<Mat<T, N, N>> {
-        let mut inverse = self.inverse();
-        for k in 0..N {
-            let sigma = T::one() / self.factor[k][k].sqrt();
+        let mut root = Mat::zeros();
+        self.covariance_factor_of_last(&mut root).then_some(root)
+    }
+
+    /// The factor for the last M unknowns, upper triangular, written to `root`. False where it is not finite.
+    ///
+    /// A covariance of functions of the unknowns, `(J R⁻¹)(J R⁻¹)ᵀ`, has no negative eigenvalue beyond rounding,
+    /// where `J P Jᵀ` may have one if the functions cancel what is uncertain.
+    #[inline(never)]
+    pub fn covariance_factor_of_last<const M: usize>(&self, root: &mut Mat<T, M, M>) -> bool {
+        let first = N.saturating_sub(M);
+        *root = self.inverse_of_last();
+        for k in 0..M {
+            let sigma = T::one() / self.factor[first + k][first + k].sqrt();
             if !sigma.is_finite() {
-                return None;
+                return false;
             }
             for i in 0..k + 1 {
-                *inverse.at_mut(i, k) *= sigma;
+                *root.at_mut(i, k) *= sigma;
             }
         }
-        inverse.iter().all(|x| x.is_finite()).then_some(inverse)
+        root.iter().all(|x| x.is_finite())
     }
 
     /// UD factors `U⁻¹`, `D⁻¹` of the solution's covariance, if an equation of weight 1 has unit
