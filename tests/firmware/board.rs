@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use std::io::{Read, Write};
+use target_tools::image::{self, BoardTest};
 use target_tools::machine::Machine;
 use target_tools::{budgets, firmware, qemu};
 
@@ -72,6 +73,33 @@ fn peripherals_of_the_chip_work_and_missing_ones_are_reported() -> Result<()> {
     ] {
         assert!(run.lines.iter().any(|line| line == expected), "{expected} in {:#?}", run.lines);
     }
+    Ok(())
+}
+
+/// Tests of the board, each on a machine of its own. QEMU has no crystal, no gyro, and a flash that cannot be programmed:
+/// those tests fail there, and no other.
+#[test]
+#[ignore = "needs the Cortex-M target and QEMU: tests/check.sh runs it"]
+fn each_test_of_a_board_fails_where_the_part_is_missing() -> Result<()> {
+    const MISSING: [&str; 4] = [
+        "crystal_is_the_source_of_the_clock",
+        "flash_keeps_what_is_written",
+        "gyro_answers",
+        "gyro_passes_its_self_test",
+    ];
+    let _alone = crate::alone();
+    let elf = firmware::build("board-tests")?;
+    let tests = image::board_tests(&elf)?;
+    let run = |test: &BoardTest| qemu::run_test(&elf, qemu::MACHINE, LIMIT, test);
+    let (mut passed, mut failed) = (0, Vec::new());
+    for test in tests.iter().filter(|test| !test.is_ignored) {
+        match run(test)?.success {
+            true => passed += 1,
+            false => failed.push(test.name.as_str()),
+        }
+    }
+    assert_eq!(failed, MISSING);
+    assert_eq!((tests.len(), passed), (10, 4));
     Ok(())
 }
 

@@ -13,28 +13,19 @@
 
 #[cfg(target_os = "none")]
 mod in_interrupt;
+#[cfg(target_os = "none")]
+mod parts;
 
 #[cfg(target_os = "none")]
 mod on_target {
-    use crate::in_interrupt;
+    use crate::{in_interrupt, parts};
     use core::hint::black_box;
     use cortex_m::peripheral::SYST;
-    use embedded_hal::delay::DelayNs;
     use embedded_hal_nb::serial::{Read, Write};
-    use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
     use fsw_target::arch::exit;
     use fsw_target::arch::instructions::InstructionCounter;
-    use fsw_target::board::{
-        Board, Delay, GyroBus, GyroDataReady, OptionBytes, SectorPair, Tunnel, WheelCaptures,
-        now_us,
-    };
-    use fsw_target::drivers::gyro::RateGyro;
-    use fsw_target::drivers::gyro::bus::Spi;
-    use fsw_target::drivers::gyro::fitted::{Chip, Settings};
-    use fsw_target::drivers::wheel_tach::CaptureTimer;
+    use fsw_target::board::{Board, OptionBytes, Tunnel};
     use fsw_target::flight::selected::SelectedEstimator;
-    use fsw_target::flight::sensors::DataReady;
-    use fsw_target::flight::supervisor::{Supervisor, Task};
     use fsw_target::link::authentication::{KEY_BYTES, Key};
     use fsw_target::runtime::sealed::Sealed;
     use fsw_target::runtime::{log, stack};
@@ -56,16 +47,16 @@ mod on_target {
         report_costs(board.syst);
 
         let mut all_work = true;
-        all_work &= report_check("clock", clock_advances());
-        all_work &= report_check("data ready", data_ready_stamps(&mut board.data_ready));
+        all_work &= report_check("clock", parts::clock_advances());
+        all_work &= report_check("data ready", parts::data_ready_stamps(&mut board.data_ready));
         all_work &= report_check(
             "loop in an interrupt",
             in_interrupt::loop_steps_every_sample(board.data_ready),
         );
-        all_work &= report_check("watchdog", watchdog_is_fed_by_permit(&mut board.watchdog));
-        report_wheels(&mut board.captures.start(SHORTEST_EDGE_S));
-        report_gyro(board.gyro_bus);
-        report_flash(&mut board.flash);
+        all_work &= report_check("watchdog", parts::watchdog_is_fed_by_permit(&mut board.watchdog));
+        parts::every_wheel_has_edges(board.captures);
+        parts::gyro_answers(board.gyro_bus);
+        parts::flash_keeps(&mut board.flash);
         let echoed = echo(&mut board.tunnel);
         defmt::info!("USART2: {=u32} bytes echoed, {}", echoed, board.tunnel.counters());
         defmt::info!(
@@ -124,98 +115,6 @@ mod on_target {
     fn report_check(part: &'static str, passes: bool) -> bool {
         defmt::info!("{=str}: {=str}", part, if passes { "works" } else { "FAILS" });
         passes
-    }
-
-    /// The clock is monotonic, and a delay takes at least its duration.
-    fn clock_advances() -> bool {
-        const DELAY_US: u32 = 2_000;
-        let mut last_us = now_us();
-        let start_us = last_us;
-        for _ in 0..1_000 {
-            let time_us = now_us();
-            if time_us < last_us {
-                return false;
-            }
-            last_us = time_us;
-        }
-        Delay.delay_us(DELAY_US);
-        let passed_us = now_us() - last_us;
-        defmt::info!("a delay of {=u32} us took {=u64}", DELAY_US, passed_us);
-        last_us > start_us && passed_us >= u64::from(DELAY_US)
-    }
-
-    /// One interrupt gives one stamp at its time; of three, the newest stamp remains.
-    fn data_ready_stamps(data_ready: &mut GyroDataReady) -> bool {
-        let before_us = now_us();
-        GyroDataReady::trigger();
-        let stamp_us = data_ready.take_us();
-        let is_in_time = stamp_us.is_some_and(|us| (before_us..=now_us()).contains(&us));
-
-        let overruns = data_ready.overruns();
-        GyroDataReady::trigger();
-        GyroDataReady::trigger();
-        let between_us = now_us();
-        GyroDataReady::trigger();
-        let has_newer = data_ready.has_newer();
-        let is_newest = data_ready.take_us().is_some_and(|us| us >= between_us);
-        let is_over = !data_ready.has_newer() && data_ready.take_us().is_none();
-        is_in_time && has_newer && is_newest && is_over && data_ready.overruns() == overruns + 2
-    }
-
-    /// A complete set of task reports gives one permit to feed the watchdog. The watchdog itself stays
-    /// off: it could not be stopped at the end of the image.
-    fn watchdog_is_fed_by_permit(watchdog: &mut fsw_target::board::Watchdog) -> bool {
-        let mut supervisor = Supervisor::new();
-        Task::ALL.into_iter().for_each(|task| supervisor.report(task));
-        let permit = supervisor.permit();
-        let is_granted = permit.is_some();
-        permit.into_iter().for_each(|permit| watchdog.feed(permit));
-        is_granted && supervisor.permit().is_none()
-    }
-
-    /// Shortest interval between edges, s: half of that at 6000 rpm and 24 edges per turn.
-    const SHORTEST_EDGE_S: f32 = 0.5 / (100.0 * 24.0);
-
-    /// Logs the positions of the wheels after one second, in edges. Turn the wheels by hand.
-    fn report_wheels(captures: &mut WheelCaptures) {
-        Delay.delay_ms(1_000);
-        match captures.captured() {
-            Ok(captured) => {
-                defmt::info!("wheel edges in one second: {}", captured.map(|c| c.edges))
-            }
-            Err(error) => defmt::warn!("wheels: {}", error),
-        }
-    }
-
-    /// Logs whether the fitted gyro answers with its identity.
-    fn report_gyro(bus: GyroBus) {
-        let expected = <Chip<Spi<GyroBus>> as RateGyro>::IDENTITY;
-        match Chip::new(Spi::new(bus), Settings::default()).identity() {
-            Ok(found) if found == expected => defmt::info!("gyro: works"),
-            Ok(found) => {
-                defmt::warn!("gyro: identity {=u8:#04x}, expected {=u8:#04x}", found, expected)
-            }
-            Err(error) => defmt::warn!("gyro: {}", error),
-        }
-    }
-
-    /// Erases the last sector, writes to it, reads it back, and logs the result.
-    fn report_flash(flash: &mut SectorPair) {
-        const PATTERN: [u8; 8] = *b"bringup\n";
-        let end = flash.capacity() as u32;
-        let start = end - SectorPair::ERASE_SIZE as u32;
-        let start_us = now_us();
-        let mut read = [0; 8];
-        let result = flash
-            .erase(start, end)
-            .and_then(|()| flash.write(start, &PATTERN))
-            .and_then(|()| flash.read(start, &mut read));
-        match result {
-            Ok(()) => {
-                defmt::info!("flash: works, erased and written in {=u64} us", now_us() - start_us)
-            }
-            Err(error) => defmt::warn!("flash: {}", error),
-        }
     }
 
     /// Idle polls of the tunnel before the echo ends: a few seconds.

@@ -17,7 +17,15 @@ pub fn workspace_root() -> PathBuf {
     here.ancestors().nth(2).unwrap_or(here).into()
 }
 
-/// Builds the image `bin` of fsw-target with the profile `firmware`. Returns its ELF file.
+/// Package of an image, by its name.
+fn package_of(bin: &str) -> &'static str {
+    match bin {
+        "bringup" | "board-tests" => "fsw-bringup",
+        _ => "fsw-target",
+    }
+}
+
+/// Builds the image `bin` with the profile `firmware`. Returns its ELF file.
 pub fn build(bin: &str) -> Result<PathBuf> {
     build_for(&STM32F405, bin)
 }
@@ -27,7 +35,7 @@ pub fn build_with(bin: &str, arguments: &[&str]) -> Result<PathBuf> {
     build_of("fsw-target", bin, arguments)
 }
 
-/// Builds the image `bin` of fsw-target for a board, with all estimators. Returns a file of its own: boards with the same
+/// Builds the image `bin` for a board, with all estimators. Returns a file of its own: boards with the same
 /// target share that of cargo, and the build for one replaces the image of the other.
 pub fn build_for(board: &Board, bin: &str) -> Result<PathBuf> {
     /// From the build to the copy.
@@ -38,7 +46,7 @@ pub fn build_for(board: &Board, bin: &str) -> Result<PathBuf> {
         STM32F405 => &[],
         _ => &["--no-default-features", "--features", &features],
     };
-    let of_cargo = build_on(board.target, "fsw-target", bin, arguments)?;
+    let of_cargo = build_on(board.target, package_of(bin), bin, arguments)?;
     let own = of_board(&of_cargo, board);
     // Renamed as a whole: a program that starts the image meanwhile reads the old one or the new one.
     let unfinished = own.with_extension(std::process::id().to_string());

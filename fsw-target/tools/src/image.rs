@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
+use serde_json::Value;
 use std::path::Path;
 
 /// Parts of symbol names that flight code must not contain: panics (slice index, unwrap, division by
@@ -25,6 +26,43 @@ pub fn functions(elf: &Path, names: &[&str]) -> Result<Vec<u32>> {
     let wanted = file.symbols().filter(|symbol| symbol.name().is_ok_and(is_wanted));
     // The lowest bit marks Thumb code.
     Ok(wanted.map(|symbol| symbol.address() as u32 & !1).collect())
+}
+
+/// A test of an image that is built with embedded-test.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BoardTest {
+    /// Name.
+    pub name: String,
+    /// Address of its function.
+    pub address: u32,
+    /// It runs on request only.
+    pub is_ignored: bool,
+}
+
+/// Tests of the image `elf`, in the order of their names: each is a variable in the section `.embedded_test` that begins
+/// with the address of the function, and its symbol is a JSON object with name and properties.
+///
+/// # Errors
+/// The file is not an image, or has a test without name or address.
+pub fn board_tests(elf: &Path) -> Result<Vec<BoardTest>> {
+    let bytes = read(elf)?;
+    let file = parse(elf, &bytes)?;
+    let section = file.section_by_name(".embedded_test").context("the image has no tests")?;
+    let content = section.data().context("the section of the tests is not readable")?;
+    let mut tests = Vec::new();
+    for symbol in file.symbols().filter(|symbol| symbol.section_index() == Some(section.index())) {
+        let Ok(properties) = serde_json::from_str::<Value>(symbol.name()?) else { continue };
+        let name = properties["name"].as_str().context("a test has no name")?;
+        let offset = usize::try_from(symbol.address() - section.address())?;
+        let address = content.get(offset..).and_then(|rest| rest.first_chunk());
+        tests.push(BoardTest {
+            name: name.to_owned(),
+            address: u32::from_le_bytes(*address.context("a test has no address")?),
+            is_ignored: properties["ignored"] == true,
+        });
+    }
+    tests.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(tests)
 }
 
 /// Memory taken by an image, bytes.

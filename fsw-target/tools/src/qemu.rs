@@ -4,7 +4,7 @@
 //! time limit ends every other run.
 
 use crate::cycles::Trace;
-use crate::image;
+use crate::image::{self, BoardTest};
 use anyhow::{Context, Result, bail};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 use std::io::{BufReader, Read};
@@ -49,6 +49,14 @@ pub fn run_counting(
 pub fn run_tracing(elf: &Path, machine: &str, limit: Duration, trace: &mut Trace) -> Result<Run> {
     let options = [&COUNTING[..], &["-d", "in_asm,exec,nochain"]].concat();
     run_with(elf, machine, &options, limit, |_| {}, Some(trace))
+}
+
+/// Runs one test of the image `elf`, built with embedded-test, as `probe-rs run` does on a board: the command line of
+/// semihosting names the function, and a fresh machine stands for the reset.
+pub fn run_test(elf: &Path, machine: &str, limit: Duration, test: &BoardTest) -> Result<Run> {
+    let command = format!("arg=run_addr,arg={}", test.address);
+    let options = ["-semihosting-config", &format!("enable=on,target=native,{command}")];
+    run_with(elf, machine, &options, limit, |_| {}, None)
 }
 
 const COUNTING: [&str; 2] = ["-icount", "shift=8"];

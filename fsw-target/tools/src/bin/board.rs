@@ -1,4 +1,5 @@
-//! `cargo board [IMAGE]`: builds an image of fsw-target, flashes it with probe-rs, prints its log.
+//! `cargo board [IMAGE] [ARGUMENTS]`: builds an image, flashes it with probe-rs, prints its log. Further arguments are
+//! those of `probe-rs run`: for `board-tests`, names of tests and `--include-ignored`.
 
 use anyhow::{Result, bail};
 use std::process::{Command, ExitCode};
@@ -15,15 +16,17 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<bool> {
-    let mut images = std::env::args().skip(1);
-    let image = images.next().unwrap_or_else(|| DEFAULT_IMAGE.into());
-    if image.starts_with('-') || images.next().is_some() {
-        bail!("usage: cargo board [IMAGE]");
+    let mut arguments = std::env::args().skip(1);
+    let image = arguments.next().unwrap_or_else(|| DEFAULT_IMAGE.into());
+    if image.starts_with('-') {
+        bail!("usage: cargo board [IMAGE] [ARGUMENTS of probe-rs run]");
     }
     if Command::new("probe-rs").arg("--version").output().is_err() {
         bail!("cannot start probe-rs: install it (cargo install probe-rs-tools)");
     }
     let elf = firmware::build(&image)?;
-    toolchain::run(Command::new("probe-rs").args(["run", "--chip", CHIP]).arg(elf))?;
+    toolchain::run(
+        Command::new("probe-rs").args(["run", "--chip", CHIP]).arg(elf).args(arguments),
+    )?;
     Ok(true)
 }
