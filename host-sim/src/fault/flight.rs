@@ -194,6 +194,16 @@ impl Record {
             None => Some(0.0),
         }
     }
+
+    /// Total time after `end_us` with a health that is worse than that of the clean flight, s.
+    fn outage_s(&self, clean: &Self, end_us: u64) -> f64 {
+        let (mut total_us, mut from_us) = (0, None);
+        for (us, health) in self.health.range(end_us..) {
+            total_us += from_us.map_or(0, |from: u64| us - from);
+            from_us = (*health > clean.health_at(*us)).then_some(*us);
+        }
+        total_us as f64 * 1e-6
+    }
 }
 
 impl Check {
@@ -231,6 +241,8 @@ pub struct Judged {
     /// Time from the end of the fault until the health is that of the clean flight for good, s; none if it is not at
     /// the end.
     pub nominal_s: Option<f64>,
+    /// Total time after the end of the fault with a health that is worse than that of the clean flight, s.
+    pub outage_s: f64,
     /// The final estimate is a silent lie.
     pub is_silent: bool,
     /// Time from the start of the fault to the last silently wrong estimate in flight, s; zero without.
@@ -278,6 +290,7 @@ impl Judged {
             detection_s: detection_s(record, clean, start_us),
             degraded_s: record.degraded_s(clean, start_us),
             nominal_s: record.nominal_s(clean, end_us),
+            outage_s: record.outage_s(clean, end_us),
             is_silent: record.is_silent() && !clean.is_silent(),
             wrong_s,
             recovery_s: right_from.filter(|_| score.is_some()),

@@ -21,6 +21,8 @@ use crate::simulation::sensors;
 pub const MAX_OVER_CLEAN: f64 = 1.2;
 /// Longest time of a silently wrong estimate in flight, s.
 pub const MAX_WRONG_S: f64 = 60.0;
+/// Longest total time with a health worse than that of the clean flight after a transient, s.
+pub const MAX_OUTAGE_S: f64 = 60.0;
 
 /// Scenario, faults, estimators and number of runs.
 pub struct Matrix<'a> {
@@ -75,6 +77,8 @@ pub struct Row {
     pub nominal: usize,
     /// Longest time from the end of the fault until that health for good, of these runs.
     pub nominal_s: Option<f64>,
+    /// Longest total time after the end of the fault with a health that is worse than that of the clean flight, s.
+    pub outage_s: f64,
     /// Runs that end converged.
     pub converged: usize,
     /// Runs whose final estimate is a silent lie.
@@ -222,6 +226,7 @@ impl Row {
             degraded_s: longest(&mut flights.iter().filter_map(|f| f.degraded_s)),
             nominal: count(&|f| f.nominal_s.is_some()),
             nominal_s: longest(&mut flights.iter().filter_map(|f| f.nominal_s)),
+            outage_s: longest(&mut flights.iter().map(|f| f.outage_s)).unwrap_or(0.0),
             converged: count(&|f| f.status == Some(Status::Converged)),
             silent: count(&|f| f.is_silent),
             silent_in_flight: count(&|f| f.wrong_s > 0.0),
@@ -254,6 +259,7 @@ impl Row {
             // A ratio that is not a number is missed, too.
             let holds = self.over_clean.is_none_or(|ratio| ratio <= most);
             check(holds, format!("error/clean > {most:.2}"));
+            check(self.outage_s <= MAX_OUTAGE_S, format!("outage of {:.0} s", self.outage_s));
         }
     }
 }

@@ -137,13 +137,14 @@ fn cells(cells: &[FaultCell]) -> Frame {
     for (name, count) in counts {
         frame.add(name, Cells::Count(cells.iter().map(|cell| Some(count(cell))).collect()));
     }
-    let numbers: [Named<Option<f64>>; 10] = [
+    let numbers: [Named<Option<f64>>; 11] = [
         ("detection_s", |cell| cell.detection_s),
         ("detection_worst_s", |cell| cell.detection_worst_s),
         ("silent_worst_s", |cell| Some(cell.silent_worst_s)),
         ("recovery_worst_s", |cell| cell.recovery_worst_s),
         ("degraded_worst_s", |cell| cell.degraded_worst_s),
         ("nominal_worst_s", |cell| cell.nominal_worst_s),
+        ("outage_worst_s", |cell| Some(cell.outage_worst_s)),
         ("nees_during", |cell| cell.nees_during),
         ("nees_after", |cell| cell.nees_after),
         ("rmse_over_bound", |cell| cell.rmse_over_bound),

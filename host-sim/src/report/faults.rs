@@ -36,6 +36,7 @@ impl From<&Cell> for FaultCell {
             degraded_worst_s: row.degraded_s,
             nominal: row.nominal as u64,
             nominal_worst_s: row.nominal_s,
+            outage_worst_s: row.outage_s,
             converged: row.converged as u64,
             silent_lies: row.silent as u64,
             silent_in_flight: row.silent_in_flight as u64,

@@ -51,6 +51,8 @@ pub struct FaultCell {
     pub nominal: u64,
     /// Longest time from the end of the fault until that health for good, of these runs.
     pub nominal_worst_s: Option<f64>,
+    /// Longest total time after the end of the fault with a health that is worse than that of the clean flight.
+    pub outage_worst_s: f64,
     /// Runs that end converged.
     pub converged: u64,
     /// Runs whose final estimate is converged, not called non-white, and beyond 5 of its sigmas, where that of the

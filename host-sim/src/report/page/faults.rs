@@ -40,7 +40,7 @@ pub(in crate::report) fn faults(
 
 /// Table of one estimator.
 fn estimator(cells: &[FaultCell]) -> Markup {
-    const HEADER: [&str; 18] = [
+    const HEADER: [&str; 19] = [
         "fault",
         "survived",
         "detected",
@@ -49,6 +49,7 @@ fn estimator(cells: &[FaultCell]) -> Markup {
         "within, s",
         "nominal",
         "within, s",
+        "outage, s",
         "converged",
         "silent",
         "in flight, s",
