@@ -61,9 +61,10 @@
 //!
 //! # Whiteness
 //!
-//! `residuals_white` is false in doubt. Otherwise it is the result of [`whiteness`](crate::monitor::whiteness) on the innovations since the last
-//! start: size and correlation, of single ones and of groups of 4 and 16. `Some(false)` with a status of
-//! `Converged` is then an error of the model below the alarm of the mean NIS.
+//! `residuals_white` is false in doubt and in a transient of spikes. Otherwise it is the result of
+//! [`whiteness`](crate::monitor::whiteness) on the innovations since the last start, but those of such transients
+//! ([`transients`](crate::monitor::transients)): size and correlation, of single ones and of groups of 4 and 16.
+//! `Some(false)` with a status of `Converged` is then an error of the model below the alarm of the mean NIS.
 //!
 //! # Departures and assumptions
 //!
@@ -151,7 +152,7 @@ use crate::math::{Entries, Mat, Vec3, norm, scalar::Real, ud::Ud};
 use crate::monitor::innovation::{Innovation, InnovationMonitor};
 use crate::monitor::shift::{self, ShiftTest};
 use crate::monitor::spikes::{Decision, SpikeGate};
-use crate::monitor::whiteness::Whiteness;
+use crate::monitor::transients::Undisturbed;
 use crate::outcome::{Coasting, Outcome, Reset};
 use crate::persist::Persist;
 use crate::prior::Prior;
@@ -217,7 +218,7 @@ pub struct JointEkf<T: Real, F: Form<T>, const W: usize, const P: usize = 0> {
     spikes: SpikeGate,
     shift: ShiftTest<T>,
     monitor: InnovationMonitor<T>,
-    whiteness: Whiteness<T>,
+    whiteness: Undisturbed<T>,
     /// Innovation of the last sample, if that was predicted.
     innovation: Option<Innovation<T>>,
     /// Columns of the considered parameters.
@@ -316,7 +317,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             spikes: SpikeGate::default(),
             shift: ShiftTest::default(),
             monitor: InnovationMonitor::default(),
-            whiteness: Whiteness::default(),
+            whiteness: Undisturbed::default(),
             innovation: None,
             considered: Considered::NOTHING,
             delay: Delay::new(),
@@ -387,6 +388,7 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
             },
             Decision::Reject => {
                 self.monitor.refuse(&allowed);
+                self.whiteness.refuse();
                 Outcome::Coasting(Coasting::Spike)
             }
             Decision::LockOut => {
