@@ -44,7 +44,7 @@ pub use crate::persist::{Archive, InvalidWord, Persist, Words, mix};
 ///     WheelArray::new([fsw_core::Vec3::z()], [1e-3])?,
 /// );
 /// let (mut filter, mut restored) = (new()?, new()?);
-/// let mut words = [0; 512];
+/// let mut words = [0; 640];
 /// let mut medium = ToWords::new(&mut words);
 /// transfer(&mut filter, &mut medium).unwrap();
 /// let length = medium.written();

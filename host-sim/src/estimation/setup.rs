@@ -9,7 +9,7 @@ use crate::input::Craft;
 
 /// Longest gap that is bridged by prediction, sample periods. The core's own limit applies where it
 /// is longer.
-const MAX_GAP_PERIODS: f64 = 10.0;
+const MAX_GAP_PERIODS: f64 = 4.0;
 
 /// Everything that the configuration of an estimator depends on.
 #[derive(Clone, Debug, PartialEq)]
