@@ -24,8 +24,10 @@ const EXTERNAL: [&str; 8] = [
 const CARGO_VERBS: [&str; 8] =
     ["build", "run", "rustc", "test", "doc", "clippy", "package", "publish"];
 
-/// Aliases that take an image of fsw-target, and `--board` with a feature of it.
+/// Aliases that take an image, and `--board` with a feature of fsw-target.
 const IMAGE_ALIASES: [&str; 2] = ["board", "qemu"];
+/// Packages with images.
+const IMAGE_PACKAGES: [&str; 2] = ["fsw-target", "fsw-bringup"];
 
 /// Packages of the workspace with the names of their targets and features.
 pub struct Workspace {
@@ -73,7 +75,7 @@ impl Workspace {
         if self.aliases.contains(verb) {
             if IMAGE_ALIASES.contains(&verb.as_str()) {
                 let mut names = words[1..].iter().filter(|word| *word != "--board");
-                return names.try_for_each(|name| self.check_name("fsw-target", name));
+                return names.try_for_each(|name| self.check_image(name));
             }
             return if words.len() > 1 { self.check_cargo(&words[1..]) } else { Ok(()) };
         }
@@ -117,6 +119,12 @@ impl Workspace {
 
     fn package<'a>(&self, name: &'a str) -> Result<&'a str, String> {
         self.packages.contains_key(name).then_some(name).ok_or(format!("no package `{name}`"))
+    }
+
+    /// An image, or a feature of the flight software.
+    fn check_image(&self, name: &str) -> Result<(), String> {
+        let is_known = IMAGE_PACKAGES.iter().any(|package| self.check_name(package, name).is_ok());
+        is_known.then_some(()).ok_or(format!("no image or feature `{name}`"))
     }
 
     /// A target or a feature of a package.
