@@ -37,19 +37,20 @@ pub struct Undisturbed<T: Real> {
     test: Whiteness<T>,
     /// Earlier states of the test, the older one first.
     earlier: [Whiteness<T>; 2],
-    /// Innovations since the newer of them.
+    /// Innovations since the newer of them, and from the older to the newer.
     since: u8,
+    between: u8,
     /// Spikes of the last 32 innovations, the newest as the lowest bit.
     spikes: u32,
     left_out: u16,
 }
 
-crate::persist!([T: Real] Undisturbed<T> { test, earlier, since, spikes, left_out });
+crate::persist!([T: Real] Undisturbed<T> { test, earlier, since, between, spikes, left_out });
 
 impl<T: Real> Default for Undisturbed<T> {
     fn default() -> Self {
         let test = Whiteness::default();
-        Self { test, earlier: [test; 2], since: 0, spikes: 0, left_out: 0 }
+        Self { test, earlier: [test; 2], since: 0, between: 0, spikes: 0, left_out: 0 }
     }
 }
 
@@ -83,12 +84,19 @@ impl<T: Real> Undisturbed<T> {
         let was_disturbed = self.is_disturbed();
         self.spikes = self.spikes << 1 | 1;
         if !was_disturbed && self.is_disturbed() {
-            let [older, newer] = self.earlier;
-            let onset =
-                if newer == older { self.since } else { self.since.saturating_add(BETWEEN) };
-            self.left_out = self.left_out.saturating_add(u16::from(onset));
-            (self.test, self.earlier, self.since) = (older, [older; 2], 0);
+            self.go_back();
         }
+    }
+
+    /// Leaves out the onset of a transient.
+    #[inline(never)]
+    fn go_back(&mut self) {
+        let [older, newer] = &mut self.earlier;
+        self.test = *older;
+        *newer = *older;
+        let onset = u16::from(self.since) + u16::from(self.between);
+        self.left_out = self.left_out.saturating_add(onset);
+        (self.since, self.between) = (0, 0);
     }
 
     /// True where the innovations outside of transients are white; false in a transient; `None` before there are
@@ -105,9 +113,10 @@ impl<T: Real> Undisturbed<T> {
     /// Keeps the present state of the test.
     #[inline(never)]
     fn keep(&mut self) {
-        let [_, newer] = self.earlier;
-        self.earlier = [newer, self.test];
-        self.since = 0;
+        let [older, newer] = &mut self.earlier;
+        *older = *newer;
+        *newer = self.test;
+        (self.since, self.between) = (0, self.since);
     }
 }
 

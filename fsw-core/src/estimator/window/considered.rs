@@ -70,7 +70,7 @@ impl<T: Real, const C: usize> Cross<T, C> {
     /// Effect of one parameter on shape and scale, for the factor of their covariance: `R⁻¹ R⁻ᵀ b`.
     fn effect(&self, group: usize, component: usize, root: &Mat<T, 6, 6>) -> Mat<T, 6, 1> {
         match self.by_group.get(group).and_then(|of_group| of_group.get(component)) {
-            Some(by) => root * root.tr_mul(&Mat::<T, 6, 1>::from(*by)),
+            Some(by) => times_transpose(root, by),
             None => Mat::zeros(),
         }
     }
@@ -111,6 +111,22 @@ pub enum Source {
     Front,
     /// No blocks.
     Nothing,
+}
+
+/// `R Rᵀ b` of an upper triangular R.
+#[inline(never)]
+fn times_transpose<T: Real>(root: &Mat<T, 6, 6>, by: &[T; 6]) -> Mat<T, 6, 1> {
+    let mut product = Mat::<T, 6, 1>::zeros();
+    for column in 0..6 {
+        let mut sum = T::zero();
+        for row in 0..column + 1 {
+            sum += root.at(row, column) * by[row];
+        }
+        for row in 0..column + 1 {
+            *product.at_mut(row, 0) += root.at(row, column) * sum;
+        }
+    }
+    product
 }
 
 /// A parameter of a pass: its row of B, its effect on the group before it, and the sum of squares that a fit leaves of

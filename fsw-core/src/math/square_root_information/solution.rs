@@ -181,6 +181,7 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     }
 
     /// Inverse of the lower right M×M block of U.
+    #[inline(never)] // one copy for covariance and factor
     fn inverse_of_last<const M: usize>(&self) -> Mat<T, M, M> {
         let first = N.saturating_sub(M);
         let mut inverse = identity::<T, M>();
