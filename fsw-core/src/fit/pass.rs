@@ -196,10 +196,11 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
     #[inline(always)]
     fn fold(&mut self, rows: &[[T; U]; 3], apart: &Vec3<T>, weight: T) -> Vec3<T> {
         let (mut value, one_over) = (Vec3::zeros(), T::one() / self.unit_rad_s);
-        for (axis, row) in rows.iter().enumerate() {
-            let left = self.factor.add_weighted(row, apart.at(axis, 0), weight);
-            *value.at_mut(axis, 0) = self.residuals.add(axis, left) * one_over;
-        }
+        let [apart] = &apart.data.0;
+        let Self { factor, residuals, .. } = self;
+        factor.add_each(rows, apart, weight, |axis, left| {
+            *value.at_mut(axis, 0) = residuals.add(axis, left) * one_over;
+        });
         value
     }
 
