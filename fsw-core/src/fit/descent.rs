@@ -1,7 +1,8 @@
 //! Descent of Gauss-Newton: from a first point to the solution, one pass after another.
 //!
 //! After each pass the undamped step decides: its Newton decrement, the decrease of cost that it
-//! promises, ends the descent where it is far below one sigma², and the covariance is that of the
+//! promises, ends the descent where it is far below one sigma², or where that of the next step will be: steps
+//! shrink by a constant ratio at least. The covariance is that of the
 //! undamped system. A pass whose robust cost exceeds that of the last one is rejected, and the step from
 //! there repeated with damping (Levenberg and Marquardt). Robust costs compare for the same weights alone: a point that
 //! is rejected leaves their scale as it was.
@@ -26,7 +27,8 @@ use crate::trajectory::axes_at;
 use crate::trajectory::modes::{Oscillator, of_body};
 use crate::trajectory::unknowns::{FIRST_GROUP, Groups, Point, shape_of};
 
-/// Newton decrement that ends a descent, σ²: a thirtieth of a sigma from the minimum.
+/// Newton decrement that ends a descent, σ²: a thirtieth of a sigma from the minimum. Of the point, or expected of the
+/// next one.
 const SETTLED: f64 = 1e-3;
 /// Decrement below which steps that no longer shrink end it: rounding, not the model, moves them.
 const NEAR: f64 = 0.3;
@@ -97,7 +99,8 @@ pub struct Descent<T: Real, const W: usize, const U: usize, const M: usize> {
     /// Solution of an earlier attempt, its cost, and the unit of its scale.
     pub chosen: Option<(Point<T, U>, (T, T))>,
     damping: T,
-    last_decrement: T,
+    /// Decrement of the step to the point of the pass, σ²; the largest number where it is unknown.
+    pub last_decrement: T,
     /// Residual that the robust weights take for noise, rad/s: the smallest typical one of the accepted points.
     /// Zero before the first.
     pub typical_rad_s: T,
@@ -205,15 +208,22 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             self.damping =
                 if self.damping < T::lit(1e-3) { T::zero() } else { self.damping * T::lit(0.1) };
         }
+        let is_first = self.best.is_none();
         self.best = Some((self.pass.point, cost));
         let Some((step, decrement)) = solve(&self.pass, beliefs, T::zero()) else {
             return Next::End { is_settled: false };
         };
         self.pass.decrement = decrement;
         self.is_near = decrement < T::lit(NEAR) + self.rounding(beliefs);
-        let is_settled = decrement < T::lit(SETTLED)
-            || self.is_near && !is_falling && decrement > T::lit(0.3) * self.last_decrement;
-        if let Some(next) = self.at_minimum(beliefs, decrement, is_settled) {
+        let is_at_minimum = decrement < T::lit(SETTLED) || self.is_linear(decrement);
+        let is_rounded = !is_first
+            && self.is_near
+            && !is_falling
+            && decrement > T::lit(0.3) * self.last_decrement;
+        if is_at_minimum || is_rounded {
+            self.pass.offset = step;
+        }
+        if let Some(next) = self.at_minimum(beliefs, decrement, (is_at_minimum, is_rounded)) {
             return next;
         }
         if !self.is_repeated {
@@ -221,6 +231,18 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         }
         self.is_repeated = false;
         self.step(step, beliefs, wheels)
+    }
+
+    /// True where the step from the point ends at the minimum: the decrement there is expected to be `λ₂⁴ / λ₁²`, for λ₁² of
+    /// the last step and λ₂² of this one. Undamped steps of Gauss-Newton shrink by a constant ratio at least. The solution
+    /// contains the step: it needs no pass.
+    fn is_linear(&self, decrement: T) -> bool {
+        let is_undamped = self.damping <= T::zero() && !self.is_repeated;
+        let is_shown = self.last_decrement < T::MAX;
+        is_undamped
+            && is_shown
+            && decrement < T::lit(NEAR)
+            && decrement * decrement < self.last_decrement * T::lit(SETTLED)
     }
 
     /// True where the cost still falls by more than rounding: a damped step leaves most of its decrement, and a step
@@ -262,8 +284,9 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         &mut self,
         beliefs: &Beliefs<'_, T, U>,
         decrement: T,
-        is_settled: bool,
+        (is_at_minimum, is_rounded): (bool, bool),
     ) -> Option<Next<T, U>> {
+        let is_settled = is_at_minimum || is_rounded;
         let is_first = self.pass.scale_rad_s > beliefs.noise_rad_s * T::lit(0.5 * UNKNOWN_SCALE);
         let may_release = is_settled || self.passes >= MOST_HELD_PASSES;
         if may_release && self.holds_hardware {
@@ -281,7 +304,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             self.has_walk = true;
             return Some(Next::Pass(self.pass.point));
         }
-        if is_settled && !self.is_final && decrement > T::lit(SETTLED) {
+        if is_rounded && !is_at_minimum && !self.is_final {
             self.is_final = true;
             return Some(Next::Final);
         }
@@ -451,9 +474,9 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         point
     }
 
-    /// Step towards the solution, and the factor with all beliefs.
-    pub fn solution(&self, beliefs: &Beliefs<'_, T, U>) -> Option<[T; U]> {
-        solve(self, beliefs, T::zero()).map(|(step, _)| step)
+    /// Step to the solution with all beliefs, and its Newton decrement, σ².
+    pub fn solution(&self, beliefs: &Beliefs<'_, T, U>) -> Option<([T; U], T)> {
+        solve(self, beliefs, T::zero())
     }
 }
 

@@ -37,7 +37,7 @@ pub struct Front<T: Real, const W: usize, const U: usize, const M: usize> {
     pub is_settled: bool,
     /// True where the data determine the shape: the next fit starts from this point.
     pub is_shape_observed: bool,
-    /// Directions that the fit itself observed. What further blocks seem to add is only linearised about
+    /// Directions that the fit itself observed, or the front when it was judged anew. What further blocks seem to add is only linearised about
     /// its point: an estimate that was uncertain there needs another fit.
     pub observed: Observed,
     /// Information of the fit, octaves.

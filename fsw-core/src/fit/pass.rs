@@ -24,8 +24,7 @@ const SEED: f64 = 100.0;
 pub struct Pass<T: Real, const W: usize, const U: usize, const M: usize> {
     /// Point of linearisation.
     pub point: Point<T, U>,
-    /// Step from the point to the solution as far as it is known, where it is below the rounding of the
-    /// point: residuals are judged there.
+    /// Step from the point to the solution as far as it is known, at the end of a descent: residuals are judged there.
     pub offset: [T; U],
     pub trajectory: Trajectory<T, W, U, M>,
     /// Information of the blocks on a step from the point.
@@ -42,6 +41,9 @@ pub struct Pass<T: Real, const W: usize, const U: usize, const M: usize> {
     pub watch_rad_s: T,
     /// Newton decrement with which the descent ended, σ²: distance to the minimum that rounding leaves.
     pub decrement: T,
+    /// Error of a step by its curvature: decrement after a step of the front over the square of that step's own decrement,
+    /// 1/σ². The largest number where it is unknown.
+    pub curvature_per_sigma2: T,
     /// Walk of the bias, in units of `unit_rad_s` squared.
     pub drift: Drift<T>,
     /// Walk of the torque over the trace, in units of `unit_rad_s` squared: variance for each radian of turn, 1/s². Zero
@@ -55,7 +57,7 @@ pub struct Pass<T: Real, const W: usize, const U: usize, const M: usize> {
 
 crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Pass<T, W, U, M> {
     point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
-    watch_rad_s, decrement, drift, torque_per_rad, explained, holds_modes
+    watch_rad_s, decrement, curvature_per_sigma2, drift, torque_per_rad, explained, holds_modes
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
 impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
@@ -73,6 +75,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             scale_rad_s: T::one(),
             watch_rad_s: T::one(),
             decrement: T::zero(),
+            curvature_per_sigma2: T::MAX,
             drift: Drift::none(),
             torque_per_rad: T::zero(),
             explained: T::zero(),
@@ -193,10 +196,11 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
     #[inline(always)]
     fn fold(&mut self, rows: &[[T; U]; 3], apart: &Vec3<T>, weight: T) -> Vec3<T> {
         let (mut value, one_over) = (Vec3::zeros(), T::one() / self.unit_rad_s);
-        for (axis, row) in rows.iter().enumerate() {
-            let left = self.factor.add_weighted(row, apart.at(axis, 0), weight);
-            *value.at_mut(axis, 0) = self.residuals.add(axis, left) * one_over;
-        }
+        let [apart] = &apart.data.0;
+        let Self { factor, residuals, .. } = self;
+        factor.add_each(rows, apart, weight, |axis, left| {
+            *value.at_mut(axis, 0) = residuals.add(axis, left) * one_over;
+        });
         value
     }
 
@@ -253,6 +257,16 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         self.next += 1;
         let square = (self.residuals.squares - before).max(T::zero());
         self.residuals.watch(square / (self.watch_rad_s * self.watch_rad_s), self.next);
+    }
+
+    /// Notes the curvature in the first pass of a fit that begins with the front's step, of this decrement. A step below a
+    /// sigma shows the change of the weights rather than the curvature, which shrinks as the information grows: the one
+    /// known before is then a bound.
+    pub fn note_curvature(&mut self, of_step: T) {
+        let is_shown = of_step > T::one() || self.curvature_per_sigma2 >= T::MAX;
+        if is_shown && of_step < T::MAX {
+            self.curvature_per_sigma2 = self.decrement / (of_step * of_step);
+        }
     }
 
     /// False where a number of the pass is not finite.

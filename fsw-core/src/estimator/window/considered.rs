@@ -208,11 +208,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             pass.explained = T::zero();
             self.considered.descent = Cross::NOTHING;
         }
-        let (point, offset, unit) = (pass.point, pass.offset, pass.unit_per_kg_m2);
-        self.begin_pass(&point, unit);
-        if let Work::Descent(descent) = &mut self.work {
-            descent.pass.offset = offset;
-        }
+        self.repeat_pass();
     }
 
     /// Takes the cross-information of a group from the pass that has ended.

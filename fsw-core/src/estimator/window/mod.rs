@@ -197,10 +197,15 @@ impl Schedule {
         self.due_at = self.blocks.saturating_add(FIRST_FIT_BLOCKS);
     }
 
-    /// Next fit once the blocks since the motion began have grown by half, or by `least`.
-    fn wait_for_growth(&mut self, least: u32) {
+    /// Number of blocks at which those since the motion began have grown by half since the last fit, or by `least`.
+    fn grown_at(&self, least: u32) -> u32 {
         let grown = self.fitted.saturating_sub(self.quiet) / 2;
-        self.due_at = self.fitted.saturating_add(grown.max(least));
+        self.fitted.saturating_add(grown.max(least))
+    }
+
+    /// Next fit at this growth.
+    fn wait_for_growth(&mut self, least: u32) {
+        self.due_at = self.grown_at(least);
     }
 }
 

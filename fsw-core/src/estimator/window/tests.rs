@@ -56,6 +56,32 @@ fn finds_the_inertia_without_a_guess() {
     assert_eq!((estimate.status, estimate.observed.directions), (Status::Converged, 6));
 }
 
+/// Once the front's solution is the start of a fit, few passes follow; none where the front is uncertain but linear.
+#[test]
+fn a_fit_takes_the_passes_that_it_needs() {
+    let mut window = window::<512>(Config { slices_per_step: 0, ..config(1e-2) });
+    let (mut passes, mut of_fits) = (0, Vec::new());
+    for sample in noisy(tumble(1200), 1e-2) {
+        window.step(&sample);
+        while let Some(slice) = window.next_slice() {
+            match slice {
+                Slice::Fit => passes = 0,
+                Slice::Decision => passes += 1,
+                Slice::Result => of_fits.push(passes),
+                _ => {}
+            }
+            window.work(1);
+        }
+    }
+    let (none, most) = (of_fits.contains(&0), of_fits.iter().skip(4).max());
+    assert!(none && most <= Some(&2), "{of_fits:?}");
+    let estimate = window.estimate();
+    for i in 0..6 {
+        let error = f64::from(estimate.inertia.elements_kg_m2()[i]) - INERTIA[i];
+        assert!(error.abs() < 4.0 * f64::from(estimate.sigma_kg_m2()[i]), "{estimate:?}");
+    }
+}
+
 /// Storage for 64 blocks is merged, and windows end in mid-motion: the errors stay within the sigma. In single
 /// precision each window begins with a momentum of its own, which costs information.
 #[test]

@@ -40,6 +40,7 @@
 //! | operation | products |
 //! |---|---|
 //! | [`add_weighted`](SquareRootInformation::add_weighted) | about `N² + 6 N` |
+//! | [`add_each`](SquareRootInformation::add_each) | the same for each equation |
 //! | [`solve`](SquareRootInformation::solve) | `N² / 2` |
 //! | [`covariance`](SquareRootInformation::covariance) | about `N³ / 3` |
 //!
@@ -178,6 +179,99 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
             }
         });
         RecursiveResidual { value: y, weight }
+    }
+
+    /// Adds R equations of one variance, `1 / weight`: as [`add_weighted`](Self::add_weighted) one after another, bit for
+    /// bit. Calls `visit` with the index and the recursive residual of each.
+    ///
+    /// The rotations of an equation wait for one division after another. In one sweep over the unknowns those of the other
+    /// equations proceed meanwhile. A Cortex-M has no such parallelism, and registers for one equation.
+    #[inline(always)]
+    pub fn add_each<const R: usize>(
+        &mut self,
+        rows: &[[T; N]; R],
+        y: &[T; R],
+        weight: T,
+        mut visit: impl FnMut(usize, RecursiveResidual<T>),
+    ) {
+        if cfg!(target_arch = "arm") || N > UNROLLED {
+            for (r, (row, y)) in rows.iter().zip(y).enumerate() {
+                visit(r, self.add_weighted(row, *y, weight));
+            }
+            return;
+        }
+        for (r, left) in self.sweep(rows, y, weight).into_iter().enumerate() {
+            visit(r, left);
+        }
+    }
+
+    /// Rotations of R equations in one sweep over the unknowns.
+    #[inline(never)]
+    fn sweep<const R: usize>(
+        &mut self,
+        rows: &[[T; N]; R],
+        y: &[T; R],
+        weight: T,
+    ) -> [RecursiveResidual<T>; R] {
+        let mut rest = *rows;
+        let mut left = y.map(|value| RecursiveResidual { value, weight });
+        unroll!(N, I => {
+            self.rotate_each::<I, R>(&mut rest, &mut left);
+        });
+        left
+    }
+
+    /// Rotations of R equations with row I of U, one after another.
+    #[inline(always)]
+    fn rotate_each<const I: usize, const R: usize>(
+        &mut self,
+        rest: &mut [[T; N]; R],
+        left: &mut [RecursiveResidual<T>; R],
+    ) {
+        let (above, of_above) = (&mut self.factor[I], &mut self.right_hand_side[I]);
+        let (mut by, mut is_each) = ([None; R], true);
+        let mut diagonal = above[I];
+        for ((rest, left), by) in rest.iter_mut().zip(left.iter_mut()).zip(&mut by) {
+            let x = rest[I];
+            let weighted = left.weight * x;
+            let pivot = diagonal + weighted * x;
+            let is_in_range = pivot < T::MAX;
+            let one_over = T::one() / pivot;
+            if is_in_range && x != T::zero() && one_over < T::MAX {
+                *by = Some((x, weighted * one_over));
+                left.weight *= diagonal * one_over;
+                diagonal = pivot;
+            } else {
+                is_each = false;
+                if !is_in_range {
+                    (*rest, *left) = ([T::zero(); N], RecursiveResidual::nothing());
+                }
+            }
+        }
+        above[I] = diagonal;
+        if is_each {
+            let by = by.map(|by| by.unwrap_or((T::zero(), T::zero())));
+            for k in I + 1..N {
+                for (rest, (x, share)) in rest.iter_mut().zip(&by) {
+                    rest[k] -= *x * above[k];
+                    above[k] += *share * rest[k];
+                }
+            }
+            for (left, (x, share)) in left.iter_mut().zip(&by) {
+                left.value -= *x * *of_above;
+                *of_above += *share * left.value;
+            }
+            return;
+        }
+        for ((rest, left), by) in rest.iter_mut().zip(left).zip(by) {
+            let Some((x, share)) = by else { continue };
+            for k in I + 1..N {
+                rest[k] -= x * above[k];
+                above[k] += share * rest[k];
+            }
+            left.value -= x * *of_above;
+            *of_above += share * left.value;
+        }
     }
 
     /// As [`add_weighted`](Self::add_weighted), bit for bit, in a loop that all N share: a tenth of the
@@ -618,6 +712,30 @@ mod tests {
                 let left = unrolled.add_weighted(&row, y, w.abs());
                 prop_assert_eq!(left, looped.fold(&row, y, w.abs()));
                 prop_assert_eq!(unrolled, looped);
+            }
+        }
+
+        /// Three equations in one sweep give the bits of one after another: zeros, and pivots out of range, among them.
+        #[test]
+        fn equations_of_a_sweep_are_added_in_turn(
+            rows in prop::collection::vec(prop::array::uniform16(-2.0..2.0f32), 1..20),
+        ) {
+            let (mut swept, mut in_turn) = (SquareRootInformation::<f32, 4>::default(), SquareRootInformation::default());
+            for of_rows in rows {
+                let size = |k: usize| match (of_rows[15], k) {
+                    (s, 1) if s > 1.9 => 1e30,
+                    (s, 2) if s < -1.9 => 1e-30,
+                    _ => 1.0,
+                };
+                let element = |k: usize| if of_rows[k] < -1.0 { 0.0 } else { of_rows[k] * size(k / 4) };
+                let rows: [[f32; 4]; 3] = core::array::from_fn(|r| core::array::from_fn(|c| element(4 * r + c)));
+                let (y, weight) = ([of_rows[12], of_rows[13], of_rows[14]], of_rows[15].abs());
+                let mut left = [RecursiveResidual::nothing(); 3];
+                swept.add_each(&rows, &y, weight, |r, of_row| left[r] = of_row);
+                for (left, (row, y)) in left.into_iter().zip(rows.iter().zip(y)) {
+                    prop_assert_eq!(left, in_turn.add_weighted(row, y, weight));
+                }
+                prop_assert_eq!(swept, in_turn);
             }
         }
 

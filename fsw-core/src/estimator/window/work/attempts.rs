@@ -27,26 +27,53 @@ enum After<T: Real, const U: usize> {
 /// Modal inertia of a start over the tensor. A body raises the frequency of a mode of share s by s/2: from no inertia a
 /// mode of 1 % damping keeps within a radian of phase up to a share of 3 %, from this one from 3 to 9 %.
 const MODAL_SHARE: f64 = 0.06;
+/// Newton decrement up to which the front is judged without a pass, σ²: a sixth of a sigma from the minimum.
+const LINEAR: f64 = 0.03;
 
 impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
     Window<T, W, N, U, C, M>
 {
-    /// Solution of the front as the start of a fit, if its data determine the shape.
+    /// Solution of the front as the start of a fit, if its data determine the shape: with its unit, and the decrement of
+    /// the step to it.
     #[inline(never)]
-    pub(super) fn carried_point(&self) -> Option<(Point<T, U>, T)> {
+    pub(super) fn carried_point(&self) -> Option<(Point<T, U>, T, T)> {
         let front = self.front.as_ref().filter(|f| f.is_shape_observed && f.is_settled)?;
         let unit = front.pass.unit_per_kg_m2;
         let stretch = self.stretch();
         let wheels = stretch.wheels_n_m_s * unit;
         let holds_modes = front.pass.holds_modes;
-        let step = front.pass.solution(&Beliefs { holds_modes, ..self.beliefs(unit) })?;
+        let beliefs = Beliefs { holds_modes, ..self.beliefs(unit) };
+        let (step, decrement) = front.pass.solution(&beliefs)?;
         let mut point = front.pass.point_after(&step, &wheels, &self.groups);
         if stretch.rest.weight > T::zero() {
             // The window may begin later now: at the end of its rest.
             let drive = axes_at(&point, &self.groups, self.wheels.axes()) * wheels;
             point.set_momentum(&momentum_of(&point, &stretch.rest.rate_rad_s, &drive));
         }
-        Some((point, unit))
+        Some((point, unit, decrement))
+    }
+
+    /// True for a front that is outgrown, but explained, and linear enough for a step of this decrement from its point: the
+    /// error of a step grows with the square of the step. With places for considered hardware a fit is needed: its passes
+    /// find the effect of the hardware.
+    pub(super) fn is_front_linear(&self, decrement: T) -> bool {
+        let is_open = self.inquiry.is_some() || self.is_doubtful;
+        let may_judge = C == 0 && !is_open;
+        let front = self.front.as_ref().filter(|front| may_judge && front.is_outgrown());
+        front.is_some_and(|Front { pass, is_settled, .. }| {
+            let expected = pass.curvature_per_sigma2 * decrement * decrement;
+            expected < T::lit(LINEAR) && self.is_good(pass, *is_settled)
+        })
+    }
+
+    /// Begins the judgement of the front as a fit that has ended.
+    #[inline(never)]
+    pub(super) fn judge_front(&mut self) {
+        self.prepare_descent(0, self.end(), Attempt::Carried);
+        if let (Work::Descent(descent), Some(front)) = (&mut self.work, &self.front) {
+            descent.pass = front.pass;
+            descent.fit = Some(Fit::ended(0, true));
+        }
     }
 
     /// Begins a linear start, without a disturbance torque first.
@@ -289,13 +316,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let wheels = self.start_of(descent.from).wheels_n_m_s * unit;
         let (beliefs, work) = self.task(unit);
         let Work::Descent(descent) = work else { return None };
-        match descent.after_pass(&beliefs, &wheels) {
+        let (of_step, is_first) = (descent.last_decrement, descent.accepted().is_none());
+        let next = descent.after_pass(&beliefs, &wheels);
+        if C == 0 && is_first && descent.accepted().is_some() {
+            descent.pass.note_curvature(of_step);
+        }
+        match next {
             Next::Pass(point) => {
                 self.begin_pass(&point, unit);
                 None
             }
             Next::Final => {
-                self.begin_final_pass(unit);
+                self.repeat_pass();
                 None
             }
             Next::End { is_settled: true } if self.considers() => {
@@ -307,14 +339,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
     }
 
-    /// Begins the pass that judges the residuals at the solution.
+    /// Begins a pass about the same point and for the same solution: it judges the residuals there.
     #[inline(never)]
-    fn begin_final_pass(&mut self, unit: T) {
+    pub(in super::super) fn repeat_pass(&mut self) {
         let Work::Descent(Descent { pass, .. }) = &self.work else { return };
-        let (point, step) = (pass.point, pass.solution(&self.beliefs(unit)));
+        let (point, offset, unit) = (pass.point, pass.offset, pass.unit_per_kg_m2);
         self.begin_pass(&point, unit);
         if let Work::Descent(descent) = &mut self.work {
-            descent.pass.offset = step.unwrap_or([T::zero(); U]);
+            descent.pass.offset = offset;
         }
     }
 

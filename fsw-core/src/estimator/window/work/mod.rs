@@ -288,7 +288,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// Begins a fit over all blocks.
     #[inline(never)]
     fn begin_fit(&mut self) {
-        self.schedule.fitted = self.schedule.blocks;
+        let is_grown = self.schedule.blocks >= self.schedule.grown_at(FIRST_FIT_BLOCKS / 2);
+        let fitted = core::mem::replace(&mut self.schedule.fitted, self.schedule.blocks);
         let is_final = core::mem::take(&mut self.schedule.is_final);
         // Set again when it ends.
         self.schedule.due_at = u32::MAX;
@@ -299,12 +300,25 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             self.note_contradiction();
         }
         let (from, end) = (0, self.end());
-        match self.carried_point() {
-            Some((point, unit)) => {
-                let holds_modes = self.front.as_ref().is_none_or(|f| f.pass.holds_modes);
+        let carried = self.carried_point();
+        if let Some((_, _, decrement)) = carried
+            && C == 0
+            && !is_final
+            && !is_grown
+            && self.is_front_linear(decrement)
+        {
+            self.schedule.fitted = fitted;
+            return self.judge_front();
+        }
+        match carried {
+            Some((point, unit, decrement)) => {
                 self.prepare_descent(from, end, Attempt::Carried);
-                if let Work::Descent(descent) = &mut self.work {
-                    descent.pass.holds_modes = holds_modes;
+                if let (Work::Descent(descent), Some(Front { pass, .. })) =
+                    (&mut self.work, &self.front)
+                {
+                    descent.pass.holds_modes = pass.holds_modes;
+                    descent.pass.curvature_per_sigma2 = pass.curvature_per_sigma2;
+                    descent.last_decrement = decrement;
                 }
                 self.begin_pass(&point, unit);
             }
