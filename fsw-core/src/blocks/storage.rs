@@ -7,7 +7,29 @@
 //!    the residuals. Rest before any motion is not even a block: its mean rate and weight become the
 //!    measurement of the rate at the start ([`Rest`](super::stretch::Rest)).
 //! 2. *Pairs*: where that did not suffice, the number of samples of a usual block doubles, and blocks are
-//!    merged two by two as long as they turn little.
+//!    merged two by two as long as they turn little, and in groups that keep their information.
+//!
+//! # Information that pairs lose
+//!
+//! Two blocks of n samples whose means of the rate are z₁ and z₂ have `n |z₁ − z₂|² / 2σ²` more information than their
+//! pair. Of a motion of angular frequency w, averages over L keep the share `sinc²(wL/2)`, and pairs lose `sin²(wL/2)`
+//! of it. A group in which they lose more than [`LOSS`] stays as it is: blocks of a sine grow to a seventh of its period
+//! at most, and have lost a fifteenth then, a third of it before. Of a straight line over m blocks pairs lose
+//! `3 / (m² − 1)`, by the length of the group alone, and that is permitted too.
+//!
+//! # Momentum that pairs drift away by
+//!
+//! Of a torque the parabola of a pair has the right mean, but misses that of its halves by ∓e, which is known. After a pair of
+//! blocks of length L the momentum is off by `L (z₁ − z₂) × e`, and by as much again since the rate follows e. Where
+//! a torque turns about two axes in step with the motion, all N pairs of a window miss it in the same direction, 2δ: as
+//! a ramp of the momentum, of chi-square `4 N³ δ² / 3` over the variance that a pair has for it. The mean δ of a group is to
+//! keep the root of that below 0.3: [`DRIFT`] `= 0.3 √3 / 2`.
+//!
+//! # Noise
+//!
+//! Noise looks like such a motion. The loss counts where the rates show it beyond their noise, and where it is of the
+//! body's motion: drive by wheels and torque swings likewise, or the pair lasts longer than nutation permits. A flexible
+//! part that swings alone carries no information, and the noise of tachometers does not move the body.
 //!
 //! A sweep goes on by one group a slice, while further blocks are appended.
 
@@ -35,8 +57,19 @@ const STILL_ERRORS: f64 = 3.0;
 /// Largest angle of a block of rest within the motion, rad: the mean of a longer one would hide motion.
 const REST_TURN: f64 = 0.1;
 
+/// Largest share of the information of a group that pairs may lose: all merges of a block together lose 4/3 of it,
+/// which is 3.5 % of sigma.
+const LOSS: f64 = 0.05;
+/// Mean drift of the momentum by a pair, over its sigma, times the number of pairs in a window to the power 3/2.
+const DRIFT: f64 = 0.26;
+/// The same for new blocks: `sin²` of twice the angle, of blocks whose mergers lost [`LOSS`].
+const COARSE: f64 = 4.0 * LOSS;
+
 /// Newest groups that are left as they are: motion that begins in them may not stand out yet.
 const NEWEST_GROUPS: usize = 3;
+
+/// Weight of a pair at most, in usual blocks: with rounding.
+const MOST_WEIGHT: f64 = 1.01;
 
 /// No storage is larger.
 const MOST_BLOCKS: usize = 1 << 16;
@@ -57,9 +90,11 @@ enum Sweep {
     Drop,
     Rest,
     Pairs,
+    /// Pairs, the newest group of which has been left as it is.
+    AllButNewest,
 }
 
-crate::persist!([] enum Sweep { 0 => Drop, 1 => Rest, 2 => Pairs });
+crate::persist!([] enum Sweep { 0 => Drop, 1 => Rest, 2 => Pairs, 3 => AllButNewest });
 
 /// Sweep, and the block that it reads and writes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -211,6 +246,18 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         self.usual = samples;
     }
 
+    /// True where the newest blocks are too long for the motion: pairs of a group would lose more than fits the merger that
+    /// made blocks of this length.
+    pub fn is_coarse(&self, limits: &PairLimits<T>, noise_rad_s: T, axes: &Mat<T, 3, W>) -> bool {
+        let group = self.blocks.get(self.len().saturating_sub(GROUP)..).unwrap_or(&[]);
+        !limits.keep_information(group, COARSE, T::MAX, noise_rad_s, axes)
+    }
+
+    /// Halves the number of samples of a usual block.
+    pub fn shorten(&mut self) {
+        self.usual *= T::lit(0.5);
+    }
+
     /// Begins to make room.
     pub fn compact(&mut self) {
         self.compaction = Some(Compaction { sweep: Sweep::Rest, from: 0, to: 0 });
@@ -232,7 +279,7 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         limits: &PairLimits<T>,
         axes: &Mat<T, 3, W>,
     ) {
-        let Some(Compaction { sweep, from, to }) = self.compaction else { return };
+        let Some(Compaction { mut sweep, from, to }) = self.compaction else { return };
         if from >= self.len() {
             self.end_sweep(sweep, from, to, marks);
             return;
@@ -243,7 +290,18 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
             Sweep::Drop => self.copy(from, end, to),
             Sweep::Rest if end + NEWEST_GROUPS * GROUP > self.len() => self.copy(from, end, to),
             Sweep::Rest => self.sweep_rest(from, end, to, marks, start, noise_rad_s),
-            Sweep::Pairs => self.sweep_pairs(from, end, to, start, limits, axes),
+            Sweep::Pairs | Sweep::AllButNewest => {
+                let group = self.blocks.get(from..end).unwrap_or(&[]);
+                let most = self.usual * T::lit(MOST_WEIGHT);
+                let is_kept = limits.keep_information(group, LOSS, most, noise_rad_s, axes);
+                if is_kept && limits.keep_momentum(group, most, N) {
+                    sweep = Sweep::Pairs;
+                    self.sweep_pairs(from, end, to, start, limits, axes)
+                } else {
+                    sweep = Sweep::AllButNewest;
+                    self.copy(from, end, to)
+                }
+            }
         };
         self.compaction = Some(Compaction { sweep, from: end, to });
     }
@@ -253,10 +311,11 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         marks.move_to(from, to);
         self.blocks.truncate(to);
         self.compaction = None;
-        self.is_incompressible = sweep == Sweep::Pairs && to + N / 16 > N - N / RESERVE_SHARE;
-        if self.is_incompressible {
+        let is_of_pairs = matches!(sweep, Sweep::Pairs | Sweep::AllButNewest);
+        self.is_incompressible = is_of_pairs && to + N / 16 > N - N / RESERVE_SHARE;
+        if self.is_incompressible || sweep == Sweep::AllButNewest {
             // Longer blocks hide motion or drive.
-            self.usual *= T::lit(0.5);
+            self.shorten();
         }
         if sweep == Sweep::Rest && self.len() > N * FULL_NUM / FULL_DEN {
             self.usual += self.usual;
@@ -362,7 +421,7 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         limits: &PairLimits<T>,
         axes: &Mat<T, 3, W>,
     ) -> usize {
-        let most = self.usual * T::lit(1.01);
+        let most = self.usual * T::lit(MOST_WEIGHT);
         let mut index = from;
         while index < end {
             let Some(mut block) = self.blocks.get(index).copied() else { break };
@@ -393,6 +452,8 @@ pub struct PairLimits<T: Real> {
     pub turn_rad: T,
     /// Momentum that one sigma of a sample is for the body, N m s.
     pub noise_n_m_s: T,
+    /// Angular frequency of a nutation at most, rad/s.
+    pub nutation_rad_s: T,
 }
 
 impl<T: Real> PairLimits<T> {
@@ -419,6 +480,112 @@ impl<T: Real> PairLimits<T> {
         let missed = axes * (first.wheels_end_n_m_s - wheels) - (first.impulse_n_m_s - impulse);
         let most = self.noise_n_m_s / both.weight.max(one).sqrt();
         turn <= self.turn_rad && largest_component(&missed) * turn <= most
+    }
+}
+
+impl<T: Real> PairLimits<T> {
+    /// True for a group that may be merged in pairs, up to a weight: see the module.
+    #[inline(never)]
+    fn keep_information<const W: usize>(
+        &self,
+        group: &[Block<T, W>],
+        loss: f64,
+        most: T,
+        noise_rad_s: T,
+        axes: &Mat<T, 3, W>,
+    ) -> bool {
+        let (mut rate, mut drive) = (Spread::new(), Spread::new());
+        let mut impulse = Vec3::zeros();
+        let mut longest_s = T::zero();
+        for block in group {
+            let mean_impulse = impulse + block.impulse_n_m_s * T::lit(0.5);
+            rate.add(&block.rate_rad_s, block.weight, most);
+            drive.add(&(mean_impulse - block.drive_n_m_s(axes)), block.weight, most);
+            impulse += block.impulse_n_m_s;
+            longest_s = longest_s.max(block.duration_s);
+        }
+        let nutation = self.nutation_rad_s * (longest_s + longest_s);
+        let is_of_body = nutation > self.turn_rad || drive.is_lost(loss, T::zero());
+        !(is_of_body && rate.is_lost(loss, noise_rad_s * noise_rad_s))
+    }
+
+    /// True for a group whose pairs, of weights up to `most`, carry the momentum across as their blocks do, in a storage of
+    /// `blocks`: see the module.
+    #[inline(never)]
+    fn keep_momentum<const W: usize>(&self, group: &[Block<T, W>], most: T, blocks: usize) -> bool {
+        let (mut drift, mut pairs, mut weight) = (Vec3::zeros(), 0, T::zero());
+        for pair in group.chunks_exact(2) {
+            let [a, b] = pair else { continue };
+            let both = a.merge(b);
+            if both.weight > most {
+                continue;
+            }
+            let x = a.duration_s / both.duration_s;
+            let of_pair = both.impulse_n_m_s * (x * T::lit(0.5))
+                + both.beyond_ramp_n_m_s * (x * (T::lit(3.0) - x - x));
+            let missed = a.impulse_n_m_s * T::lit(0.5) + a.beyond_ramp_n_m_s - of_pair;
+            drift += (a.rate_rad_s - b.rate_rad_s).cross(&missed) * a.duration_s;
+            (pairs, weight) = (pairs + 1, weight.max(both.weight));
+        }
+        let of_window = T::count(blocks as u32 / 2);
+        // The noise is that of a body with all of the trace as its moment: three times the mean moment.
+        let noise = self.noise_n_m_s * T::lit(1.0 / 3.0);
+        let most = noise * T::lit(DRIFT) / (of_window * (of_window * weight).sqrt());
+        pairs == 0 || largest_component(&drift) <= most * T::count(pairs)
+    }
+}
+
+/// Weighted squares of values about their mean, and what pairs of them lose.
+struct Spread<T: Real> {
+    blocks: u32,
+    pairs: u32,
+    weight: T,
+    mean: Vec3<T>,
+    square: Vec3<T>,
+    lost: Vec3<T>,
+    last: Vec3<T>,
+    last_weight: T,
+}
+
+impl<T: Real> Spread<T> {
+    fn new() -> Self {
+        let (zero, none) = (T::zero(), Vec3::zeros());
+        Self {
+            blocks: 0,
+            pairs: 0,
+            weight: zero,
+            mean: none,
+            square: none,
+            lost: none,
+            last: none,
+            last_weight: zero,
+        }
+    }
+
+    fn add(&mut self, value: &Vec3<T>, weight: T, most: T) {
+        let pair = self.last_weight + weight;
+        if self.blocks & 1 == 1 && pair <= most {
+            let apart = value - self.last;
+            let of_pair = self.last_weight * weight / pair;
+            self.lost += apart.component_mul(&apart) * of_pair;
+            self.pairs += 1;
+        }
+        (self.last, self.last_weight) = (*value, weight);
+        let sum = self.weight + weight;
+        let apart = value - self.mean;
+        self.square += apart.component_mul(&apart) * (self.weight * weight / sum);
+        self.mean += apart * (weight / sum);
+        self.weight = sum;
+        self.blocks += 1;
+    }
+
+    /// True where an axis loses more than this share, beyond what noise of this variance a sample loses: a chi-square,
+    /// at its expectation and two sigmas.
+    fn is_lost(&self, loss: f64, variance: T) -> bool {
+        let (blocks, pairs) = (T::count(self.blocks.max(2)), T::count(self.pairs));
+        let share = T::lit(loss) + T::lit(3.0) / (blocks * blocks - T::one());
+        let by_noise = (pairs + (pairs + pairs).sqrt() * T::lit(2.0)) * variance;
+        (0..3).any(|i| self.lost[i] > self.square[i] * share + by_noise)
     }
 }
 
@@ -449,5 +616,104 @@ impl Marks {
         let beyond = |mark: usize| if mark > index { mark } else { usize::MAX };
         let [closing, waiting] = self.split;
         beyond(self.front).min(beyond(closing)).min(beyond(waiting))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: PairLimits<f64> =
+        PairLimits { turn_rad: 0.6, noise_n_m_s: 3e-4, nutation_rad_s: 0.0 };
+    const NOISE_RAD_S: f64 = 1e-4;
+    /// Amplitudes of rate, rad/s, and of wheel momentum, N m s: a body of 1 kg m².
+    const SWING: f64 = 0.01;
+
+    /// Blocks of a second and of ten samples: rate and wheel of sines by their angular frequencies, and noise of the
+    /// wheel that alternates.
+    fn group(rate: f64, wheel: f64, wheel_noise: f64) -> [Block<f64, 1>; GROUP] {
+        let mean = |w: f64, k: usize| {
+            let (from, to) = (w * k as f64, w * (k + 1) as f64);
+            if w > 0.0 { SWING * (from.cos() - to.cos()) / w } else { 0.0 }
+        };
+        core::array::from_fn(|k| Block {
+            weight: 10.0,
+            duration_s: 1.0,
+            rate_rad_s: Vec3::new(mean(rate, k), 0.0, 0.0),
+            wheels_n_m_s: Momenta::<f64, 1>::from_element(
+                mean(wheel, k) + if k & 1 == 0 { wheel_noise } else { -wheel_noise },
+            ),
+            ..Block::empty()
+        })
+    }
+
+    fn keeps(group: &[Block<f64, 1>], nutation_rad_s: f64) -> bool {
+        let limits = PairLimits { nutation_rad_s, ..LIMITS };
+        limits.keep_information(
+            group,
+            LOSS,
+            20.2,
+            NOISE_RAD_S,
+            &Mat::<f64, 3, 1>::new(1.0, 0.0, 0.0),
+        )
+    }
+
+    /// `sin²(w/2)` for blocks of a second: 0.05 at a period of 14 s.
+    #[test]
+    fn pairs_keep_the_information_of_slow_swings_alone() {
+        for (period_s, is_kept) in
+            [(200.0, true), (40.0, true), (20.0, true), (10.0, false), (4.3, false)]
+        {
+            let w = core::f64::consts::TAU / period_s;
+            assert_eq!(keeps(&group(w, w, 0.0), 0.0), is_kept, "{period_s} s");
+        }
+    }
+
+    /// A flexible part moves the body and no wheel; nutation does so too, but not faster than the momentum permits.
+    #[test]
+    fn swings_without_a_drive_count_where_the_body_may_nutate() {
+        let w = core::f64::consts::TAU / 5.0;
+        assert!(keeps(&group(w, 0.0, 0.0), 0.0));
+        assert!(!keeps(&group(w, 0.0, 0.0), 1.0));
+    }
+
+    #[test]
+    fn noise_of_tachometers_is_no_swing() {
+        assert!(keeps(&group(0.0, 0.0, SWING), 0.0));
+        let rest_of_steady_motion = group(0.0, 0.0, 1e-3 * SWING)
+            .map(|block| Block { rate_rad_s: Vec3::new(0.05, 0.0, 0.0), ..block });
+        assert!(keeps(&rest_of_steady_motion, 0.0));
+    }
+
+    /// A torque about two axes in quadrature, of 1 kg m² and 0.5 kg m²: pairs drift by a share of the fifth power of their
+    /// length. About one axis they do not.
+    #[test]
+    fn pairs_under_a_torque_keep_the_momentum() {
+        let of_torque = |period_s: f64, second: f64| -> [Block<f64, 0>; GROUP] {
+            let w = core::f64::consts::TAU / period_s;
+            // Momentum a sin(w t), a cos(w t), and its mean over a block.
+            let at = |t: f64| Vec3::new((w * t).sin(), second * (w * t).cos(), 0.0) * SWING;
+            let mean = |t: f64| {
+                let (from, to) = (w * t, w * (t + 1.0));
+                let x = (from.cos() - to.cos()) / w;
+                Vec3::new(x, second * (to.sin() - from.sin()) / w, 0.0) * SWING
+            };
+            core::array::from_fn(|k| {
+                let t = k as f64;
+                let impulse = at(t + 1.0) - at(t);
+                let momentum = mean(t);
+                Block {
+                    weight: 10.0,
+                    duration_s: 1.0,
+                    rate_rad_s: momentum.component_mul(&Vec3::new(1.0, 2.0, 1.0)),
+                    impulse_n_m_s: impulse,
+                    beyond_ramp_n_m_s: momentum - at(t) - impulse * 0.5,
+                    ..Block::empty()
+                }
+            })
+        };
+        assert!(LIMITS.keep_momentum(&of_torque(60.0, 1.0), 20.2, 512));
+        assert!(!LIMITS.keep_momentum(&of_torque(15.0, 1.0), 20.2, 512));
+        assert!(LIMITS.keep_momentum(&of_torque(15.0, 0.0), 20.2, 512));
     }
 }

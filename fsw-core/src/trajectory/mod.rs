@@ -36,7 +36,7 @@ use unknowns::{Group, Groups, MOMENTUM, Point};
 
 use crate::blocks::span::Span;
 use crate::dynamics::wheels::Momenta;
-use crate::math::{Entries, Mat, Vec3, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, norm, scalar::Real};
 
 /// Largest turn of a step, rad: the Taylor series then errs by `turn⁸ / 40320` of the momentum, 4e-8,
 /// and by 2e-9 at 0.3 rad.
@@ -141,6 +141,11 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         }
     }
 
+    /// Rate of a body with all of the momentum, rad/s: no nutation is faster than about that.
+    pub fn nutation_rad_s(&self) -> T {
+        norm(&(self.model.inverse * self.momentum))
+    }
+
     /// Square of the angle of the motion across a block, rad². Motion is as fast as the body turns, or as wheels of
     /// much momentum make it nutate.
     #[inline(always)]
@@ -174,7 +179,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         let share = T::one() / T::count(steps);
         let mean_beyond = drive.beyond * model.torque_share;
         let known_torque = drive.impulse * (model.torque_share / dt);
-        let of_samples = T::one() / span.of_samples();
+        let beyond = mean_beyond * (T::one() / span.of_samples());
         let none = Vec3::zeros();
         Crossing {
             steps,
@@ -183,7 +188,9 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
             step_s: dt * share,
             share,
             samples: span.samples,
-            drive: model.axes * drive.wheel_mean - mean_beyond * of_samples,
+            drive: model.axes * drive.wheel_mean - beyond,
+            wheel_mean: drive.wheel_mean,
+            beyond,
             duration_s: dt,
             known_torque,
             torque: known_torque * model.scale + model.torque,
@@ -198,12 +205,9 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
             drive_change: none,
             mean_beyond: none,
             beyond_change: none,
-            beyond_ends: none,
             bend: none,
             momentum: none,
             rate: none,
-            drive_ends: none,
-            wheel_ends: Momenta::zeros(),
             sensitivity: [none; U],
         }
     }
@@ -326,6 +330,8 @@ mod tests {
     const END_OF_FORCING: f64 = 2e-3;
     /// Size of n⁻¹, and so of the sensitivities.
     const INVERSE: f64 = 3.0;
+    /// Share of the largest derivative of a column by which one errs where the drive swings by 2 rad in a block.
+    const SWING: f64 = 0.05;
     /// Error of their means by the trapezoid: a twelfth of the turn's square, 1.5e-2, of which a third
     /// enters.
     const MEAN: f64 = 6e-3;
@@ -373,6 +379,30 @@ mod tests {
                 let size = of_rate.norm().max(INVERSE);
                 let error = (prediction.sensitivity[c] - of_rate).norm();
                 assert!(error < MEAN * size, "{c}, block {k}: {error} of {size}");
+            }
+        }
+    }
+
+    /// Wheels that swing by 2 rad in a block, of a body that turns little: the mean of the ends of a block is half of the
+    /// mean over it.
+    #[test]
+    fn sensitivities_follow_a_swing_within_a_block() {
+        const STEP: f64 = 1e-5;
+        let duration_s = 4.0;
+        let spans = spans(duration_s, 12);
+        let mut slow = point();
+        slow.set_momentum(&Vec3::new(-0.0002, 0.0207, 0.0271));
+        slow.set_place(0, &Vec3::zeros());
+        slow.set_place(1, &Vec3::zeros());
+        let (_, predictions) = fly(&slow, &spans);
+        for c in (3..6).chain(12..42).chain(45..UNKNOWNS) {
+            let (_, up) = fly(&moved(&slow, c, STEP), &spans);
+            let (_, down) = fly(&moved(&slow, c, -STEP), &spans);
+            let numeric = |k: usize| (up[k].rate_rad_s - down[k].rate_rad_s) / (2.0 * STEP);
+            let size = (0..spans.len()).map(|k| numeric(k).norm()).fold(0.0, f64::max);
+            for (k, prediction) in predictions.iter().enumerate() {
+                let error = (prediction.sensitivity[c] - numeric(k)).norm();
+                assert!(error < SWING * size, "{c}, block {k}: {error:e} of {size:e}");
             }
         }
     }

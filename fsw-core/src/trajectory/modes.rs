@@ -122,7 +122,7 @@ pub struct Deflection<T: Real, const U: usize> {
     /// D_u and D_q, by columns.
     by_absolute: [Vec3<T>; U],
     by_angle: [Vec3<T>; U],
-    /// Sum over the steps of the present block of q̇, the mean of both ends.
+    /// Sum over the steps of the present block of the mean of q̇.
     relative: Vec3<T>,
 }
 
@@ -369,10 +369,12 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
             self.carry(crossing, &instants, c);
         }
         let [start, _, end] = &instants;
-        crossing.rate += (start.rate + end.rate) * half;
+        let modal = self.model.modal_momentum(series.absolute.iter().map(|of| mean(of)));
+        let of_body = mean(&series.momentum) - mean(&w) - modal;
+        let mean_rate = rotated(&self.model.inverse, &of_body);
+        crossing.rate += mean_rate;
         for (j, mode) in self.modes.iter_mut().enumerate() {
-            let of = |at: &Instant<T, W, M>| at.absolute[j] - at.rate;
-            mode.relative += (of(start) + of(end)) * half;
+            mode.relative += mean(&series.absolute[j]) - mean_rate;
             mode.absolute = end.absolute[j];
             mode.angle = end.angle[j];
         }

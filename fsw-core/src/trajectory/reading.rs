@@ -21,25 +21,26 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
 
     /// S̄ of one axis over a block that is crossed: derivatives of its mean reading.
     ///
-    /// `S̄ = n⁻¹ (D̄ − V̄)`, with the means of both ends of each step.
+    /// `S̄ = n⁻¹ (D̄ − V̄)`, with D̄ the mean of both ends of each step and V̄ at the means of rate and drive: these may swing
+    /// within a block, and the mean of the ends of a sine over a third of its period is 0.6 of its mean.
     pub fn mean_sensitivity(&self, crossing: &Crossing<T, W, U>, axis: usize) -> [T; U] {
         let axis = axis.min(2);
-        let b = Vec3::from_fn(|k, _| self.model.reading[(axis, k)] * crossing.share);
-        let a = b * T::lit(0.5);
+        let b = Vec3::from_fn(|k, _| self.model.reading[(axis, k)]);
+        let a = b * (T::lit(0.5) * crossing.share);
+        let rate = crossing.rate * crossing.share;
         let mut row = [T::zero(); U];
         for c in 0..U {
             row[c] = a.dot(&crossing.sensitivity[c]);
         }
-        self.model.add_readings(&mut row, axis, &b, &crossing.rate, &crossing.drive_ends);
+        self.model.add_readings(&mut row, axis, &b, &rate, &crossing.drive);
         if U > WITHOUT_HARDWARE {
-            let slope = (crossing.of_wheel[1] + crossing.of_wheel[2]) * (T::one() / crossing.share);
+            let slope = crossing.of_wheel[1] + crossing.of_wheel[2];
             let slope = self.model.axes * slope * (T::one() / crossing.duration_s);
-            let beyond = &crossing.beyond_ends;
-            self.model.add_drives(&mut row, &b, &crossing.wheel_ends, &slope, beyond);
-            self.model.add_gyro(&mut row, axis, &(crossing.rate * crossing.share));
+            self.model.add_drives(&mut row, &b, &crossing.wheel_mean, &slope, &crossing.beyond);
+            self.model.add_gyro(&mut row, axis, &rate);
         }
         if M > 0 {
-            self.add_modes(&mut row, &b);
+            self.add_modes(&mut row, &(b * crossing.share));
         }
         row
     }

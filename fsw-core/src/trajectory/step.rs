@@ -19,8 +19,10 @@ pub struct Crossing<T: Real, const W: usize, const U: usize> {
     pub(super) step_s: T,
     pub(super) share: T,
     pub(super) samples: T,
-    /// Mean drive `w̄ − ḡ` of the block, per unit of x.
+    /// Means over the samples of the block, per unit of x: drive `w̄ − ḡ`, momentum of each wheel, and ḡ.
     pub(super) drive: Vec3<T>,
+    pub(super) wheel_mean: Momenta<T, W>,
+    pub(super) beyond: Vec3<T>,
     /// Known torque per unit of x, and all torque but drag.
     pub(super) known_torque: Vec3<T>,
     pub(super) torque: Vec3<T>,
@@ -41,15 +43,11 @@ pub struct Crossing<T: Real, const W: usize, const U: usize> {
     pub(super) drive_change: Vec3<T>,
     pub(super) mean_beyond: Vec3<T>,
     pub(super) beyond_change: Vec3<T>,
-    /// Sum over the steps of the mean of both ends of g.
-    pub(super) beyond_ends: Vec3<T>,
     /// `Δ ṁ` over a step, at the start of the block less that at the end of the last step.
     pub(super) bend: Vec3<T>,
-    /// Sums over the steps: mean of m; means of both ends of ω, of the drive, of each wheel, and sum of both of D.
+    /// Sums over the steps: means of m and of ω, and sum of both ends of D.
     pub(super) momentum: Vec3<T>,
     pub(super) rate: Vec3<T>,
-    pub(super) drive_ends: Vec3<T>,
-    pub(super) wheel_ends: Momenta<T, W>,
     pub(super) sensitivity: [Vec3<T>; U],
 }
 
@@ -101,8 +99,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         crossing.mean_rate = rotated(inverse, &(crossing.mean - w0 - w1 * half - w2 * third));
         crossing.rate_change = rotated(inverse, &(crossing.change - w1 - w2));
         crossing.momentum += mean;
-        let rate_at_start = rotated(inverse, &(self.momentum + g0 - w0));
-        crossing.rate += rate_at_start + crossing.rate_change * half;
+        crossing.rate += crossing.mean_rate;
         crossing.bend_between(&first_slope, &(low.slope + high.slope));
         self.move_by(change);
     }
@@ -169,14 +166,8 @@ impl<T: Real, const W: usize, const U: usize> Crossing<T, W, U> {
         self.mean_beyond = g0 + g1 * half + g2 * third;
         self.mean_drive = w0 + w1 * half + w2 * third - self.mean_beyond;
         self.drive_change = w1 + w2 - g1 - g2;
-        self.drive_ends += w0 - g0 + self.drive_change * half;
         if U > WITHOUT_HARDWARE {
             self.beyond_change = g1 + g2;
-            self.beyond_ends += g0 + self.beyond_change * half;
-            let (mean, _) = self.wheels_in_step();
-            let bulge = self.of_wheel[2] * (share * share);
-            // The mean of a parabola and that of its ends differ by a sixth of its bend.
-            self.wheel_ends += mean + bulge * T::lit(1.0 / 6.0);
         }
         [w0 * scale, w1 * scale, w2 * scale, g0 * scale, g1 * scale, g2 * scale]
     }

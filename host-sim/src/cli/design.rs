@@ -198,12 +198,6 @@ fn designed(
             "stopped with {completed} of {starts} starts complete; the result is the best so far"
         ));
     }
-    let longest_s = found.longest_window_s();
-    if request.duration_s > longest_s {
-        notes.add(format!(
-            "the estimator `window` resolves this motion for {longest_s:.0} s at most; fly shorter manoeuvres"
-        ));
-    }
     let accuracy = accuracy(scenario, request, &found.best).map_err(failed)?;
     let report = DesignReport::new(scenario, request, &found, &accuracy);
     Ok((found, report))

@@ -26,10 +26,6 @@ const PULSES_PER_KNOT: usize = 2;
 /// Most knots in a pattern. A longer manoeuvre repeats its pattern.
 const MOST_KNOTS: usize = 80;
 
-/// Most knots in a block of the estimator. At four a tenth of the flights of the documentation's dither are reported
-/// as diverged, at two none.
-const KNOTS_PER_BLOCK: f64 = 2.0;
-
 /// Pattern of a manoeuvre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Grid {
@@ -131,16 +127,6 @@ impl Design {
     /// Size of sigma of the best standard manoeuvre over that of the design.
     pub fn gain(&self) -> f64 {
         self.fixed.first().map_or(f64::INFINITY, |fixed| self.gain_over(fixed))
-    }
-
-    /// Longest time over which the estimator `window` resolves the motion, s. Its storage of 512 blocks is full at seven
-    /// eighths; blocks of four samples are then merged in pairs, again and again.
-    pub fn longest_window_s(&self) -> f64 {
-        const BLOCKS: f64 = 448.0;
-        const FIRST_BLOCK_SAMPLES: f64 = 4.0;
-        let most_samples = KNOTS_PER_BLOCK * self.knot_s / self.best.table.step_s;
-        let doublings = (most_samples / FIRST_BLOCK_SAMPLES).log2().floor().max(0.0);
-        BLOCKS * FIRST_BLOCK_SAMPLES * doublings.exp2() * self.best.table.step_s
     }
 
     /// Size of sigma of a manoeuvre over that of the design.

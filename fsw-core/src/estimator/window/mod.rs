@@ -45,6 +45,8 @@ mod tests;
 mod tests_of_considered;
 #[cfg(test)]
 mod tests_of_drift;
+#[cfg(test)]
+mod tests_of_swing;
 mod work;
 
 pub use crate::trajectory::unknowns;

@@ -86,6 +86,8 @@ crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] enum W
     2 => Descent(descent: Descent<T, W, U, M>)
 });
 
+/// Blocks after which the length of further ones is reconsidered.
+const GROUP: u32 = 16;
 /// Slices after which [`finish`](Window::finish) gives up: no work is that long. Four attempts of 25
 /// passes over 512 blocks, twice for a trial of the blocks since a change, and again for drag.
 const MOST_SLICES: u32 = 400_000;
@@ -192,12 +194,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             front: self.front.as_ref().map_or(0, |front| front.pass.next),
             split: [self.closing, self.waiting].map(|at| at.map_or(0, |closing| closing.end)),
         };
-        let noise = self.reference_rad_s();
-        let unit = self.front.as_ref().map_or(self.unit_per_kg_m2, |f| f.pass.unit_per_kg_m2);
-        let limits = PairLimits {
-            turn_rad: self.config.block_turn_rad,
-            noise_n_m_s: self.noise_rad_s() / unit,
-        };
+        let (noise, limits) = (self.reference_rad_s(), self.pair_limits());
         self.blocks.sweep(&mut marks, &mut self.open, noise, &limits, self.wheels.axes());
         if let Some(front) = &mut self.front {
             front.pass.next = marks.front;
@@ -206,6 +203,33 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             if let Some(closing) = at {
                 closing.end = end;
             }
+        }
+    }
+
+    /// Limits of blocks that are merged.
+    fn pair_limits(&self) -> PairLimits<T> {
+        let unit = self.front.as_ref().map_or(self.unit_per_kg_m2, |f| f.pass.unit_per_kg_m2);
+        let nutation = self.front.as_ref().map(|front| front.pass.trajectory.nutation_rad_s());
+        PairLimits {
+            turn_rad: self.config.block_turn_rad,
+            noise_n_m_s: self.noise_rad_s() / unit,
+            nutation_rad_s: nutation.unwrap_or(T::zero()),
+        }
+    }
+
+    /// Blocks of a motion that has become faster are shorter from now on. After each group of blocks.
+    #[inline(never)]
+    fn watch_length(&mut self) {
+        let least = T::count(self.config.block_samples);
+        let is_newest =
+            self.front.as_ref().is_some_and(|front| front.pass.next == self.blocks.len());
+        let is_group = is_newest && self.schedule.blocks.is_multiple_of(GROUP);
+        if !is_group || self.blocks.usual() <= least {
+            return;
+        }
+        let (noise, limits) = (self.reference_rad_s(), self.pair_limits());
+        if self.blocks.is_coarse(&limits, noise, self.wheels.axes()) {
+            self.blocks.shorten();
         }
     }
 
@@ -261,6 +285,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             self.schedule.due_at = self.schedule.due_at.min(earliest);
         }
         self.watch_steadiness();
+        self.watch_length();
         true
     }
 
