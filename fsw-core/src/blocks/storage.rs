@@ -250,7 +250,7 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
     /// made blocks of this length.
     pub fn is_coarse(&self, limits: &PairLimits<T>, noise_rad_s: T, axes: &Mat<T, 3, W>) -> bool {
         let group = self.blocks.get(self.len().saturating_sub(GROUP)..).unwrap_or(&[]);
-        !limits.keep_information(group, COARSE, T::MAX, noise_rad_s, axes)
+        !limits.keep_information(group, T::lit(COARSE), T::MAX, noise_rad_s, axes)
     }
 
     /// Halves the number of samples of a usual block.
@@ -293,7 +293,8 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
             Sweep::Pairs | Sweep::AllButNewest => {
                 let group = self.blocks.get(from..end).unwrap_or(&[]);
                 let most = self.usual * T::lit(MOST_WEIGHT);
-                let is_kept = limits.keep_information(group, LOSS, most, noise_rad_s, axes);
+                let loss = T::lit(LOSS);
+                let is_kept = limits.keep_information(group, loss, most, noise_rad_s, axes);
                 if is_kept && limits.keep_momentum(group, most, N) {
                     sweep = Sweep::Pairs;
                     self.sweep_pairs(from, end, to, start, limits, axes)
@@ -489,7 +490,7 @@ impl<T: Real> PairLimits<T> {
     fn keep_information<const W: usize>(
         &self,
         group: &[Block<T, W>],
-        loss: f64,
+        loss: T,
         most: T,
         noise_rad_s: T,
         axes: &Mat<T, 3, W>,
@@ -581,9 +582,9 @@ impl<T: Real> Spread<T> {
 
     /// True where an axis loses more than this share, beyond what noise of this variance a sample loses: a chi-square,
     /// at its expectation and two sigmas.
-    fn is_lost(&self, loss: f64, variance: T) -> bool {
+    fn is_lost(&self, loss: T, variance: T) -> bool {
         let (blocks, pairs) = (T::count(self.blocks.max(2)), T::count(self.pairs));
-        let share = T::lit(loss) + T::lit(3.0) / (blocks * blocks - T::one());
+        let share = loss + T::lit(3.0) / (blocks * blocks - T::one());
         let by_noise = (pairs + (pairs + pairs).sqrt() * T::lit(2.0)) * variance;
         (0..3).any(|i| self.lost[i] > self.square[i] * share + by_noise)
     }
