@@ -84,7 +84,7 @@ fn faulty_samples_coast_with_their_reason() {
     assert!(worst_error(&filter, INERTIA) < CONVERGED);
 }
 
-/// 5 s without samples, twelve times the longest gap that is bridged.
+/// 5 s without samples, five times the longest gap that is bridged.
 #[test]
 fn a_gap_restarts_the_rate_and_keeps_the_inertia() {
     let mut filter = filter();
