@@ -17,6 +17,8 @@ mod craft;
 mod flight_table;
 #[path = "build/key.rs"]
 mod key;
+#[path = "build/link.rs"]
+mod link;
 #[path = "build/sources.rs"]
 mod sources;
 
@@ -86,9 +88,6 @@ fn link_for_the_chip(package: &Path, out: &Path) -> Result<(), Box<dyn Error>> {
     let board = board::choose(is_selected, &env::var("TARGET")?)?;
     board::write_scripts(&board, package, out)?;
     let root = package.parent().ok_or("fsw-target has no parent folder")?;
-    println!("cargo:rustc-link-search={}", root.display());
-    println!("cargo:rerun-if-changed={}", root.join("memory.x").display());
-    println!("cargo:rustc-link-arg-bins=-Tlink.x");
-    println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+    link::add_scripts(root);
     Ok(())
 }
