@@ -7,7 +7,7 @@
 //! | [`spikes`] | squared test ratio of each innovation | accept, reject, lock out |
 //! | [`shift`] | innovations and their variances | accept, coast, lock out |
 //! | [`whiteness`] | innovations and their variances | white or not |
-//! | [`transients`] | innovations, used or refused | the same, without transient faults |
+//! | [`transients`] | innovations and their variances, spikes | white or not, outside of transients of noise |
 //! | [`residuals`] | recursive residuals of blocks | weight of each block; correlation, outliers, begin of a change |
 //! | [`curvature`] | residuals of blocks, and their mean rates | part of the residuals along the second derivative of the rate |
 //! | [`observability`] | covariance, range before the data | observed directions, 0 to 6 |
