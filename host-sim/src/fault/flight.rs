@@ -40,7 +40,7 @@ pub struct Record {
     last: Option<(Score, Check)>,
     /// Every number that the estimator reported was finite.
     is_finite: bool,
-    /// Health by the time of its change, µs since the first sample.
+    /// Health after each sample, by its time, µs since the first sample.
     health: BTreeMap<u64, Health>,
     monitor: HealthMonitor,
     /// Time of the first converged estimate, µs.
@@ -200,6 +200,7 @@ impl Record {
         let (mut total_us, mut from_us) = (0, None);
         for (us, health) in self.health.range(end_us..) {
             total_us += from_us.map_or(0, |from: u64| us - from);
+            // Until the next sample.
             from_us = (*health > clean.health_at(*us)).then_some(*us);
         }
         total_us as f64 * 1e-6
@@ -332,4 +333,35 @@ fn rank(status: Status) -> u8 {
 fn is_finite(estimate: &Estimate<f64>) -> bool {
     let inertia = estimate.inertia.elements_kg_m2();
     inertia.iter().chain(estimate.covariance_kg2_m4.iter()).all(|x| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A record with this health at each second.
+    fn record(health: &[Health]) -> Record {
+        Record {
+            checks: BTreeMap::new(),
+            events_us: Vec::new(),
+            resets: 0,
+            last: None,
+            is_finite: true,
+            health: (0..).map(|s| s * 1_000_000).zip(health.iter().copied()).collect(),
+            monitor: HealthMonitor::default(),
+            converged_us: None,
+        }
+    }
+
+    /// Two intervals after the end of the fault, of which the clean flight has a second of its own.
+    #[test]
+    fn outage_is_the_time_of_a_worse_health_after_the_fault() {
+        use Health::{Degraded as D, Lost as L, Nominal as N};
+        let clean = record(&[N, N, N, N, D, N, N, N, N]);
+        let flight = record(&[N, D, D, L, D, N, D, D, N]);
+        assert_eq!(flight.outage_s(&clean, 2_000_000), 4.0);
+        assert_eq!(flight.outage_s(&clean, 8_000_000), 0.0);
+        assert_eq!(clean.outage_s(&clean, 0), 0.0);
+        assert_eq!(flight.nominal_s(&clean, 2_000_000), Some(5.0));
+    }
 }
