@@ -135,7 +135,7 @@ const CRAFTS: [(&str, &[&str]); 16] = [
     ("[[wheel]]\naxis = [1, 0, 0]\nspin_inertia_kg_m2 = 0\n", &["craft.toml:3: `wheel[1].spin_inertia_kg_m2` is 0; it must be positive"]),
     ("[[wheel]]\naxis = [1, 0, 0]\n", &["craft.toml:1: missing key `spin_inertia_kg_m2`", "add it"]),
     ("[prior]\ninertia_kg_m2 = [1, 1, 3, 0, 0, 0]\nsigma_kg_m2 = [1, 1, 1, 1, 1, 1]\n", &["craft.toml:2: `prior.inertia_kg_m2`", "not the inertia of a rigid body", "check signs, unit"]),
-    ("[log]\ntime_unit = \"minutes\"\n", &["craft.toml:2: unknown word \"minutes\"", "allowed here: s, ms, us, ns, utc"]),
+    ("[log]\ntime_unit = \"fortnights\"\n", &["craft.toml:2: unknown word \"fortnights\"", "allowed here: s, ms, us, ns, min, h, d, week, utc"]),
     ("[log.gyro]\ncolumns = [\"x\", \"y\"]\n", &["craft.toml:2: `log.gyro.columns` has 2 entries, but takes 3"]),
     ("[log.gyro]\ncolumns = [\"x\", \"y\", \"z\"]\nunit = \"deg\"\n", &["craft.toml:3: unknown word \"deg\"", "allowed here: rad/s"]),
     ("[log.wheels]\ncolumns = [\"rw1\"]\nunit = \"rpm\"\n", &["craft.toml:2: `log.wheels.columns` has 1 entries, but takes 0"]),

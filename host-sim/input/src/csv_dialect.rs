@@ -217,6 +217,22 @@ pub(crate) fn with_point(cell: &str) -> Option<String> {
     number.parse::<f64>().is_ok().then_some(number)
 }
 
+/// A number with separated thousands, as `-1,234.5` or `1'234.5`, without the separators; `point` is its decimal sign.
+pub(crate) fn without_thousands(cell: &str, point: char) -> Option<String> {
+    let separator =
+        cell.chars().find(|c| [',', '.', '\'', '’', '\u{a0}', '\u{202f}'].contains(c))?;
+    if separator == point {
+        return None;
+    }
+    let (whole, _) = cell.split_once(point).unwrap_or((cell, ""));
+    let mut groups = whole.trim_start_matches(['+', '-']).split(separator);
+    let is_digits = |group: &str| group.bytes().all(|byte| byte.is_ascii_digit());
+    let first = groups.next().is_some_and(|g| (1..=3).contains(&g.len()) && is_digits(g));
+    let is_grouped = first && groups.all(|group| group.len() == 3 && is_digits(group));
+    let plain = || cell.replace(separator, "").replace(point, ".");
+    is_grouped.then(plain).filter(|number| number.parse::<f64>().is_ok())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -257,6 +273,24 @@ mod tests {
         };
         assert!(of(&["0,5;1", "1;-2,5E-3"]));
         assert!(!of(&["0,5;1.5"]) && !of(&["1;2"]) && !of(&["1,234.5;1,000,000"]));
+    }
+
+    #[test]
+    fn separated_thousands_are_removed() {
+        for (cell, point, expected) in [
+            ("1,234.5", '.', Some("1234.5")),
+            ("-12,345,678", '.', Some("-12345678")),
+            ("1.234,5", ',', Some("1234.5")),
+            ("1'234.5", '.', Some("1234.5")),
+            ("1,23", '.', None),
+            ("1234,567.0", '.', None),
+            ("1.5", '.', None),
+            ("12", '.', None),
+            (",123", '.', None),
+            ("1,234,5", '.', None),
+        ] {
+            assert_eq!(without_thousands(cell, point).as_deref(), expected, "{cell}");
+        }
     }
 
     #[test]

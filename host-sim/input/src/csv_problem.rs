@@ -116,14 +116,28 @@ pub enum CsvProblem {
 
     /// A date of an unknown form.
     #[error(
-        "column `{column}`: \"{text}\" is not a known form of a date; write seconds, or ISO 8601 as \
-         2024-05-01T12:00:00Z"
+        "column `{column}`: \"{text}\" is not a known form of a date; state time_format in [log] of the craft file, as \
+         %m/%d/%Y %H:%M:%S%.f, or write ISO 8601 as 2024-05-01T12:00:00Z"
     )]
     ClockTime {
         /// The column of time.
         column: String,
         /// The cell.
         text: String,
+    },
+
+    /// A date in another form than stated.
+    #[error(
+        "column `{column}`: `{text}` has not the form `{form}` of the dates; correct time_format of [log] in the craft \
+         file"
+    )]
+    OtherDateForm {
+        /// The column of time.
+        column: String,
+        /// The cell.
+        text: String,
+        /// The form, as of strftime.
+        form: String,
     },
 
     /// A number that is NaN, infinite or too large.
@@ -256,7 +270,9 @@ impl CsvProblem {
             Self::ShortRow { .. } | Self::CutLastRow { .. } => "incomplete",
             Self::LongRow { .. } => "surplus_cells",
             Self::EmptyCell { .. } => "empty_cell",
-            Self::NotANumber { .. } | Self::ClockTime { .. } => "not_a_number",
+            Self::NotANumber { .. } | Self::ClockTime { .. } | Self::OtherDateForm { .. } => {
+                "not_a_number"
+            }
             Self::NotFinite { .. } => "not_finite",
             Self::NoGyro => "no_gyro",
             Self::NoReading { .. } => "no_reading",

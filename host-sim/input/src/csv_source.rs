@@ -12,7 +12,7 @@ use std::path::Path;
 use csv::StringRecord;
 
 use crate::csv_dialect::{
-    CsvOptions, has_decimal_commas, header_index, is_units, plain, with_point,
+    CsvOptions, has_decimal_commas, header_index, is_units, plain, with_point, without_thousands,
 };
 use crate::csv_problem::CsvProblem;
 use crate::csv_text::{LineCounter, cells_of, header_comment, is_numbers, unquoted};
@@ -302,11 +302,15 @@ impl CsvSource {
         row.cells.get(column.index).unwrap_or_default()
     }
 
-    /// The cell of `row` in `column` as text, a number with a decimal point.
+    /// The cell of `row` in `column` as text, a number with a decimal point and without separated thousands.
     pub fn number_text<'row>(&self, row: &'row CsvRow, column: &Column) -> Cow<'row, str> {
         let text = self.text(row, column);
+        if text.parse::<f64>().is_ok() && !self.decimal_comma {
+            return Cow::Borrowed(text);
+        }
+        let point = if self.decimal_comma { ',' } else { '.' };
         let pointed = if self.decimal_comma { with_point(text) } else { None };
-        pointed.map_or(Cow::Borrowed(text), Cow::Owned)
+        pointed.or_else(|| without_thousands(text, point)).map_or(Cow::Borrowed(text), Cow::Owned)
     }
 
     /// The cell of `row` in `column` as a finite number.

@@ -27,17 +27,22 @@ pub(crate) fn is_numbers(cells: &StringRecord) -> bool {
     filled.peek().is_some() && filled.all(|cell| cell.parse::<f64>().is_ok())
 }
 
-/// Line and names of the last comment before `line`, if it has as many names as there are columns.
+/// Line and names of the last comment before `line`, if it has as many names as there are columns, after a title as
+/// `columns:` or not.
 pub(crate) fn header_comment(text: &str, line: u64, columns: usize) -> Option<(u64, Vec<String>)> {
     let before = (1..line).zip(text.lines());
     let comments = before.filter(|(_, text)| is_comment(text));
     let (line, comment) = comments.last()?;
     let comment = comment.trim_start().trim_start_matches(['#', '%', '/']);
-    let split = |separator| comment.split(separator).map(|name: &str| name.trim().to_owned());
-    let names = [',', ';', '\t', '|'].map(|separator| split(separator).collect::<Vec<_>>());
-    let words = comment.split_whitespace().map(str::to_owned).collect();
-    let mut names = names.into_iter().chain([words]);
-    names.find(|names| names.len() == columns && columns > 1).map(|names| (line, names))
+    let untitled = comment.split_once(':').map(|(_, names)| names);
+    let is_header = |names: &Vec<String>| names.len() == columns && columns > 1;
+    let names = [Some(comment), untitled].into_iter().flatten().find_map(|comment| {
+        let split = |separator| comment.split(separator).map(|name: &str| name.trim().to_owned());
+        let names = [',', ';', '\t', '|'].map(|separator| split(separator).collect::<Vec<_>>());
+        let words = comment.split_whitespace().map(str::to_owned).collect();
+        names.into_iter().chain([words]).find(is_header)
+    });
+    names.map(|names| (line, names))
 }
 
 /// Line numbers of byte offsets, ascending.

@@ -18,17 +18,27 @@ const fn unit(name: &'static str, spellings: &'static [&'static str], factor: f6
 }
 
 /// Units of rates and wheel speeds; the first is that of SI.
-pub const RATES: [Unit; 6] = [
+pub const RATES: [Unit; 10] = [
     unit("rad/s", &["rad_s", "rad.s-1", "rads", "rps_rad", "radps", "rad/sec", "rad*s^-1"], 1.0),
-    unit("mrad/s", &["mrad_s"], 1e-3),
+    unit("mrad/s", &["mrad_s", "mrad/sec"], 1e-3),
+    unit("urad/s", &["µrad/s", "μrad/s", "urad_s", "urad/sec"], 1e-6),
     unit(
         "deg/s",
         &["deg_s", "dps", "°/s", "deg/sec", "degps", "degs", "degrees/s", "d/s"],
         PI / 180.0,
     ),
-    unit("mdeg/s", &["mdps", "mdeg_s"], PI / 180e3),
-    unit("rpm", &["r/min", "rev/min", "1/min", "min-1", "u/min"], TAU / 60.0),
+    unit("mdeg/s", &["mdps", "mdeg_s", "mdeg/sec"], PI / 180e3),
+    unit("deg/h", &["deg_h", "deg/hr", "dph", "°/h", "deg/hour"], PI / (180.0 * 3600.0)),
+    unit("arcsec/s", &["arcsec_s", "as/s", "arcsec/sec"], PI / (180.0 * 3600.0)),
+    unit("rpm", &["r/min", "rev/min", "1/min", "min-1", "u/min", "tr/min"], TAU / 60.0),
+    unit("krpm", &["kr/min"], TAU * 1e3 / 60.0),
     unit("Hz", &["rev/s", "r/s", "1/s", "rps"], TAU),
+];
+/// Units of the momentum of a wheel about its axis.
+pub const MOMENTA: [Unit; 3] = [
+    unit("N m s", &["n_m_s", "n*m*s", "n·m·s", "n.m.s"], 1.0),
+    unit("mN m s", &["mn_m_s", "mn*m*s", "mn·m·s", "mn.m.s"], 1e-3),
+    unit("uN m s", &["µnms", "μnms", "un_m_s"], 1e-6),
 ];
 /// Units of torques.
 pub const TORQUES: [Unit; 3] = [
@@ -85,14 +95,31 @@ pub enum TimeUnit {
     Microsecond,
     /// ns.
     Nanosecond,
+    /// 60 s.
+    Minute,
+    /// 3,600 s.
+    Hour,
+    /// 86,400 s, as of a Julian date.
+    Day,
+    /// 604,800 s, as of GPS.
+    Week,
     /// A date with the time of day as text, UTC without an offset.
     Date,
 }
 
 impl TimeUnit {
     /// All of them.
-    pub const ALL: [Self; 5] =
-        [Self::Second, Self::Millisecond, Self::Microsecond, Self::Nanosecond, Self::Date];
+    pub const ALL: [Self; 9] = [
+        Self::Second,
+        Self::Millisecond,
+        Self::Microsecond,
+        Self::Nanosecond,
+        Self::Minute,
+        Self::Hour,
+        Self::Day,
+        Self::Week,
+        Self::Date,
+    ];
 
     /// The unit of this spelling.
     pub fn find(spelling: &str) -> Option<Self> {
@@ -101,6 +128,10 @@ impl TimeUnit {
             "ms" | "msec" | "millis" | "milliseconds" => Self::Millisecond,
             "us" | "µs" | "μs" | "usec" | "micros" | "microseconds" => Self::Microsecond,
             "ns" | "nsec" | "nanos" | "nanoseconds" => Self::Nanosecond,
+            "min" | "minute" | "minutes" => Self::Minute,
+            "h" | "hour" | "hours" => Self::Hour,
+            "d" | "day" | "days" => Self::Day,
+            "week" | "weeks" => Self::Week,
             "utc" | "iso8601" | "iso" | "date" | "datetime" => Self::Date,
             _ => return None,
         })
@@ -113,17 +144,37 @@ impl TimeUnit {
             Self::Millisecond => "ms",
             Self::Microsecond => "us",
             Self::Nanosecond => "ns",
+            Self::Minute => "min",
+            Self::Hour => "h",
+            Self::Day => "d",
+            Self::Week => "week",
             Self::Date => "utc",
         }
     }
 
-    /// Power of ten of the unit in seconds.
+    /// The unit in seconds; of a date one.
+    pub fn seconds(self) -> f64 {
+        10f64.powi(self.power()) * self.multiple() as f64
+    }
+
+    /// Power of ten of the unit in seconds, 0 from the second on.
     pub(crate) fn power(self) -> i32 {
         match self {
-            Self::Second | Self::Date => 0,
             Self::Millisecond => -3,
             Self::Microsecond => -6,
             Self::Nanosecond => -9,
+            _ => 0,
+        }
+    }
+
+    /// Seconds in the unit, 1 up to the second.
+    pub(crate) fn multiple(self) -> i128 {
+        match self {
+            Self::Minute => 60,
+            Self::Hour => 3_600,
+            Self::Day => 86_400,
+            Self::Week => 604_800,
+            _ => 1,
         }
     }
 
@@ -134,6 +185,10 @@ impl TimeUnit {
             Self::Millisecond => "milliseconds",
             Self::Microsecond => "microseconds",
             Self::Nanosecond => "nanoseconds",
+            Self::Minute => "minutes",
+            Self::Hour => "hours",
+            Self::Day => "days",
+            Self::Week => "weeks",
             Self::Date => "dates, UTC without an offset,",
         }
     }
@@ -142,7 +197,7 @@ impl TimeUnit {
 /// True for the spelling of any unit, as in a row of units below the header.
 pub fn is_unit(spelling: &str) -> bool {
     TimeUnit::find(spelling).is_some()
-        || [RATES.as_slice(), TORQUES.as_slice()]
+        || [RATES.as_slice(), TORQUES.as_slice(), MOMENTA.as_slice()]
             .iter()
             .any(|units| find(spelling, units).is_some())
 }
@@ -153,9 +208,13 @@ mod tests {
 
     #[test]
     fn spellings_of_data_sheets_and_headers_are_found() {
-        for (spelling, name) in
-            [("(deg/s)", "deg/s"), ("[RPM]", "rpm"), ("dps", "deg/s"), ("°/s", "deg/s")]
-        {
+        for (spelling, name) in [
+            ("(deg/s)", "deg/s"),
+            ("[RPM]", "rpm"),
+            ("dps", "deg/s"),
+            ("°/s", "deg/s"),
+            ("[kRPM]", "krpm"),
+        ] {
             assert_eq!(find(spelling, &RATES).unwrap().name, name, "{spelling}");
         }
         assert_eq!(find("mN·m", &TORQUES).unwrap().factor, 1e-3);
@@ -165,7 +224,7 @@ mod tests {
 
     #[test]
     fn spellings_are_plain_and_unique() {
-        for units in [RATES.as_slice(), &TORQUES, &NONE] {
+        for units in [RATES.as_slice(), &TORQUES, &MOMENTA, &NONE] {
             let all: Vec<String> = (units.iter())
                 .flat_map(|unit| [&[unit.name], unit.spellings].concat())
                 .map(plain)

@@ -1,4 +1,4 @@
-//! Logs as files: CSV, plain or compressed by gzip, Parquet, or standard input.
+//! Logs as files: CSV, plain or compressed by gzip, Parquet, JSON, or standard input.
 //!
 //! The kind of a file is that of its first bytes, whatever its name. A Parquet file becomes a table of
 //! texts as a CSV file is, with the shortest decimals that read back as the same numbers; its rows count
@@ -19,6 +19,8 @@ use flight_input::{InputError, RecordedLog};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
+use super::json_log;
+
 /// Name of standard input.
 const STDIN: &str = "-";
 /// First bytes of a gzip file.
@@ -26,7 +28,8 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 /// First bytes of a Parquet file.
 const PARQUET: &[u8] = b"PAR1";
 /// Endings of the names of logs in a folder.
-const ENDINGS: [&str; 8] = ["csv", "txt", "tsv", "dat", "gz", "parquet", "pq", "log"];
+const ENDINGS: [&str; 10] =
+    ["csv", "txt", "tsv", "dat", "gz", "parquet", "pq", "log", "jsonl", "ndjson"];
 
 /// The log at `path` in the format that the craft states.
 ///
@@ -84,6 +87,9 @@ fn decode(file: &str, bytes: Vec<u8>, options: &CsvOptions) -> Result<CsvSource,
     }
     if bytes.starts_with(PARQUET) {
         return parquet(file, bytes);
+    }
+    if json_log::is_json(&bytes) {
+        return json_log::read(file, &bytes);
     }
     CsvSource::decode_unchecked(file, &bytes, options)
 }

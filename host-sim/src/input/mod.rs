@@ -17,6 +17,7 @@
 
 pub mod guess;
 pub mod interpolated;
+mod json_log;
 pub mod keys;
 pub mod log_file;
 pub mod plausible;

@@ -156,7 +156,9 @@ impl Craft {
         let filter = file.filter.read(&root)?;
         let DisturbanceFile { torque, gyro_bias, torque_sigma_n_m, varying_torque_sigma_n_m } =
             file.disturbance;
-        let log = file.log.map(|log| log.read(&root, wheels.len())).transpose()?;
+        let spin_inertias: Vec<f64> =
+            wheels.iter().map(|wheel: &Wheel| wheel.spin_inertia_kg_m2).collect();
+        let log = file.log.map(|log| log.read(&root, &spin_inertias)).transpose()?;
         let hardware = Statements {
             gyro: file.gyro.statements(),
             each_wheel: file.wheel.iter().map(|wheel| wheel.get_ref().statements()).collect(),

@@ -8,17 +8,24 @@ use toml::Spanned;
 use crate::csv_dialect::{CsvOptions, Separator};
 use crate::error::{InputError, Problem};
 use crate::key::{ANY, Key, NUMBER, Range, TABLE as SUBTABLE, TEXT, Table};
+use crate::log::is_date_form;
 use crate::nearest::nearest;
 use crate::section::Section;
-use crate::units::{self, NONE, RATES, TORQUES, TimeUnit, Unit};
+use crate::units::{self, MOMENTA, NONE, RATES, TORQUES, TimeUnit, Unit};
 
 const TEXTS: &str = "text, or list of texts";
 const NUMBERS: &str = "number, or list of numbers";
 const NOT_ZERO: Range = Range::new("finite and other than zero", |x| x.is_finite() && x != 0.0);
 const SEPARATORS: Range = Range::new("comma, semicolon, tab, bar or spaces", |_| true);
 const DECIMALS: Range = Range::new("point or comma", |_| true);
-const TIME_UNITS: Range = Range::new("s, ms, us, ns or utc", |_| true);
-const RATE_UNITS: Range = Range::new("rad/s, mrad/s, deg/s, mdeg/s, rpm or Hz", |_| true);
+const TIME_UNITS: Range = Range::new("s, ms, us, ns, min, h, d, week or utc", |_| true);
+const RATE_UNITS: Range =
+    Range::new("rad/s, mrad/s, urad/s, deg/s, mdeg/s, deg/h, arcsec/s, rpm, krpm or Hz", |_| true);
+const WHEEL_UNITS: Range = Range::new(
+    "a unit of `[log.gyro]`, or of the momentum about the axis: N m s, mN m s or uN m s",
+    |_| true,
+);
+const DATE_FORMS: Range = Range::new("a form of strftime, as %m/%d/%Y %H:%M:%S%.f", |_| true);
 const TORQUE_UNITS: Range = Range::new("N m, mN m or uN m", |_| true);
 /// Time of a log without `[log]`.
 const DEFAULT_TIME: &str = "t_s";
@@ -51,6 +58,14 @@ const TIME_UNIT: Key = Key::required(
     "Unit of each column of time; `utc`: ISO 8601, or another date with the month first or by name",
 )
 .or("found: s, a time since 1970, or utc");
+const TIME_FORMAT: Key = Key::required(
+    "time_format",
+    TEXT,
+    "",
+    DATE_FORMS,
+    "Form of the dates in all columns of the unit `utc`, as of strftime; `%.f` is the fraction with its point, `%p` AM or PM",
+)
+.or("found: the forms of the page on logs");
 const TIME_SCALE: Key = Key::required(
     "time_scale",
     NUMBER,
@@ -105,6 +120,7 @@ const ROOT: Table = Table {
         DECIMAL,
         TIME,
         TIME_UNIT,
+        TIME_FORMAT,
         TIME_SCALE,
         Key::required("gyro", SUBTABLE, "", ANY, "Columns of the gyro").or("`gyro_x_rad_s`, …"),
         Key::required("wheels", SUBTABLE, "", ANY, "Columns of the wheels")
@@ -119,7 +135,7 @@ const WHEELS: Table = Table {
     header: "[log.wheels]",
     about: "Wheel speeds relative to the body. Slower than the gyro, or in a file of their own, they are \
             interpolated. Optional.",
-    keys: &[WHEEL_COLUMNS, unit(RATE_UNITS, "rad/s"), SCALE, OWN_FILE, OWN_TIME, OWN_TIME_UNIT],
+    keys: &[WHEEL_COLUMNS, unit(WHEEL_UNITS, "rad/s"), SCALE, OWN_FILE, OWN_TIME, OWN_TIME_UNIT],
 };
 const TORQUE: Table = Table {
     header: "[log.torque]",
@@ -166,6 +182,8 @@ pub struct TimeFormat {
     pub columns: Vec<String>,
     /// Unit of each; empty: found from the values.
     pub units: Vec<TimeUnit>,
+    /// Form of dates, as of strftime; none: the forms that are recognised.
+    pub form: Option<String>,
     /// Units per count.
     pub scale: f64,
 }
@@ -185,8 +203,7 @@ pub struct SensorFormat {
 
 impl Default for LogFormat {
     fn default() -> Self {
-        let time =
-            TimeFormat { columns: vec![DEFAULT_TIME.to_owned()], units: Vec::new(), scale: 1.0 };
+        let time = TimeFormat::of(vec![DEFAULT_TIME.to_owned()], Vec::new());
         let csv = CsvOptions::default();
         Self { csv, file: None, time, gyro: None, wheels: None, torque: None, attitude: None }
     }
@@ -229,11 +246,18 @@ impl LogFormat {
 }
 
 impl TimeFormat {
+    fn of(columns: Vec<String>, units: Vec<TimeUnit>) -> Self {
+        Self { columns, units, form: None, scale: 1.0 }
+    }
+
     fn write(&self, text: &mut String) {
         *text += &format!("time = {:?}\n", self.columns);
         if !self.units.is_empty() {
             let units: Vec<&str> = self.units.iter().map(|unit| unit.key()).collect();
             *text += &format!("time_unit = {units:?}\n");
+        }
+        if let Some(form) = &self.form {
+            *text += &format!("time_format = {form:?}\n");
         }
         if self.scale != 1.0 {
             *text += &format!("time_scale = {:?}\n", self.scale);
@@ -285,6 +309,7 @@ pub(super) struct LogFile {
     decimal: Option<Spanned<String>>,
     time: Option<Texts>,
     time_unit: Option<Texts>,
+    time_format: Option<Spanned<String>>,
     time_scale: Option<Spanned<f64>>,
     gyro: Option<Spanned<GyroColumnsFile>>,
     wheels: Option<Spanned<SensorFile>>,
@@ -336,8 +361,12 @@ impl From<AttitudeFile> for SensorFile {
 }
 
 impl LogFile {
-    /// The checked format for a craft with `wheels` wheels.
-    pub(super) fn read(self, root: &Section<'_>, wheels: usize) -> Result<LogFormat, InputError> {
+    /// The checked format for a craft with wheels of these spin inertias, kg m².
+    pub(super) fn read(
+        self,
+        root: &Section<'_>,
+        spin_inertias: &[f64],
+    ) -> Result<LogFormat, InputError> {
         let section = root.table("log");
         let separator =
             self.separator.as_ref().map(|text| word(&section, text, &Separator::ALL, |s| s.name()));
@@ -351,18 +380,34 @@ impl LogFile {
         let mut time = time_format(&section, &self.time, &self.time_unit)?
             .unwrap_or_else(|| default.time.clone());
         time.scale = section.optional_number(&TIME_SCALE, &self.time_scale)?.unwrap_or(1.0);
+        time.form = self.time_format.as_ref().map(|text| date_form(&section, text)).transpose()?;
         let gyro = self.gyro.map(|gyro| SensorFile::from(gyro.into_inner()));
         let attitude = self.attitude.map(|attitude| SensorFile::from(attitude.into_inner()));
+        let form = time.form.clone();
         let of = |name, sensor: Option<SensorFile>, units, count| {
-            sensor.map(|sensor| sensor.read(&section.table(name), units, count)).transpose()
+            let read = |sensor: SensorFile| sensor.read(&section.table(name), units, count);
+            let mut sensor: Option<SensorFormat> = sensor.map(read).transpose()?;
+            if let Some(own) = sensor.as_mut().and_then(|sensor| sensor.time.as_mut()) {
+                own.form.clone_from(&form);
+            }
+            Ok(sensor)
         };
         let file = self.file.as_ref().map(|text| pattern(&section, &FILE, text)).transpose()?;
+        let wheels = self.wheels.map(Spanned::into_inner);
+        let is_momentum = wheels.as_ref().is_some_and(SensorFile::is_momentum);
+        let wheel_units = if is_momentum { MOMENTA.as_slice() } else { &RATES };
+        let mut wheels = of("wheels", wheels, wheel_units, spin_inertias.len())?;
+        if let Some(wheels) = wheels.as_mut().filter(|_| is_momentum) {
+            for (factor, spin_inertia) in wheels.factors.iter_mut().zip(spin_inertias) {
+                *factor /= spin_inertia;
+            }
+        }
         Ok(LogFormat {
             csv,
             file,
             time,
             gyro: of("gyro", gyro, &RATES, 3)?,
-            wheels: of("wheels", self.wheels.map(Spanned::into_inner), &RATES, wheels)?,
+            wheels,
             torque: of("torque", self.torque.map(Spanned::into_inner), &TORQUES, 3)?,
             attitude: of("attitude", attitude, &NONE, 4)?,
         })
@@ -370,6 +415,11 @@ impl LogFile {
 }
 
 impl SensorFile {
+    /// True if the unit is that of a momentum.
+    fn is_momentum(&self) -> bool {
+        self.unit.as_ref().is_some_and(|unit| units::find(unit.get_ref(), &MOMENTA).is_some())
+    }
+
     fn read(
         &self,
         section: &Section<'_>,
@@ -450,7 +500,7 @@ fn time_format(
         None => LogFormat::default().time.columns,
     };
     let Some(stated) = units else {
-        return Ok(Some(TimeFormat { columns, units: Vec::new(), scale: 1.0 }));
+        return Ok(Some(TimeFormat::of(columns, Vec::new())));
     };
     let names: Vec<String> = TimeUnit::ALL.iter().map(|unit| unit.key().to_owned()).collect();
     let unit = |text: &String| {
@@ -462,7 +512,18 @@ fn time_format(
         let problem = Problem::WrongLength { key, found: units.len(), required };
         return Err(section.error(stated, problem));
     }
-    Ok(Some(TimeFormat { columns, units, scale: 1.0 }))
+    Ok(Some(TimeFormat::of(columns, units)))
+}
+
+/// A form of dates with a time of day.
+fn date_form(section: &Section<'_>, text: &Spanned<String>) -> Result<String, InputError> {
+    let form = text.get_ref();
+    if is_date_form(form) {
+        return Ok(form.clone());
+    }
+    let (key, found) = (section.full(&TIME_FORMAT), format!("{form:?}"));
+    let required = DATE_FORMS.words.to_owned();
+    Err(section.error(text, Problem::BadValue { key, found, required }))
 }
 
 /// A name of files with at most one `*`.

@@ -1,6 +1,7 @@
 //! Dates with a time of day, as logs of the ground write them.
 
-use chrono::{DateTime, NaiveDateTime, NaiveTime};
+use chrono::format::{Item, Parsed, StrftimeItems, parse as parse_items};
+use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime};
 
 use super::time::{PICOSECONDS_PER_SECOND, TimeStamp};
 
@@ -11,12 +12,13 @@ const TIME: &str = "%H:%M:%S%.f";
 
 /// Stamp of a date and time, UTC without an offset, or of a time of day alone; none for another text.
 ///
-/// Resolution: 1 ns. A leap second is the second after it.
+/// Resolution: 1 ns. A leap second is the second after it. The fraction may have a comma.
 pub(super) fn parse(text: &str) -> Option<TimeStamp> {
     let text = text.trim();
     if !text.contains(':') {
         return None;
     }
+    let text = &text.replace(',', ".");
     if let Ok(date) = DateTime::parse_from_rfc3339(text) {
         return Some(stamp(date.timestamp(), date.timestamp_subsec_nanos()));
     }
@@ -35,6 +37,40 @@ pub(super) fn parse(text: &str) -> Option<TimeStamp> {
         .find_map(|form| parse(&form))?
         .and_utc();
     Some(stamp(date.timestamp(), date.timestamp_subsec_nanos()))
+}
+
+/// Stamp of a date in a stated form, UTC without an offset; a form without a date gives a time of day. None for a text of
+/// another form. The fraction may have a comma.
+pub(super) fn parse_as(text: &str, form: &str) -> Option<TimeStamp> {
+    let text = text.trim();
+    let pointed = if form.contains(',') { text.into() } else { text.replace(',', ".") };
+    let mut parsed = Parsed::new();
+    parse_items(&mut parsed, &pointed, StrftimeItems::new(form)).ok()?;
+    if parsed.offset().is_some() {
+        let date = parsed.to_datetime().ok()?;
+        return Some(stamp(date.timestamp(), date.timestamp_subsec_nanos()));
+    }
+    let date = parsed.to_naive_date().unwrap_or(NaiveDate::from_ymd_opt(1970, 1, 1)?);
+    let date = date.and_time(parsed.to_naive_time().ok()?).and_utc();
+    Some(stamp(date.timestamp(), date.timestamp_subsec_nanos()))
+}
+
+/// True for a date that is read: in a form of strftime, or in one of those that are recognised.
+pub fn is_date(text: &str, form: Option<&str>) -> bool {
+    form.map_or_else(|| parse(text), |form| parse_as(text, form)).is_some()
+}
+
+/// True for a form of strftime with a time of day.
+pub fn is_date_form(form: &str) -> bool {
+    let example = NaiveDate::from_ymd_opt(2024, 5, 1).and_then(|date| date.and_hms_opt(12, 34, 56));
+    let is_known = StrftimeItems::new(form).all(|item| item != Item::Error);
+    let written = example.filter(|_| is_known).map(|date| date.and_utc().format(form).to_string());
+    let read = written.and_then(|text| parse_as(&text, form));
+    let [hour_s, minute_s] = [12 * 3600, 34 * 60];
+    read.is_some_and(|stamp| {
+        let second = stamp.picoseconds / PICOSECONDS_PER_SECOND;
+        second.rem_euclid(86_400) >= hour_s + minute_s
+    })
 }
 
 /// A duration as `hh:mm:ss`, of any number of hours, as of MATLAB.
@@ -69,8 +105,29 @@ mod tests {
             "2024/05/01 12:00:00.25",
             "01-May-2024 12:00:00.250",
             "01.05.2024 12:00:00.25",
+            "01.05.2024 12:00:00,25",
         ] {
             assert_eq!(parse(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn stated_forms_are_read() {
+        let expected = Some(stamp(1_714_564_800, 250_000_000));
+        for (form, text) in [
+            ("%m/%d/%Y %H:%M:%S%.f", "05/01/2024 12:00:00.25"),
+            ("%m/%d/%Y %I:%M:%S%.f %p", "5/1/2024 12:00:00.250 PM"),
+            ("%d/%m/%Y %H:%M:%S%.f", "01/05/2024 12:00:00.25"),
+            ("%Y%m%dT%H%M%S%.f", "20240501T120000.25"),
+            ("%d.%m.%y %H:%M:%S%.f %z", "01.05.24 14:00:00.25 +0200"),
+        ] {
+            assert!(is_date_form(form), "{form}");
+            assert_eq!(parse_as(text, form), expected, "{form}");
+            assert_eq!(parse_as("1", form), None, "{form}");
+        }
+        assert_eq!(parse_as("01:02:03.5", "%H:%M:%S%.f"), Some(stamp(3723, 500_000_000)));
+        for form in ["", "%Q", "%Y-%m-%d", "%H", "time"] {
+            assert!(!is_date_form(form), "{form}");
         }
     }
 

@@ -24,6 +24,7 @@ mod time_columns;
 mod write;
 
 pub use columns::COLUMNS;
+pub use date::{is_date, is_date_form};
 pub use read::LogTables;
 pub use record::{Interpolation, LogRow, RecordedLog, correct_wheels};
 pub use write::write_log;

@@ -469,8 +469,9 @@ mod tests {
         let american = rows.replace("2024-05-01T", "05/01/2024 ");
         assert_eq!(
             message(&american),
-            "log.csv:2: column `t_s`: \"05/01/2024 12:00:00Z\" is not a known form of a date; write \
-             seconds, or ISO 8601 as 2024-05-01T12:00:00Z"
+            "log.csv:2: column `t_s`: \"05/01/2024 12:00:00Z\" is not a known form of a date; state \
+             time_format in [log] of the craft file, as %m/%d/%Y %H:%M:%S%.f, or write ISO 8601 as \
+             2024-05-01T12:00:00Z"
         );
     }
 

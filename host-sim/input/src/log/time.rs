@@ -46,7 +46,8 @@ pub(super) enum TimeError {
 }
 
 impl TimeStamp {
-    /// A decimal number in `unit`, with or without an exponent, truncated to twelve decimals of a second.
+    /// A decimal number in `unit`, with or without an exponent, truncated to twelve decimals of a second, or of the unit
+    /// where it is longer.
     pub(super) fn parse_in(text: &str, unit: TimeUnit) -> Result<Self, TimeError> {
         // The grammar of numbers is that of the standard library, in this column as in the others.
         let approximate: f64 = text.parse().map_err(|_| TimeError::NotANumber)?;
@@ -83,7 +84,7 @@ impl TimeStamp {
             picoseconds *= 10;
         }
         let sign = if text.starts_with('-') { -1 } else { 1 };
-        Ok(Self { picoseconds: sign * picoseconds })
+        Ok(Self { picoseconds: sign * picoseconds * unit.multiple() })
     }
 
     /// The time since `start`, rounded to 1 µs, both in `unit`; none if negative or beyond 64 bits.
@@ -170,6 +171,10 @@ mod tests {
             ("12.5", TimeUnit::Microsecond, 12_500_000),
             ("-3e-3", TimeUnit::Millisecond, -3_000_000),
             ("0.0004", TimeUnit::Nanosecond, 0),
+            ("2", TimeUnit::Minute, 120_000_000_000_000),
+            ("-0.5", TimeUnit::Hour, -1_800_000_000_000_000),
+            ("60000.000001", TimeUnit::Day, 5_184_000_000_086_400_000_000),
+            ("2360", TimeUnit::Week, 1_427_328_000_000_000_000_000),
         ] {
             assert_eq!(TimeStamp::parse_in(text, unit), Ok(TimeStamp { picoseconds }), "{text}");
         }

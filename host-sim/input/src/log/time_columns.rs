@@ -13,6 +13,8 @@ use crate::units::TimeUnit;
 pub(super) struct TimeColumns {
     /// The columns with their units; their times are added.
     columns: Vec<(Column, Option<TimeUnit>)>,
+    /// Form of dates, where stated.
+    form: Option<String>,
     /// Units per count.
     scale: f64,
 }
@@ -28,7 +30,7 @@ impl TimeColumns {
         let columns = (format.columns.iter().zip(units))
             .map(|(name, unit)| Ok((source.column(name, &is_known)?, unit)))
             .collect::<Result<_, InputError>>()?;
-        Ok(Self { columns, scale: format.scale })
+        Ok(Self { columns, form: format.form.clone(), scale: format.scale })
     }
 
     /// Name in messages.
@@ -41,7 +43,8 @@ impl TimeColumns {
     /// True if the stamps are in seconds: the unit is stated. Otherwise their unit is found from the
     /// last stamp.
     pub(super) fn is_stated(&self) -> bool {
-        self.columns.iter().all(|(_, unit)| unit.is_some()) || self.columns.len() > 1
+        let has_units = self.columns.iter().all(|(_, unit)| unit.is_some());
+        has_units || self.form.is_some() || self.columns.len() > 1
     }
 
     /// Text of a row's stamp.
@@ -59,7 +62,12 @@ impl TimeColumns {
         let mut picoseconds = 0;
         for (column, unit) in &self.columns {
             let text = source.number_text(row, column);
-            let stamp = parse(&text, *unit).map_err(|error| match error {
+            let stamp = self.parse(&text, *unit).map_err(|error| match error {
+                TimeError::NotANumber if self.form.is_some() => CsvProblem::OtherDateForm {
+                    column: column.name.clone(),
+                    text: text.into_owned(),
+                    form: self.form.clone().unwrap_or_default(),
+                },
                 TimeError::NotANumber if text.contains(':') => {
                     CsvProblem::ClockTime { column: column.name.clone(), text: text.into_owned() }
                 }
@@ -72,6 +80,16 @@ impl TimeColumns {
             picoseconds = (picoseconds as f64 * self.scale).round() as i128;
         }
         Ok(TimeStamp { picoseconds })
+    }
+
+    /// The stamp of a cell.
+    fn parse(&self, text: &str, unit: Option<TimeUnit>) -> Result<TimeStamp, TimeError> {
+        match &self.form {
+            Some(form) if unit.is_none_or(|unit| unit == TimeUnit::Date) => {
+                date::parse_as(text, form).ok_or(TimeError::NotANumber)
+            }
+            _ => parse(text, unit),
+        }
     }
 
     /// Unit of the stamps, the last of which is `last`.

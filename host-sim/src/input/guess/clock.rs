@@ -1,13 +1,45 @@
 //! Column of time of a log, and its unit.
 
 use flight_input::csv_source::CsvSource;
+use flight_input::log::is_date;
 use flight_input::units::TimeUnit;
 
 use super::name::Name;
 
 /// Words of time, the better ones first.
-const TIME: [&str; 9] =
-    ["gentime", "timestamp", "time", "stamp", "utc", "epoch", "t", "date", "packet"];
+const TIME: [&str; 27] = [
+    "gentime",
+    "timestamp",
+    "time",
+    "stamp",
+    "utc",
+    "epoch",
+    "t",
+    "date",
+    "packet",
+    "zeit",
+    "datum",
+    "temps",
+    "tiempo",
+    "tempo",
+    "met",
+    "obt",
+    "sclk",
+    "mjd",
+    "jd",
+    "datenum",
+    "tow",
+    "sow",
+    "itow",
+    "clock",
+    "seconds",
+    "secs",
+    "sec",
+];
+/// Words of a count of days.
+const DAYS: [&str; 5] = ["mjd", "jd", "datenum", "days", "julian"];
+/// Words of the second of a GPS week.
+const OF_WEEK: [&str; 4] = ["tow", "sow", "itow", "seconds"];
 /// Words of other times.
 const NOT_TIME: [&str; 8] =
     ["delta", "dt", "relative", "received", "reception", "rx", "integral", "of"];
@@ -17,6 +49,25 @@ const PAIRS: [([&str; 4], TimeUnit); 1] =
 const SECONDS: [&str; 5] = ["sec", "secs", "seconds", "s", "tv"];
 /// Shortest and longest time between samples of a log, s.
 const ORDINARY_STEP_S: std::ops::RangeInclusive<f64> = 1e-3..=10.0;
+/// Forms of dates beside those that are read without a form: with slashes, of STK and SPICE, without separators.
+const FORMS: [&str; 14] = [
+    "%m/%d/%y %H:%M:%S%.f",
+    "%d/%m/%y %H:%M:%S%.f",
+    "%m/%d/%Y %H:%M:%S%.f",
+    "%m/%d/%Y %I:%M:%S%.f %p",
+    "%d/%m/%Y %H:%M:%S%.f",
+    "%d/%m/%Y %I:%M:%S%.f %p",
+    "%d-%m-%Y %H:%M:%S%.f",
+    "%m-%d-%Y %H:%M:%S%.f",
+    "%d %b %Y %H:%M:%S%.f",
+    "%Y %b %d %H:%M:%S%.f",
+    "%a %b %d %H:%M:%S%.f %Y",
+    "%Y%m%dT%H%M%S%.f",
+    "%Y%m%d-%H%M%S%.f",
+    "%Y%m%d %H:%M:%S%.f",
+];
+/// Rows from which the form of dates is found.
+const SAMPLED_ROWS: usize = 1_000;
 /// Times since 1970 in seconds, 2000 to 2100.
 const CENTURY_S: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 
@@ -27,6 +78,8 @@ pub(super) struct FoundClock {
     pub columns: Vec<String>,
     /// Unit of each.
     pub units: Vec<TimeUnit>,
+    /// Form of dates, and evidence of it; none for numbers and for forms that are recognised.
+    pub form: Option<(&'static str, &'static str)>,
     /// Evidence of the unit, in words.
     pub reason: String,
     /// Typical time between rows, s; none for dates.
@@ -35,21 +88,49 @@ pub(super) struct FoundClock {
 
 /// The columns of time of a log; none without a candidate.
 pub(super) fn find(source: &CsvSource, names: &[Name]) -> Option<FoundClock> {
-    pair(source, names).or_else(|| {
+    pair(source, names).or_else(|| of_week(source, names)).or_else(|| {
         let rank = |name: &&Name| TIME.iter().position(|word| name.has(&[word]));
         let mut candidates: Vec<(usize, &Name)> =
             names.iter().filter_map(|name| Some((rank(&name)?, name))).collect();
         candidates.sort_by_key(|(rank, name)| rank + if name.has(&NOT_TIME) { 20 } else { 0 });
-        let (_, first) = *candidates.first()?;
-        candidates.into_iter().find_map(|(_, name)| single(source, name)).or_else(|| {
-            // The log names the fault of its stamps when it is read.
-            Some(FoundClock {
-                columns: vec![first.full.clone()],
-                units: vec![TimeUnit::Second],
-                reason: "CONFIRM: the column does not increase".to_owned(),
-                step_s: None,
-            })
-        })
+        let first = candidates.first().map(|(_, name)| *name);
+        let named = candidates.into_iter().find_map(|(_, name)| single(source, name));
+        // The log names the fault of its stamps when it is read.
+        let at_fault = first.map(|first| FoundClock {
+            columns: vec![first.full.clone()],
+            units: vec![TimeUnit::Second],
+            form: None,
+            reason: "CONFIRM: the column does not increase".to_owned(),
+            step_s: None,
+        });
+        named.or(at_fault).or_else(|| first_increasing(source, names))
+    })
+}
+
+/// The first column that increases, whatever its name.
+fn first_increasing(source: &CsvSource, names: &[Name]) -> Option<FoundClock> {
+    let found = names.iter().find_map(|name| single(source, name))?;
+    let reason = found.reason.trim_start_matches("CONFIRM: ");
+    let reason = format!("CONFIRM: the first column that increases, {reason}");
+    Some(FoundClock { reason, ..found })
+}
+
+/// Week and second of the week, as of GPS.
+fn of_week(source: &CsvSource, names: &[Name]) -> Option<FoundClock> {
+    let has = |name: &Name, wanted: &[&str]| {
+        name.has(wanted) || name.unit.as_deref().is_some_and(|unit| wanted.contains(&unit))
+    };
+    let week = names.iter().find(|name| has(name, &["week", "weeks", "wn", "wno"]))?;
+    let second = names.iter().find(|name| has(name, &OF_WEEK))?;
+    let step = median_step(&super::numbers(source, &second.full))?;
+    let unit =
+        if ORDINARY_STEP_S.contains(&step) { TimeUnit::Second } else { TimeUnit::Millisecond };
+    Some(FoundClock {
+        columns: vec![week.full.clone(), second.full.clone()],
+        units: vec![TimeUnit::Week, unit],
+        form: None,
+        reason: "CONFIRM: week and time of week, by their names".to_owned(),
+        step_s: Some(step * unit.seconds()),
     })
 }
 
@@ -73,6 +154,7 @@ fn pair(source: &CsvSource, names: &[Name]) -> Option<FoundClock> {
         return Some(FoundClock {
             columns: vec![whole.full.clone(), small.full.clone()],
             units: vec![TimeUnit::Second, unit],
+            form: None,
             reason: "by their names".to_owned(),
             step_s: None,
         })
@@ -85,24 +167,21 @@ fn single(source: &CsvSource, name: &Name) -> Option<FoundClock> {
     let found = |unit, reason: &str, step_s| FoundClock {
         columns: vec![name.full.clone()],
         units: vec![unit],
+        form: None,
         reason: reason.to_owned(),
         step_s,
     };
-    if is_date(source, &name.full) {
-        return Some(found(TimeUnit::Date, "dates", None));
+    if let Some(form) = form_of_dates(source, &name.full) {
+        return Some(FoundClock { form, ..found(TimeUnit::Date, "dates", None) });
     }
     if let Some(unit) = unit_of_cells(source, &name.full) {
         return Some(found(unit, "as in the cells", None));
     }
     let values = super::numbers(source, &name.full);
     let step = median_step(&values)?;
-    let of = |unit: TimeUnit| match unit {
-        TimeUnit::Second | TimeUnit::Date => step,
-        TimeUnit::Millisecond => step / 1e3,
-        TimeUnit::Microsecond => step / 1e6,
-        TimeUnit::Nanosecond => step / 1e9,
-    };
-    let named = name.unit.as_deref().and_then(TimeUnit::find);
+    let of = |unit: TimeUnit| step * unit.seconds();
+    let days = name.has(&DAYS).then_some(TimeUnit::Day);
+    let named = name.unit.as_deref().and_then(TimeUnit::find).or(days);
     if let Some(unit) = named.filter(|unit| ORDINARY_STEP_S.contains(&of(*unit))) {
         return Some(found(unit, "by its name", Some(of(unit))));
     }
@@ -114,13 +193,31 @@ fn single(source: &CsvSource, name: &Name) -> Option<FoundClock> {
     if let Some(unit) = since_1970 {
         return Some(found(unit, "as a time since 1970", Some(of(unit))));
     }
-    let unit = numeric.into_iter().find(|unit| ORDINARY_STEP_S.contains(&of(*unit)))?;
+    let mut numeric = numeric.into_iter().chain([TimeUnit::Day]);
+    let unit = numeric.find(|unit| ORDINARY_STEP_S.contains(&of(*unit)))?;
     Some(found(unit, "CONFIRM: by its increments", Some(of(unit))))
 }
 
-/// True for a column of dates or times of day.
-fn is_date(source: &CsvSource, name: &str) -> bool {
-    first_cell(source, name).is_some_and(|text| text.matches(':').count() >= 2)
+/// Form of the dates or times of day of a column; none where its cells are no dates. Where a day may be a month in every
+/// cell, the first of the possible forms.
+#[allow(clippy::option_option, reason = "dates of a recognised form have none to state")]
+fn form_of_dates(source: &CsvSource, name: &str) -> Option<Option<(&'static str, &'static str)>> {
+    let column = source.column(name, |_| true).ok()?;
+    let cells = source.rows().iter().take(SAMPLED_ROWS).map(|row| source.text(row, &column));
+    let cells: Vec<&str> = cells.filter(|cell| !cell.is_empty()).collect();
+    let are_read = |form: Option<&str>| {
+        let read = cells.iter().filter(|cell| is_date(cell, form)).count();
+        read > 0 && 10 * read >= 9 * cells.len()
+    };
+    if are_read(None) {
+        return Some(None);
+    }
+    let mut forms = FORMS.into_iter().filter(|form| are_read(Some(form)));
+    let first = forms.next()?;
+    let is_ambiguous = forms.any(|form| form[..2] != first[..2]);
+    let reason =
+        if is_ambiguous { "CONFIRM: day and month may be exchanged" } else { "as in the cells" };
+    Some(Some((first, reason)))
 }
 
 /// Unit in the cells themselves, as of `0.1 sec`.

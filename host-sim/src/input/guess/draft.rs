@@ -49,7 +49,12 @@ pub fn draft(file: &str, source: &CsvSource) -> Result<String, NothingFound> {
     let name =
         |(index, full): (usize, &String)| Name::of(full, units.get(index).map(String::as_str));
     let names: Vec<Name> = source.columns().iter().enumerate().map(name).collect();
-    let missing = |sensor| NothingFound { sensor, columns: source.columns().to_vec() };
+    let channels = channels(source);
+    let missing = |sensor| NothingFound {
+        sensor,
+        columns: source.columns().to_vec(),
+        channels: channels.clone(),
+    };
     let clock = clock::find(source, &names).ok_or_else(|| missing("time"))?;
     let gyro = sensors::gyro(&names).ok_or_else(|| missing("a gyro about x, y and z"))?;
     let wheels = sensors::wheels(&names);
@@ -73,23 +78,44 @@ pub fn draft(file: &str, source: &CsvSource) -> Result<String, NothingFound> {
 /// A log in which a sensor is not found.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "no columns of {sensor} are recognised by their names; write [log] by hand (host-sim/docs/logs.md); \
-     the columns are: {}",
+    "no columns of {sensor} are recognised by their names; {}; the columns are: {}",
+    match channels {
+        Some(name) => {
+            format!("`{name}` names a channel in each row: export a column for each channel, and a row for each sample")
+        }
+        None => "write [log] by hand (host-sim/docs/logs.md)".to_owned(),
+    },
     columns.join(", ")
 )]
 pub struct NothingFound {
     sensor: &'static str,
     columns: Vec<String>,
+    /// Column with the names of channels.
+    channels: Option<String>,
+}
+
+/// Column whose cells name the channels of a table with one value in each row: few texts, each of them often.
+fn channels(source: &CsvSource) -> Option<String> {
+    let of = |name: &String| {
+        let column = source.column(name, |_| true).ok()?;
+        let cells = source.rows().iter().map(|row| source.text(row, &column));
+        let texts: Vec<&str> = cells.filter(|cell| cell.parse::<f64>().is_err()).collect();
+        let distinct = texts.iter().collect::<std::collections::BTreeSet<_>>().len();
+        let is_each = texts.len() == source.rows().len();
+        (is_each && (3..=texts.len() / 3).contains(&distinct)).then(|| name.clone())
+    };
+    source.columns().iter().find_map(of)
 }
 
 /// A line with a comment.
 fn line(text: &mut String, line: &str, comment: &str) {
     let gap = if comment.is_empty() { "" } else { "# " };
-    let _ = writeln!(text, "{}", format!("{line:COMMENT$}{gap}{comment}").trim_end());
+    let space = if line.len() < COMMENT { "" } else { " " };
+    let _ = writeln!(text, "{}", format!("{line:COMMENT$}{space}{gap}{comment}").trim_end());
 }
 
 fn write_clock(text: &mut String, clock: &FoundClock) {
-    let FoundClock { columns, units, reason, step_s } = clock;
+    let FoundClock { columns, units, form, reason, step_s } = clock;
     *text += "\n[log]\n";
     let step = step_s.map_or(String::new(), |s| format!("; rows typically every {} s", short(s)));
     let unit: Vec<&str> = units.iter().map(|unit| unit.key()).collect();
@@ -102,8 +128,11 @@ fn write_clock(text: &mut String, clock: &FoundClock) {
         }
         _ => {
             line(text, &format!("time = {}", list(columns)), "the sum of both");
-            line(text, &format!("time_unit = {unit:?}"), reason);
+            line(text, &format!("time_unit = {unit:?}"), &format!("{reason}{step}"));
         }
+    }
+    if let Some((form, reason)) = form {
+        line(text, &format!("time_format = {}", toml(form)), reason);
     }
 }
 
@@ -117,21 +146,44 @@ fn write_rates(
 ) {
     let _ = writeln!(text, "\n[log.{table}]");
     write_columns(text, found);
-    let size = found.columns.iter().map(|name| usual_size(numbers(source, &name.full)));
-    let size = size.fold(0.0, f64::max);
-    let (unit, reason) = match found.columns[0].rate_unit() {
-        Some(unit) => (unit.name, "as in the header".to_owned()),
-        None if size > largest_si => {
-            (other, format!("CONFIRM: not in the header; values up to {}", short(size)))
+    let values: Vec<Vec<f64>> =
+        found.columns.iter().map(|name| numbers(source, &name.full)).collect();
+    let is_counts = table == "gyro" && are_counts(&values);
+    let size = values.into_iter().map(usual_size).fold(0.0, f64::max);
+    let first = found.columns[0];
+    let known = first.rate_unit().or_else(|| first.momentum_unit());
+    let by_size = if size > largest_si { other } else { "rad/s" };
+    let up_to = format!("values up to {}", short(size));
+    let (unit, reason) = match (known, &first.unknown_unit) {
+        (Some(unit), _) => (unit.name, "as in the header".to_owned()),
+        (None, Some(stated)) => {
+            (by_size, format!("CONFIRM: the header states {stated}, which is not known; {up_to}"))
         }
-        None => ("rad/s", format!("CONFIRM: not in the header; values up to {}", short(size))),
+        (None, None) => (by_size, format!("CONFIRM: not in the header; {up_to}")),
     };
-    line(text, &format!("unit = {unit:?}"), &reason);
-    let ones = vec!["1"; found.columns.len()].join(", ");
-    line(text, &format!("# scale = [{ones}]"), "units per count; negative: the other direction");
+    if known.is_none() && is_counts {
+        line(text, "unit = \"deg/s\"", "CONFIRM: unit of the scale below");
+        line(text, "scale = 0", &format!("FILL IN: {up_to} are counts; deg/s a count"));
+    } else {
+        line(text, &format!("unit = {unit:?}"), &reason);
+        let ones = vec!["1"; found.columns.len()].join(", ");
+        line(
+            text,
+            &format!("# scale = [{ones}]"),
+            "units per count; negative: the other direction",
+        );
+    }
     if table == "wheels" {
         line(text, "# file = \"*_wheels.csv\"", "if they are in a file of their own");
     }
+}
+
+/// True for integers of more than one digit: readings in counts.
+fn are_counts(values: &[Vec<f64>]) -> bool {
+    let mut all = values.iter().flatten().peekable();
+    all.peek().is_some()
+        && all.all(|value| value.fract() == 0.0)
+        && values.iter().flatten().any(|value| value.abs() >= 10.0)
 }
 
 fn write_torque(text: &mut String, found: &Found<'_>) {
@@ -147,7 +199,8 @@ fn write_torque(text: &mut String, found: &Found<'_>) {
 
 fn write_columns(text: &mut String, found: &Found<'_>) {
     let columns: Vec<String> = found.columns.iter().map(|name| name.full.clone()).collect();
-    let _ = writeln!(text, "columns = {}", list(&columns));
+    let doubt = found.doubt.map_or(String::new(), |doubt| format!("CONFIRM: {doubt}"));
+    line(text, &format!("columns = {}", list(&columns)), &doubt);
     if !found.others.is_empty() {
         let _ = writeln!(text, "# also possible: {} …", found.others.join(" …, "));
     }

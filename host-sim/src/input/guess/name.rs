@@ -1,6 +1,6 @@
 //! The name of a column: its words, its index or axis, its unit.
 
-use flight_input::units::{RATES, TORQUES, TimeUnit, Unit, find};
+use flight_input::units::{MOMENTA, RATES, TORQUES, TimeUnit, Unit, find};
 
 /// A name of a column, taken apart.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,15 +9,31 @@ pub(super) struct Name {
     pub full: String,
     /// Words in lower case, without index and unit.
     pub words: Vec<String>,
-    /// Last word that counts columns: `x y z`, `w`, or a number.
+    /// Last word that counts columns: `x y z`, `w`, or a number. `p q r` and `roll pitch yaw` are `x y z`, with a word of
+    /// their own.
     pub index: Option<String>,
     /// Spelling of the unit, if there is one.
     pub unit: Option<String>,
+    /// Text in the place of a unit, if it is none that is known.
+    pub unknown_unit: Option<String>,
 }
+
+/// Words before the letter of a wheel.
+const WHEELS: [&str; 5] = ["wheel", "rw", "rwa", "rws", "mw"];
+/// Words of axes other than x, y and z: the axis, and the word that stands for the three.
+const AXES: [(&str, &str, &str); 6] = [
+    ("p", "x", "pqr"),
+    ("q", "y", "pqr"),
+    ("r", "z", "pqr"),
+    ("roll", "x", "rpy"),
+    ("pitch", "y", "rpy"),
+    ("yaw", "z", "rpy"),
+];
 
 impl Name {
     /// The parts of a name; `unit` is that of a row of units.
     pub(super) fn of(full: &str, unit: Option<&str>) -> Self {
+        let row_of_units = unit.filter(|unit| !unit.trim().is_empty());
         let (bare, bracketed) = without_unit(full);
         let mut words = words(bare);
         let stated = unit.filter(|unit| is_unit(unit)).or(bracketed).map(str::to_owned);
@@ -25,12 +41,22 @@ impl Name {
         let index = take_index(&mut words);
         // A unit may stand before the index, as in gyro_rad[0].
         let unit = unit.or_else(|| trailing_unit(&mut words));
-        Self { full: full.to_owned(), words, index, unit }
+        let unknown_unit = unit
+            .is_none()
+            .then(|| row_of_units.or_else(|| bracketed_text(full)))
+            .flatten()
+            .map(str::to_owned);
+        Self { full: full.to_owned(), words, index, unit, unknown_unit }
     }
 
     /// True if any word is, or begins or ends with, one of these.
     pub(super) fn has(&self, wanted: &[&str]) -> bool {
         self.words.iter().any(|word| wanted.iter().any(|wanted| matches(word, wanted)))
+    }
+
+    /// Unit of a momentum.
+    pub(super) fn momentum_unit(&self) -> Option<&'static Unit> {
+        find(self.unit.as_deref()?, &MOMENTA)
     }
 
     /// Unit of a rate.
@@ -49,6 +75,7 @@ fn is_unit(text: &str) -> bool {
         && (TimeUnit::find(text).is_some()
             || find(text, &RATES).is_some()
             || find(text, &TORQUES).is_some()
+            || find(text, &MOMENTA).is_some()
             || text.contains('/'))
 }
 
@@ -64,6 +91,16 @@ fn without_unit(full: &str) -> (&str, Option<&str>) {
         }
     }
     (full, None)
+}
+
+/// Text in brackets at the end of a name, unless it is an index.
+fn bracketed_text(full: &str) -> Option<&str> {
+    let full = full.trim();
+    let inner = [('(', ')'), ('[', ']')].into_iter().find_map(|(open, close)| {
+        full.strip_suffix(close)?.rsplit_once(open).map(|(_, inner)| inner.trim())
+    })?;
+    let is_index = inner.parse::<u32>().is_ok() || inner.len() == 1;
+    (!inner.is_empty() && !is_index).then_some(inner)
 }
 
 /// Words of a name in lower case: runs of letters, runs of digits, split at changes to upper case.
@@ -89,14 +126,15 @@ fn words(name: &str) -> Vec<String> {
 
 /// Removes a unit at the end, as of `_deg_s`, `_rpm` or `_us`.
 fn trailing_unit(words: &mut Vec<String>) -> Option<String> {
-    for length in [2, 1] {
+    for length in [3, 2, 1] {
         let Some(start) = words.len().checked_sub(length).filter(|start| *start > 0) else {
             continue;
         };
         let spelling = words[start..].join("_");
         let is_known = TimeUnit::find(&spelling).is_some()
             || find(&spelling, &RATES).is_some()
-            || find(&spelling, &TORQUES).is_some();
+            || find(&spelling, &TORQUES).is_some()
+            || find(&spelling, &MOMENTA).is_some();
         if is_known {
             words.truncate(start);
             return Some(spelling);
@@ -112,6 +150,26 @@ fn trailing_unit(words: &mut Vec<String>) -> Option<String> {
 
 /// Removes the last word that counts columns, or the last letter of the last word, as in `omegax`.
 fn take_index(words: &mut Vec<String>) -> Option<String> {
+    let other = |word: &str| AXES.iter().find(|(name, ..)| *name == word);
+    if let Some(place) = words.iter().rposition(|word| other(word).is_some())
+        && let Some((_, axis, all)) = other(&words.remove(place))
+    {
+        words.push((*all).to_owned());
+        return Some((*axis).to_owned());
+    }
+    if let [one] = words.as_slice()
+        && matches!(one.as_str(), "x" | "y" | "z")
+    {
+        return words.pop();
+    }
+    // Wheels are lettered as well.
+    let lettered = words.windows(2).position(|pair| {
+        WHEELS.contains(&pair[0].as_str()) && matches!(pair[1].as_str(), "a" | "b" | "c" | "d")
+    });
+    if let Some(place) = lettered {
+        let letter = words.remove(place + 1);
+        return letter.bytes().next().map(|letter| (letter - b'a' + 1).to_string());
+    }
     let is_axis = |word: &str| matches!(word, "x" | "y" | "z" | "w");
     let is_number = |word: &str| word.parse::<u32>().is_ok();
     if words.len() > 1
@@ -153,11 +211,20 @@ mod tests {
             ("time_us", "time", None, Some("us")),
             ("Time (s)", "time", None, Some("s")),
             ("time_usec", "time", None, Some("usec")),
+            ("p_dps", "pqr", Some("x"), Some("dps")),
+            ("RollRate", "rate rpy", Some("x"), None),
+            ("Drehrate Z [°/s]", "drehrate", Some("z"), Some("°/s")),
+            ("gx", "g", Some("x"), None),
+            ("Wheel B Speed (RPM)", "wheel speed", Some("2"), Some("RPM")),
+            ("rw_h_1_mN_m_s", "rw h", Some("1"), Some("mn_m_s")),
+            ("y", "", Some("y"), None),
         ] {
             let name = Name::of(full, None);
             assert_eq!(name.words.join(" "), words, "{full}");
             assert_eq!((name.index.as_deref(), name.unit.as_deref()), (index, unit), "{full}");
         }
         assert_eq!(Name::of("GYRO_X", Some("[deg/s]")).unit.as_deref(), Some("[deg/s]"));
+        assert_eq!(Name::of("wheel 1 [furlong]", None).unknown_unit.as_deref(), Some("furlong"));
+        assert_eq!(Name::of("wheel[1]", None).unknown_unit, None);
     }
 }

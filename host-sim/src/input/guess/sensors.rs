@@ -5,7 +5,26 @@ use flight_input::craft::MAX_WHEELS;
 use super::name::Name;
 
 /// Words of a gyro, the better ones first.
-const GYRO: [&str; 9] = ["gyro", "gyr", "angular", "angvel", "omega", "rate", "rates", "w", "imu"];
+const GYRO: [&str; 18] = [
+    "gyro",
+    "gyr",
+    "giro",
+    "angular",
+    "angvel",
+    "ang",
+    "omega",
+    "rate",
+    "rates",
+    "drehrate",
+    "winkelgeschwindigkeit",
+    "pqr",
+    "w",
+    "om",
+    "rot",
+    "imu",
+    "g",
+    "spin",
+];
 /// Words of other quantities with three axes.
 const NOT_GYRO: [&str; 28] = [
     "acc",
@@ -60,6 +79,8 @@ const NOT_SPEED: [&str; 18] = [
     "count",
     "accel",
 ];
+/// Words of speeds that are those of wheels where others are those of the gyro.
+const NUMBERED: [&str; 4] = ["omega", "om", "speed", "spd"];
 /// Words of an external torque.
 const TORQUE: [&str; 3] = ["torque", "trq", "tau"];
 const EXTERNAL: [&str; 6] = ["ext", "external", "thruster", "mtq", "magnetorquer", "rcs"];
@@ -71,6 +92,8 @@ pub(super) struct Found<'a> {
     pub columns: Vec<&'a Name>,
     /// First columns of other groups that are possible.
     pub others: Vec<&'a str>,
+    /// Why the columns are to be confirmed, if their names do not suffice.
+    pub doubt: Option<&'static str>,
 }
 
 /// Columns with one name but for the index.
@@ -126,7 +149,19 @@ pub(super) fn gyro(names: &[Name]) -> Option<Found<'_>> {
         let penalty = if first.has(&NOT_GYRO) { -15 } else { 0 };
         by_word + by_unit + penalty
     };
-    best(three_axes(names), score)
+    best(three_axes(names), score).or_else(|| only(three_axes(names)))
+}
+
+/// The only three axes of a log.
+fn only(groups: Vec<Group<'_>>) -> Option<Found<'_>> {
+    let is_possible = |group: &Group<'_>| {
+        let first = group.columns[0];
+        first.unit.is_none() && !first.has(&NOT_GYRO) && !first.has(&["rpy"])
+    };
+    let mut possible = groups.into_iter().filter(is_possible);
+    let found = possible.next().filter(|_| possible.next().is_none())?;
+    let doubt = Some("the only columns x, y, z");
+    Some(Found { columns: found.columns, others: Vec::new(), doubt })
 }
 
 /// The speeds of wheels.
@@ -142,8 +177,25 @@ pub(super) fn wheels(names: &[Name]) -> Option<Found<'_>> {
         let is_fit = first.unit.is_none() || first.rate_unit().is_some();
         if is_fit { 1 + by_unit + by_word } else { 0 }
     };
-    let groups: Vec<_> = groups(names);
-    best(groups.into_iter().filter(|group| is_speed(&group)).collect(), score)
+    let is_momentum = |group: &Group<'_>| {
+        group.columns[0].momentum_unit().is_some() && group.columns.len() <= MAX_WHEELS
+    };
+    let named = groups(names).into_iter().filter(|group| is_speed(&group)).collect();
+    let momenta = || best(groups(names).into_iter().filter(is_momentum).collect(), |_| 1);
+    best(named, score).or_else(momenta).or_else(|| {
+        let gyro = gyro(names)?;
+        let is_numbered = |group: &Group<'_>| {
+            let first = group.columns[0];
+            let is_count = group.columns.iter().all(|column| {
+                column.index.as_deref().is_some_and(|index| index.parse::<u32>().is_ok())
+            });
+            let is_speed = first.has(&NUMBERED) && !first.has(&NOT_SPEED);
+            let is_other = !gyro.columns.iter().any(|column| column.full == first.full);
+            is_count && is_speed && is_other && (2..=MAX_WHEELS).contains(&group.columns.len())
+        };
+        let numbered = groups(names).into_iter().filter(is_numbered).collect();
+        best(numbered, |_| 1).map(|found| Found { doubt: Some("numbered speeds"), ..found })
+    })
 }
 
 /// The three axes of an external torque.
@@ -173,7 +225,7 @@ fn best<'a>(groups: Vec<Group<'a>>, score: impl Fn(&Group<'a>) -> i32) -> Option
     let mut scored = scored.into_iter().map(|(_, group)| group.columns);
     let columns = scored.next()?;
     let others = scored.map(|columns| columns[0].full.as_str()).collect();
-    Some(Found { columns, others })
+    Some(Found { columns, others, doubt: None })
 }
 
 #[cfg(test)]
@@ -218,6 +270,21 @@ mod tests {
             ["/imu/angular_velocity/x", "/imu/angular_velocity/y", "/imu/angular_velocity/z"]
         );
         assert!(gyro(&names(&["a", "b", "c", "acc_x", "acc_y", "acc_z"])).is_none());
+        assert!(gyro(&names(&["roll", "pitch", "yaw"])).is_none());
+    }
+
+    #[test]
+    fn gyro_is_found_by_unit_convention_or_alone() {
+        for header in [
+            ["ax", "ay", "az", "gx", "gy", "gz"],
+            ["roll_deg", "pitch_deg", "yaw_deg", "p", "q", "r"],
+            ["pos_x", "pos_y", "pos_z", "Prędkość X [°/s]", "Prędkość Y [°/s]", "Prędkość Z [°/s]"],
+            ["mag_x", "mag_y", "mag_z", "value_x", "value_y", "value_z"],
+        ] {
+            assert_eq!(full(gyro(&names(&header))), header[3..], "{header:?}");
+        }
+        let doubt = |header: &[&str]| gyro(&names(header)).and_then(|found| found.doubt);
+        assert!(doubt(&["x", "y", "z"]).is_some() && doubt(&["wx", "wy", "wz"]).is_none());
     }
 
     #[test]
@@ -233,6 +300,8 @@ mod tests {
         assert_eq!(full(wheels(&header)), ["rw1_speed_rpm", "rw2_speed_rpm", "rw3_speed_rpm"]);
         assert_eq!(full(wheels(&names(&["wheel speed [rpm]"]))), ["wheel speed [rpm]"]);
         assert!(wheels(&names(&["gyro_x", "rw_temp"])).is_none());
+        let header = names(&["w_x", "w_y", "w_z", "om1", "om2", "om3"]);
+        assert_eq!(full(wheels(&header)), ["om1", "om2", "om3"]);
     }
 
     #[test]
