@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use flight_input::words::short;
+
 use super::log::LogRow;
 use super::scenario::SimulatedWheel;
 use super::{Craft, Scenario};
@@ -16,6 +18,11 @@ const LIMIT_ROUNDING: f64 = 1e-6;
 /// Largest full scale of ordinary gyros, rad/s: 4,000 deg/s.
 const MAX_RANGE_RAD_S: f64 = 70.0;
 
+/// Stretches of a log whose typical rates are compared.
+const STRETCHES: usize = 20;
+/// Largest ratio of two rates at one momentum: that of the moments, 10 for a slender body.
+const MAX_RATIO: f64 = 10.0;
+
 /// Notes on the gyro and the wheels of a craft.
 pub fn craft(craft: &Craft) -> Vec<String> {
     let gyro = &craft.gyro;
@@ -29,7 +36,7 @@ pub fn craft(craft: &Craft) -> Vec<String> {
     gyro.noise_rad_s.and_then(noise).into_iter().chain(range).chain(heavy_wheels(craft)).collect()
 }
 
-/// Notes on the speeds of wheels in a log.
+/// Notes on the speeds of wheels in a log, and on a motion that nothing in it drives.
 pub fn log(rows: &[LogRow]) -> Vec<String> {
     let wheels = rows.first().map_or(0, |row| row.wheel_speed_rad_s.len());
     let largest = |wheel: usize| {
@@ -42,7 +49,33 @@ pub fn log(rows: &[LogRow]) -> Vec<String> {
         speeds.get(speeds.len() * 9 / 10).copied().unwrap_or(0.0)
     };
     let note = |wheel: usize| wheel_speed(&format!("wheel {}", wheel + 1), largest(wheel));
-    (0..wheels).filter_map(note).collect()
+    (0..wheels).filter_map(note).chain(undriven(rows)).collect()
+}
+
+/// A rate that rises or falls many times, in a log without wheels and torque.
+fn undriven(rows: &[LogRow]) -> Option<String> {
+    let is_driven = |row: &LogRow| {
+        row.torque_n_m.norm() > 0.0 || row.wheel_speed_rad_s.iter().any(|speed| *speed != 0.0)
+    };
+    if rows.len() < 2 * STRETCHES || rows.iter().any(is_driven) {
+        return None;
+    }
+    let of_stretch = |rows: &[LogRow]| {
+        let mut rates: Vec<f64> = rows.iter().map(|row| row.rate_rad_s.norm()).collect();
+        rates.sort_by(f64::total_cmp);
+        rates.get(rates.len() / 2).copied().unwrap_or(0.0)
+    };
+    let rates = rows.chunks(rows.len().div_ceil(STRETCHES)).map(of_stretch);
+    let (least, largest) =
+        rates.fold((f64::INFINITY, 0.0), |(least, largest), r| (r.min(least), r.max(largest)));
+    (largest > MAX_RATIO * least).then(|| {
+        format!(
+            "the rate changes between {} and {} rad/s, and the log has no wheels and no torque: without them the momentum \
+             is constant; name their columns in [log.wheels] or [log.torque]",
+            short(least),
+            short(largest)
+        )
+    })
 }
 
 /// Notes on a scenario.
@@ -171,6 +204,18 @@ mod tests {
               unit = \"rpm\" in [log.wheels]"
             ]
         );
+    }
+
+    #[test]
+    fn motion_without_wheels_and_torque_is_noted() {
+        let scenario = Scenario::load("cubesat-pyramid").unwrap();
+        let flight = Flight::simulate(&scenario).unwrap();
+        let mut rows = crate::simulation::log_of(&scenario, &flight, 1);
+        assert!(log(&rows).is_empty());
+        rows.iter_mut().for_each(|row| row.wheel_speed_rad_s.clear());
+        assert!(log(&rows)[0].contains("the log has no wheels and no torque"));
+        rows.iter_mut().for_each(|row| row.rate_rad_s.x += 1.0);
+        assert!(log(&rows).is_empty());
     }
 
     #[test]
