@@ -55,6 +55,7 @@ __all__ = [
     "crlb",
     "design",
     "diagnose",
+    "draft_craft",
     "estimators",
     "mc",
     "replay",
@@ -140,6 +141,21 @@ def diagnose(craft: Source, log: Log) -> DiagnosisResult:
         craft, log: as of :func:`replay`.
     """
     return DiagnosisResult(json.loads(_native.diagnose(source_of(craft), columns_of(log))))
+
+
+def draft_craft(log: Log) -> str:
+    """Draft a craft file from a log: columns, units and clock.
+
+    Write the text to a file, confirm the lines marked ``CONFIRM``, fill in those marked ``FILL IN``, and give the path to
+    :func:`replay`.
+
+    Args:
+        log: as of :func:`replay`, with any names of columns.
+
+    Raises:
+        ValueError: no column of time, or none of a gyro, is recognised.
+    """
+    return _native.draft_craft(columns_of(log))
 
 
 def design(

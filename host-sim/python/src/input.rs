@@ -130,6 +130,14 @@ impl Log {
             Self::Columns(names, columns) => verbs::log_of_columns(names, &columns, craft),
         }
     }
+
+    /// The craft file that it suggests.
+    pub fn draft(self) -> Result<String, VerbFailed> {
+        match self {
+            Self::File(path) => verbs::draft_of_file(Path::new(&path)),
+            Self::Columns(names, columns) => verbs::draft_of_columns(names, &columns),
+        }
+    }
 }
 
 /// Estimator and precision of these names.

@@ -84,6 +84,12 @@ fn diagnose(py: Python<'_>, craft: Source, log: Log) -> PyResult<String> {
     json(&report.map_err(|failure| raised(&failure))?)
 }
 
+/// Text of the craft file that a log suggests.
+#[pyfunction]
+fn draft_craft(py: Python<'_>, log: Log) -> PyResult<String> {
+    py.detach(|| log.draft()).map_err(|failure| raised(&failure))
+}
+
 /// Document of a designed manoeuvre; `arguments` are those of the command line.
 #[pyfunction]
 fn design(py: Python<'_>, arguments: Vec<String>) -> PyResult<String> {
@@ -110,5 +116,5 @@ mod _native {
     #[pymodule_export]
     use super::estimator::Estimator;
     #[pymodule_export]
-    use super::{crlb, design, diagnose, estimators, replay, run, scenarios};
+    use super::{crlb, design, diagnose, draft_craft, estimators, replay, run, scenarios};
 }

@@ -8,19 +8,25 @@ import pytest
 
 
 @pytest.fixture(scope="session")
-def command():
-    """Document of ``host-sim ARGUMENTS --json``."""
+def command_text():
+    """Standard output of ``host-sim ARGUMENTS``."""
     program = os.environ.get("HOST_SIM")
     if not program:
         pytest.skip("HOST_SIM names no program to compare with")
 
     def run(*arguments):
-        words = [program, *map(str, arguments), "--json"]
+        words = [program, *map(str, arguments)]
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
+        return done.stdout
 
     return run
+
+
+@pytest.fixture(scope="session")
+def command(command_text):
+    """Document of ``host-sim ARGUMENTS --json``."""
+    return lambda *arguments: json.loads(command_text(*arguments, "--json"))
 
 
 @pytest.fixture(scope="session")

@@ -117,6 +117,16 @@ def test_crlb_design_diagnose(command, flight_folder):
     assert host_sim.diagnose(craft, log_columns(flight_folder)).to_dict() == expected
 
 
+def test_draft_is_that_of_the_command(command_text, flight_folder):
+    log = flight_folder / "log.csv"
+    expected = command_text("init", "--from", log)
+    assert host_sim.draft_craft(log) == expected
+    of_columns = host_sim.draft_craft(log_columns(flight_folder))
+    assert of_columns.splitlines()[1:] == expected.splitlines()[1:]  # the first line names the file
+    with pytest.raises(ValueError, match="no columns of time"):
+        host_sim.draft_craft({"a": np.zeros(3)})
+
+
 def test_design(command, tmp_path):
     scenario = tmp_path / "craft.toml"
     wheels = "".join(

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
+use flight_input::csv_source::CsvSource;
 use thiserror::Error;
 
 use super::notes::Notes;
@@ -11,7 +12,7 @@ use super::{BAD_INPUT, Cli, Failure, Verb, in_two_lines};
 use crate::campaign::Shard;
 use crate::estimation::Method;
 use crate::input::log::LogRow;
-use crate::input::{Craft, InputError, RecordedLog, Scenario, log_file};
+use crate::input::{Craft, InputError, RecordedLog, Scenario, guess, log_file};
 use crate::report::runs::{Cells, RunRow, columns};
 use crate::report::{
     CrlbReport, DesignReport, DiagnosisReport, HistoryRow, McReport, ReplayReport, RunReport,
@@ -89,6 +90,22 @@ pub fn log_of_columns(
         )));
     }
     Ok(log_file::of_columns(LOG, names, cells, craft)?)
+}
+
+/// `init --from`: the text of a craft file that a log suggests, with lines to confirm and to fill in.
+pub fn draft_of_file(path: &Path) -> Result<String, VerbFailed> {
+    let source = log_file::read(path, &Default::default())?;
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+    draft_of(&name, &source)
+}
+
+/// The same of columns: their names, and the cells of each as a CSV file has them.
+pub fn draft_of_columns(names: Vec<String>, cells: &[Vec<String>]) -> Result<String, VerbFailed> {
+    draft_of(LOG, &log_file::source_of_columns(LOG, names, cells)?)
+}
+
+fn draft_of(name: &str, source: &CsvSource) -> Result<String, VerbFailed> {
+    guess::draft(name, source).map_err(|error| VerbFailed::of_input(format!("{name}: {error}")))
 }
 
 /// `replay`: the estimate from a log as recorded, and the estimate after each sample.

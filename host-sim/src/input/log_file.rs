@@ -61,11 +61,23 @@ pub fn of_columns(
     cells: &[Vec<String>],
     craft: &Craft,
 ) -> Result<RecordedLog, InputError> {
+    let source = source_of_columns(name, columns, cells)?;
+    RecordedLog::from_tables(&source.into(), &craft.log, craft.wheels.len())
+}
+
+/// The table of columns, as of [`of_columns`].
+///
+/// # Errors
+/// No rows.
+pub fn source_of_columns(
+    name: &str,
+    columns: Vec<String>,
+    cells: &[Vec<String>],
+) -> Result<CsvSource, InputError> {
     let rows = cells.iter().map(Vec::len).min().unwrap_or(0);
     let record = |row: usize| cells.iter().map(|column| column[row].as_str()).collect();
     let records: Vec<StringRecord> = (0..rows).map(record).collect();
-    let source = CsvSource::from_records(name, columns, records)?;
-    RecordedLog::from_tables(&source.into(), &craft.log, craft.wheels.len())
+    CsvSource::from_records(name, columns, records)
 }
 
 /// The table in a file of any kind.

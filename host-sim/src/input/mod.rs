@@ -12,8 +12,8 @@
 //!
 //! Craft files and logs are read by the crate `flight-input`, which the firmware's build script uses
 //! too. A rejected file is an [`InputError`]: one or two lines with the file, the line and the key or
-//! column, the fault and the remedy. [`log_file`] opens CSV, gzip and Parquet files. [`keys`] lists all keys and columns. [`units`] names units of a log
-//! that are probably not SI.
+//! column, the fault and the remedy. [`log_file`] opens CSV, gzip, Parquet and JSON files. [`keys`] lists all keys and
+//! columns. [`units`] names units of a log that are probably not SI.
 
 pub mod guess;
 pub mod interpolated;
