@@ -6,8 +6,8 @@ use super::record::{Record, median};
 
 /// Share of rows without a new wheel speed above which the speeds are held.
 const HELD_SHARE: f64 = 0.3;
-/// Largest shift of the wheel columns, rows.
-const LARGEST_SHIFT: isize = 3;
+/// Largest shift of wheel columns, rows: one second of a log at 10 Hz.
+const LARGEST_SHIFT: isize = 10;
 /// Cosine between torque columns and motor torque above which one is taken for the other.
 const SAME_TORQUE: f64 = 0.7;
 
@@ -36,8 +36,8 @@ enum Change {
     Axis(usize, Vector3<f64>),
     /// Torque about one axis, or all, times a factor.
     Torque(Option<usize>, f64),
-    /// Wheel speeds of this many rows later.
-    Shift(isize),
+    /// Speeds of one wheel, or of all, of this many rows later.
+    Shift(Option<usize>, isize),
     /// Wheel speeds at their changes alone, linear between.
     Interpolate,
     /// Readings at their changes alone.
@@ -88,8 +88,12 @@ impl Change {
                     }
                 }
             }
-            Self::Shift(rows) => {
-                record.wheel_rad_s.iter_mut().for_each(|speeds| shift(speeds, *rows))
+            Self::Shift(one, rows) => {
+                for (index, speeds) in record.wheel_rad_s.iter_mut().enumerate() {
+                    if one.is_none_or(|one| one == index) {
+                        shift(speeds, *rows);
+                    }
+                }
             }
             Self::Interpolate => interpolate(record),
             Self::FreshReadings => *record = record.without_repeated(),
@@ -105,22 +109,19 @@ fn shift(values: &mut [f64], rows: isize) {
     }
 }
 
-/// Rows at which any wheel has a new speed.
-fn changes(record: &Record) -> Vec<usize> {
-    let is_new = |row: &usize| {
-        *row == 0 || record.wheel_rad_s.iter().any(|speeds| speeds[*row] != speeds[*row - 1])
-    };
-    (0..record.len()).filter(is_new).collect()
+/// Rows at which a wheel has a new speed.
+fn changes(speeds: &[f64]) -> Vec<usize> {
+    let is_new = |row: &usize| *row == 0 || speeds[*row] != speeds[*row - 1];
+    (0..speeds.len()).filter(is_new).collect()
 }
 
 fn interpolate(record: &mut Record) {
-    let nodes = changes(record);
-    for pair in nodes.windows(2) {
-        let (from, to) = (pair[0], pair[1]);
-        let span_s = record.time_s[to] - record.time_s[from];
-        for row in from + 1..to {
-            let share = (record.time_s[row] - record.time_s[from]) / span_s;
-            for speeds in &mut record.wheel_rad_s {
+    for speeds in &mut record.wheel_rad_s {
+        for pair in changes(speeds).windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            let span_s = record.time_s[to] - record.time_s[from];
+            for row in from + 1..to {
+                let share = (record.time_s[row] - record.time_s[from]) / span_s;
                 speeds[row] = speeds[from] + (speeds[to] - speeds[from]) * share;
             }
         }
@@ -137,7 +138,7 @@ pub(super) fn all(record: &Record) -> Vec<Mistake> {
         all.extend(wheel_columns(record.wheels.len()));
         all.extend(wheel_axes(record));
         all.extend(wheel_units(record.wheels.len()));
-        all.extend(shifts());
+        all.extend(shifts(record.wheels.len()));
     }
     if record.has_torque() {
         all.extend(torque(record));
@@ -237,7 +238,9 @@ fn readings(record: &Record) -> Vec<Mistake> {
         let remedy = "keep the first row of each reading and remove the others";
         all.push(mistake("gyro slower than its log", remedy, Change::FreshReadings));
     }
-    if !record.wheels.is_empty() && is_held(record.len() - changes(record).len()) {
+    // A wheel that stands has one speed.
+    let held = record.wheel_rad_s.iter().map(|speeds| changes(speeds).len()).filter(|n| *n > 1);
+    if held.clone().any(|changes| is_held(record.len() - changes)) {
         let remedy =
             "keep the rows at which a wheel speed changes, or interpolate the speeds between";
         all.push(mistake("wheel speeds held", remedy, Change::Interpolate));
@@ -327,6 +330,12 @@ fn wheel_units(wheels: usize) -> Vec<Mistake> {
     for (unit, factor) in [("rpm", PI / 30.0), ("rev/s", 2.0 * PI), ("deg/s", PI / 180.0)] {
         let remedy = format!("multiply wheel columns by {factor:.6}");
         all.push(mistake(format!("wheel speeds in {unit}"), remedy, Change::Wheel(None, factor)));
+        for wheel in (0..wheels).filter(|_| wheels > 1) {
+            let number = wheel + 1;
+            let remedy = format!("multiply the column of wheel {number} by {factor:.6}");
+            let name = format!("speed of wheel {number} in {unit}");
+            all.push(mistake(name, remedy, Change::Wheel(Some(wheel), factor)));
+        }
     }
     for (unit, factor) in [("g m²", 1e-3), ("kg cm²", 1e-4), ("kg mm²", 1e-6), ("g cm²", 1e-7)]
     {
@@ -347,18 +356,27 @@ fn wheel_units(wheels: usize) -> Vec<Mistake> {
     all
 }
 
-fn shifts() -> Vec<Mistake> {
-    let shift = |rows: isize| {
+/// Columns of all wheels, and of each, that are late or early.
+fn shifts(wheels: usize) -> Vec<Mistake> {
+    let shift = |one: Option<usize>, rows: isize| {
         let (word, to) = if rows > 0 { ("late", "up") } else { ("early", "down") };
         let count = rows.unsigned_abs();
         let plural = if count == 1 { "row" } else { "rows" };
+        let (of, columns) = match one {
+            Some(wheel) => {
+                (format!("speed of wheel {}", wheel + 1), format!("column of wheel {}", wheel + 1))
+            }
+            None => ("wheel speeds".to_owned(), "wheel columns".to_owned()),
+        };
         mistake(
-            format!("wheel speeds {word} by {count} {plural}"),
-            format!("move the wheel columns {to} by {count} {plural}"),
-            Change::Shift(rows),
+            format!("{of} {word} by {count} {plural}"),
+            format!("move the {columns} {to} by {count} {plural}"),
+            Change::Shift(one, rows),
         )
     };
-    (-LARGEST_SHIFT..=LARGEST_SHIFT).filter(|rows| *rows != 0).map(shift).collect()
+    let each = (0..wheels).map(Some).filter(|_| wheels > 1);
+    let rows = || (-LARGEST_SHIFT..=LARGEST_SHIFT).filter(|rows| *rows != 0);
+    std::iter::once(None).chain(each).flat_map(|one| rows().map(move |n| shift(one, n))).collect()
 }
 
 fn torque(record: &Record) -> Vec<Mistake> {

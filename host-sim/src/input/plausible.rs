@@ -18,8 +18,10 @@ const LIMIT_ROUNDING: f64 = 1e-6;
 /// Largest full scale of ordinary gyros, rad/s: 4,000 deg/s.
 const MAX_RANGE_RAD_S: f64 = 70.0;
 
+/// Shortest median step of a log that is noted, s.
+const MAX_STEP_S: f64 = 30.0;
 /// Stretches of a log whose typical rates are compared.
-const STRETCHES: usize = 20;
+const STRETCHES: usize = 100;
 /// Largest ratio of two rates at one momentum: that of the moments, 10 for a slender body.
 const MAX_RATIO: f64 = 10.0;
 
@@ -49,7 +51,41 @@ pub fn log(rows: &[LogRow]) -> Vec<String> {
         speeds.get(speeds.len() * 9 / 10).copied().unwrap_or(0.0)
     };
     let note = |wheel: usize| wheel_speed(&format!("wheel {}", wheel + 1), largest(wheel));
-    (0..wheels).filter_map(note).chain(undriven(rows)).collect()
+    let of_wheels =
+        (0..wheels).filter_map(note).chain((0..wheels).filter_map(|w| standing(rows, w)));
+    of_wheels.chain(slow(rows)).chain(undriven(rows)).collect()
+}
+
+/// A wheel of one speed beside others that change.
+fn standing(rows: &[LogRow], wheel: usize) -> Option<String> {
+    let is_constant = |wheel: usize| {
+        let speed = |row: &LogRow| row.wheel_speed_rad_s.get(wheel).copied();
+        rows.windows(2).all(|pair| speed(&pair[0]) == speed(&pair[1]))
+    };
+    let first = rows.first().filter(|_| rows.len() > 2 * STRETCHES)?;
+    let has_others = (0..first.wheel_speed_rad_s.len()).any(|other| !is_constant(other));
+    (has_others && is_constant(wheel)).then(|| {
+        format!(
+            "wheel {} has the speed {} rad/s in all rows: right for a wheel that stands or is held; else its column or its \
+             tachometer is at fault",
+            wheel + 1,
+            short(first.wheel_speed_rad_s[wheel])
+        )
+    })
+}
+
+/// Rows further apart than those of house-keeping.
+fn slow(rows: &[LogRow]) -> Option<String> {
+    let mut steps: Vec<u64> =
+        rows.windows(2).map(|pair| pair[1].time_us.saturating_sub(pair[0].time_us)).collect();
+    steps.sort_unstable();
+    let step_s = *steps.get(steps.len() / 2)? as f64 * 1e-6;
+    (step_s >= MAX_STEP_S).then(|| {
+        format!(
+            "the median step is {} s; if the stamps are in ms, state time_unit = \"ms\" in [log] of the craft file",
+            short(step_s)
+        )
+    })
 }
 
 /// A rate that rises or falls many times, in a log without wheels and torque.
@@ -207,11 +243,16 @@ mod tests {
     }
 
     #[test]
-    fn motion_without_wheels_and_torque_is_noted() {
+    fn wheels_without_motion_and_motion_without_wheels_are_noted() {
         let scenario = Scenario::load("cubesat-pyramid").unwrap();
         let flight = Flight::simulate(&scenario).unwrap();
         let mut rows = crate::simulation::log_of(&scenario, &flight, 1);
         assert!(log(&rows).is_empty());
+        rows.iter_mut().for_each(|row| row.wheel_speed_rad_s[1] = 0.0);
+        assert!(log(&rows)[0].starts_with("wheel 2 has the speed 0 rad/s in all rows"));
+        rows.iter_mut().for_each(|row| row.time_us *= 1000);
+        assert!(log(&rows)[1].starts_with("the median step is 100 s"));
+        rows.iter_mut().for_each(|row| row.time_us /= 1000);
         rows.iter_mut().for_each(|row| row.wheel_speed_rad_s.clear());
         assert!(log(&rows)[0].contains("the log has no wheels and no torque"));
         rows.iter_mut().for_each(|row| row.rate_rad_s.x += 1.0);

@@ -3,6 +3,7 @@
 use super::history::HistoryRow;
 use super::json::{ReplayReport, RunReport, Status};
 use super::number::significant;
+use super::table::in_words;
 use crate::input::ELEMENT_NAMES;
 
 /// Body axes of each element.
@@ -122,6 +123,10 @@ fn doubts(report: &ReplayReport) -> String {
             format!(", best explained by {} ({share} % of it)", best.name)
         });
         doubts += ".";
+    }
+    for parameter in report.hardware.iter().filter(|p| p.left() < 1.0 && p.is_contradicted()) {
+        let value = in_words(parameter.value, &parameter.unit);
+        doubts += &format!(" The {}, {value}, is beyond five stated sigmas.", parameter.name);
     }
     if !report.physical {
         doubts += " No rigid body has this tensor.";

@@ -108,10 +108,13 @@ fn words(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let mut previous: Option<char> = None;
     for c in name.chars() {
+        // The newton of mN and uN is no word of its own.
+        let is_newton =
+            c == 'N' && words.last().is_some_and(|word| matches!(word.as_str(), "m" | "u"));
         let continues = previous.is_some_and(|p| {
             p.is_alphanumeric()
                 && p.is_ascii_digit() == c.is_ascii_digit()
-                && !(p.is_lowercase() && c.is_uppercase())
+                && (is_newton || !(p.is_lowercase() && c.is_uppercase()))
         });
         if c.is_alphanumeric() {
             match words.last_mut() {

@@ -29,6 +29,17 @@ pub struct HardwareResult {
     pub effect_kg_m2: [f64; 6],
 }
 
+/// Stated sigmas beyond which an estimate contradicts what was stated.
+const CONTRADICTED: f64 = 5.0;
+
+impl HardwareResult {
+    /// True for an estimate beyond five of its stated sigmas: the hardware is not as stated, or log and craft file have a
+    /// mistake that looks like this parameter.
+    pub fn is_contradicted(&self) -> bool {
+        self.value.abs() > CONTRADICTED * self.stated
+    }
+}
+
 impl From<&Finding<f64>> for HardwareResult {
     fn from(finding: &Finding<f64>) -> Self {
         Self {

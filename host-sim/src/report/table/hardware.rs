@@ -58,6 +58,7 @@ pub(super) fn solved(report: &ReplayReport) -> String {
     if solved.is_empty() {
         return String::new();
     }
+    let contradicted: String = solved.iter().map(|parameter| contradiction(parameter)).collect();
     for parameter in solved {
         let cell = |value: f64| in_words(value, &parameter.unit);
         table.row([
@@ -68,7 +69,16 @@ pub(super) fn solved(report: &ReplayReport) -> String {
             if parameter.assumed { "assumed" } else { "" }.to_owned(),
         ]);
     }
-    format!("\n{}", table.finish())
+    format!("\n{}{contradicted}", table.finish())
+}
+
+/// Line on a parameter that is not as stated; empty for one that is.
+fn contradiction(parameter: &HardwareResult) -> String {
+    if !parameter.is_contradicted() {
+        return String::new();
+    }
+    let HardwareResult { name, key, .. } = parameter;
+    format!("{name}: beyond five stated sigmas; correct log or craft file (diagnose), or {key}\n")
 }
 
 /// A value with its unit: a share in per cent, an angle in degrees.
@@ -120,5 +130,15 @@ time offset    0.012 s  0.00031 s  0.005 s  assumed
 "
         );
         assert_eq!(solved(&examples::replay()), "");
+    }
+
+    #[test]
+    fn parameter_beyond_its_stated_sigma_is_named() {
+        let mut report = examples::with_hardware();
+        let offset = report.hardware.iter_mut().find(|p| p.name == "time offset").unwrap();
+        offset.value = -0.27;
+        assert!(solved(&report).ends_with(
+            "time offset: beyond five stated sigmas; correct log or craft file (diagnose), or gyro.delay_sigma_s\n"
+        ));
     }
 }
