@@ -5,12 +5,14 @@
 use tests::diagnose::{Row, fly};
 
 /// Errors of the small version: one of each kind of cause.
-const SMALL: [&str; 8] = [
+const SMALL: [&str; 10] = [
     "gyro y flipped",
     "gyro x and z exchanged",
     "sign of one wheel",
     "two wheels exchanged",
     "wheels late by 2 rows",
+    "one wheel late by 5 rows",
+    "one wheel in rpm",
     "one wheel inertia in g m²",
     "gyro scale 0.5 to 1 %",
     "wheel axes 0.5° to 1°",

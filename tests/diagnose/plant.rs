@@ -210,6 +210,29 @@ fn wheel_mistakes() -> Vec<Planted> {
             name.replacen("wheels", "wheel speeds", 1)
         }));
     }
+    for (name, rows) in [
+        ("one wheel late by 1 row", 1),
+        ("one wheel late by 5 rows", 5),
+        ("one wheel early by 2 rows", -2),
+    ] {
+        all.push(error(name, true, move |log, craft, seed| {
+            let wheel = seed as usize % craft.wheels.len();
+            let kept: Vec<LogRow> = log.clone();
+            late(log, rows);
+            for (row, kept) in log.iter_mut().zip(kept) {
+                let speed = row.wheel_speed_rad_s[wheel];
+                row.wheel_speed_rad_s = kept.wheel_speed_rad_s;
+                row.wheel_speed_rad_s[wheel] = speed;
+            }
+            let (_, by) = name.split_once("wheel ").unwrap_or_default();
+            format!("speed of wheel {} {by}", wheel + 1)
+        }));
+    }
+    all.push(error("one wheel in rpm", true, |log, craft, seed| {
+        let wheel = seed as usize % craft.wheels.len();
+        log.iter_mut().for_each(|row| row.wheel_speed_rad_s[wheel] *= 30.0 / std::f64::consts::PI);
+        format!("speed of wheel {} in rpm", wheel + 1)
+    }));
     for (name, rows) in [("wheels held for 2 rows", 2), ("wheels held for 5 rows", 5)] {
         all.push(error(name, true, move |log, _, _| {
             for row in 0..log.len() {
