@@ -17,7 +17,7 @@
 //!
 //! Samples without a rate still have their drive. They become blocks of their own, of weight zero: these carry
 //! the momentum across the hole as any others do, and no reading of theirs is compared with it. Their rate is a straight
-//! line between the blocks beside the hole, for the linear start alone.
+//! line between the blocks beside the hole once a linear start needs it, and that before the hole until then.
 
 use crate::dynamics::wheels::Momenta;
 use crate::math::{Mat, Vec3, scalar::Real};

@@ -71,9 +71,6 @@ const NEWEST_GROUPS: usize = 3;
 /// Weight of a pair at most, in usual blocks: with rounding.
 const MOST_WEIGHT: f64 = 1.01;
 
-/// Blocks of a hole that get another rate, at most: the cost of a step is bounded.
-const MOST_FILLED: usize = 128;
-
 /// No storage is larger.
 const MOST_BLOCKS: usize = 1 << 16;
 
@@ -215,12 +212,8 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         Some(Span { block, wheels_at_start, samples, before: None, after: None })
     }
 
-    /// Appends a block of samples that come every `period_s`. Without a free place it joins the last one, so that no
-    /// time is missing.
-    pub fn push(&mut self, block: &Block<T, W>, period_s: T) {
-        if !block.is_hole() {
-            self.fill_hole(&block.rate_rad_s, period_s);
-        }
+    /// Appends a block. Without a free place it joins the last one, so that no time is missing.
+    pub fn push(&mut self, block: &Block<T, W>) {
         if self.blocks.push(*block).is_err()
             && let Some(last) = self.blocks.last_mut()
         {
@@ -228,20 +221,33 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         }
     }
 
-    /// Gives the blocks of a hole at the end the rates of a straight line between the block before it and this rate, rad/s.
-    /// The turning of g in the impulse of a block is that by its rate ([`Span`]).
+    /// Gives the blocks of each hole the rates of a straight line between the blocks beside it, for samples that come
+    /// every `period_s`: for a linear start over the blocks from `from` to `end`.
     #[inline(never)]
-    fn fill_hole(&mut self, after_rad_s: &Vec3<T>, period_s: T) {
-        let newest = self.blocks.iter().rev().take(MOST_FILLED);
-        let holes = newest.take_while(|block| block.is_hole());
-        let (count, length_s) =
-            holes.fold((0, T::zero()), |(n, s), hole| (n + 1, s + hole.duration_s));
-        let first = self.blocks.len().saturating_sub(count);
+    pub fn fill_holes(&mut self, from: usize, end: usize, period_s: T) {
+        let mut first = from;
+        for index in from..end.min(self.len()) {
+            let block = self.blocks.get(index);
+            let Some(after) = block.filter(|block| !block.is_hole()) else { continue };
+            let (after_rad_s, is_hole) = (after.rate_rad_s, first < index);
+            if is_hole && first > from {
+                self.fill_hole(first, index, &after_rad_s, period_s);
+            }
+            first = index + 1;
+        }
+    }
+
+    /// Fills the hole of these blocks, up to a rate after it, rad/s. The turning of g in the impulse of a block is
+    /// that by its rate ([`Span`]).
+    #[inline(never)]
+    fn fill_hole(&mut self, first: usize, end: usize, after_rad_s: &Vec3<T>, period_s: T) {
+        let holes = self.blocks.get(first..end).unwrap_or(&[]);
+        let length_s = holes.iter().fold(T::zero(), |sum, hole| sum + hole.duration_s);
         let before = first.checked_sub(1).and_then(|i| self.blocks.get(i));
         let before_rad_s = before.map_or(*after_rad_s, |before| before.rate_rad_s);
         let change = after_rad_s - before_rad_s;
         let mut since_s = T::zero();
-        for hole in self.blocks.iter_mut().skip(first) {
+        for hole in self.blocks.get_mut(first..end).unwrap_or(&mut []) {
             let middle_s = since_s + hole.duration_s * T::lit(0.5);
             let rate_rad_s = before_rad_s + change * (middle_s / length_s);
             let samples = (hole.duration_s / period_s).max(T::one());
@@ -708,8 +714,9 @@ mod tests {
         };
         let mut storage = Storage::<f64, 1, 64>::new();
         for (weight, rate) in [(10.0, 0.1), (0.0, 0.1), (0.0, 0.1), (0.0, 0.1), (10.0, 0.7)] {
-            storage.push(&block(weight, rate), 0.1);
+            storage.push(&block(weight, rate));
         }
+        storage.fill_holes(0, 5, 0.1);
         let rates = storage.blocks.iter().map(|b| b.rate_rad_s.x);
         for (rate, expected) in rates.zip([0.1, 0.2, 0.4, 0.6, 0.7]) {
             assert!((rate - expected).abs() < 1e-12, "{rate} {expected}");

@@ -550,7 +550,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     #[inline(never)]
     fn add_block(&mut self, block: &Block<T, W>) {
         self.open.note(block);
-        self.blocks.push(block, self.period_s);
+        self.blocks.push(block);
         self.schedule.blocks = self.schedule.blocks.saturating_add(1);
     }
 
