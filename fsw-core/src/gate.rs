@@ -51,9 +51,9 @@ pub struct Config<T: Real> {
     /// Range of the gyro, rad/s: a rate of this magnitude or more on any axis is saturated. Default
     /// 100, above the range of gyros for small satellites. Must be positive.
     pub range_rad_s: T,
-    /// Longest interval across which the rate is predicted, µs. Default 1 s, for samples at 4 Hz or less. The torque is
-    /// a straight line within it ([`interval`](crate::dynamics::interval)), which errs by 31 % of a sine of 0.25 Hz over
-    /// 1 s, and by 5 % over 0.4 s: for faster samples, 0.4 s is better.
+    /// Longest interval between two samples of known drive across which the rate is predicted, µs. Default 1 s. The torque
+    /// is a straight line within it ([`interval`](crate::dynamics::interval)), which errs by 31 % of a sine of 0.25 Hz over
+    /// 1 s, and by 5 % over 0.4 s.
     pub max_gap_us: u64,
     /// Number of equal successive readings (all three axes, to the last bit) that identifies a
     /// stuck sensor; 0 disables the check. Default 10: one false rejection in 10⁸ samples with

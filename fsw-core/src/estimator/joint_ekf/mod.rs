@@ -39,10 +39,12 @@
 //! |---|---|---|
 //! | first sample | the prior's, or alignment | [`Reset::FirstSample`] |
 //! | alignment complete | the alignment's | [`Reset::Aligned`] |
-//! | gap longer than `gate.max_gap_us` | rate of the sample; inertia unchanged | [`Reset::Gap`], [`Reset::Clock`] |
+//! | gap longer than `gate.max_gap_us`, or hole in the rate beyond the limits of [`gate`](crate::gate) | rate of the sample; inertia unchanged | [`Reset::Gap`], [`Reset::Clock`] |
 //! | lock-out: spikes in a row, a persistent shift | alignment without a prior; the estimate from before is doubted | [`Reset::Lockout`] |
 //! | later data contradict what is doubted | that of the later data | [`Reset::Changed`] |
 //! | a number not finite, `J` singular | the prior's, or alignment | [`Reset::Diverged`] |
+//!
+//! A sample whose rate alone is rejected is predicted to while the filter tracks: wheels and torque are known.
 //!
 //! # Doubt
 //!

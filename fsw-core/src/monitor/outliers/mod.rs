@@ -23,6 +23,9 @@
 //! | on one side only | its lines: the nearest, a further one | 6, 4; all must disown |
 //! | fewer | none | accepted |
 //!
+//! A sample without a reading is no neighbour, and waits in its place. A reading is judged once two readings follow it, or
+//! where all places are in use; neighbours on the left before a long hole are discarded.
+//!
 //! * **Left** neighbours are accepted readings, **right** ones the readings that follow, without
 //!   frames of three equal values far from the last accepted reading: 0, −1 count and full scale
 //!   are what a bus without an answer returns. Such frames are refused themselves.
