@@ -13,6 +13,16 @@
 //! A gap in time is not a rejection: the sample is usable, but the rate cannot be predicted to it
 //! ([`Verdict::Gap`]).
 //!
+//! # Hole in the rate
+//!
+//! A sample whose rate alone is rejected still has the drive of its instant: wheel speeds and torque. An estimator that
+//! integrates the drive takes it ([`Gate::bridge`]), and its time stamp becomes the reference for the next interval. The
+//! motion across the hole then follows from the drive exactly, by the same model as between two readings: its
+//! error does not grow with the length. A start without an estimate takes the attitude across the hole from a straight
+//! line between the rates at its ends. The hole ends as a gap where the larger of both has turned the body by more than
+//! 1 rad, a third of the half turn at which two attitudes would become ambiguous, or after 30 s, as long as the rest
+//! that ends a window. Holes up to `max_gap_us` are bridged at all rates.
+//!
 //! # Change of the clock
 //!
 //! One time stamp far ahead, or a clock that is set back, leaves all later samples out of order.
@@ -24,7 +34,7 @@
 //! later, against the prediction ([`monitor::spikes`](crate::monitor::spikes)).
 
 use crate::error::ConfigError;
-use crate::math::{Vec3, range::positive, scalar::Real};
+use crate::math::{Vec3, norm, range::positive, scalar::Real};
 use crate::sample::Sample;
 
 /// Limits of a usable sample.
@@ -41,9 +51,9 @@ pub struct Config<T: Real> {
     /// Range of the gyro, rad/s: a rate of this magnitude or more on any axis is saturated. Default
     /// 100, above the range of gyros for small satellites. Must be positive.
     pub range_rad_s: T,
-    /// Longest interval across which the rate is predicted, µs. Default 1 s, for samples at 4 Hz or less. The torque is
-    /// a straight line within it ([`interval`](crate::dynamics::interval)), which errs by 31 % of a sine of 0.25 Hz over
-    /// 1 s, and by 5 % over 0.4 s: for faster samples, 0.4 s is better.
+    /// Longest interval between two samples of known drive across which the rate is predicted, µs. Default 1 s. The torque
+    /// is a straight line within it ([`interval`](crate::dynamics::interval)), which errs by 31 % of a sine of 0.25 Hz over
+    /// 1 s, and by 5 % over 0.4 s.
     pub max_gap_us: u64,
     /// Number of equal successive readings (all three axes, to the last bit) that identifies a
     /// stuck sensor; 0 disables the check. Default 10: one false rejection in 10⁸ samples with
@@ -105,6 +115,10 @@ crate::persist!([] enum Gap { 0 => Interval, 1 => Clock });
 /// 0.8 s at 10 Hz.
 const RESYNCHRONISED_AFTER: u8 = 8;
 
+/// Longest hole in the rate, µs, and largest angle that the body turns in it, rad, where it is longer than `max_gap_us`.
+const MOST_HOLE_US: u64 = 30_000_000;
+const MOST_HOLE_TURN_RAD: f64 = 1.0;
+
 /// Reason for the rejection of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -152,8 +166,11 @@ impl Rejection {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gate<T: Real> {
     config: Config<T>,
-    /// Time stamp of the last usable sample, µs.
+    /// Time stamp of the last sample that was usable or bridged, µs.
     last_time_us: Option<u64>,
+    /// Time stamp of the last usable sample, µs, and its speed of rotation, rad/s.
+    last_rate_us: u64,
+    last_speed_rad_s: T,
     /// Last reading that was checked for a repetition, rad/s.
     last_rate_rad_s: Vec3<T>,
     /// Number of times that it has been repeated.
@@ -166,7 +183,7 @@ pub struct Gate<T: Real> {
 }
 
 crate::persist!([T: Real] Gate<T> {
-    last_time_us, last_rate_rad_s, repeats, late, late_time_us, cause_of_gap; unchanged config
+    last_time_us, last_rate_us, last_speed_rad_s, last_rate_rad_s, repeats, late, late_time_us, cause_of_gap; unchanged config
 });
 
 impl<T: Real> Gate<T> {
@@ -175,6 +192,8 @@ impl<T: Real> Gate<T> {
         Self {
             config,
             last_time_us: None,
+            last_rate_us: 0,
+            last_speed_rad_s: T::zero(),
             last_rate_rad_s: Vec3::zeros(),
             repeats: 0,
             late: 0,
@@ -204,15 +223,61 @@ impl<T: Real> Gate<T> {
             return Verdict::Rejected(Rejection::Stuck);
         }
         self.late = 0;
+        let speed_rad_s = norm(&sample.rate_rad_s);
+        let last_speed_rad_s = core::mem::replace(&mut self.last_speed_rad_s, speed_rad_s);
+        let last_rate_us = core::mem::replace(&mut self.last_rate_us, sample.time_us);
         let Some(last) = self.last_time_us.replace(sample.time_us) else {
             return Verdict::First;
         };
         let elapsed_us = sample.time_us.wrapping_sub(last);
-        if !is_late && elapsed_us <= self.config.max_gap_us {
+        let hole_us = sample.time_us.wrapping_sub(last_rate_us);
+        let is_bridged = self.is_short(hole_us, last_speed_rad_s.max(speed_rad_s));
+        if !is_late && elapsed_us <= self.config.max_gap_us && is_bridged {
             return Verdict::After { elapsed_us };
         }
         self.cause_of_gap = if is_late { Gap::Clock } else { Gap::Interval };
         Verdict::Gap
+    }
+
+    /// Time since the last sample that was usable or bridged, µs, for a sample that [`check`](Self::check) has just
+    /// rejected for its rate alone. None where its drive is not usable either: not finite, out of order, after a gap, or
+    /// after a hole in the rate that is too long.
+    ///
+    /// ```
+    /// use fsw_core::gate::{Config, Gate, Rejection, Verdict};
+    /// use fsw_core::{Sample, Vec3};
+    ///
+    /// let sample = |time_us, x: f32| Sample {
+    ///     time_us,
+    ///     rate_rad_s: Vec3::new(x, 0.0, 0.0),
+    ///     wheel_speed_rad_s: [50.0],
+    ///     torque_n_m: Vec3::zeros(),
+    ///     attitude: None,
+    /// };
+    /// let mut gate = Gate::new(Config::default());
+    /// gate.check(&sample(0, 0.1));
+    /// let bad = sample(100, f32::NAN);
+    /// assert_eq!(gate.check(&bad), Verdict::Rejected(Rejection::NotFinite));
+    /// assert_eq!(gate.bridge(&bad), Some(100));
+    /// assert_eq!(gate.check(&sample(200, 0.1)), Verdict::After { elapsed_us: 100 });
+    /// ```
+    pub fn bridge<const W: usize>(&mut self, sample: &Sample<T, W>) -> Option<u64> {
+        let elapsed_us = sample.time_us.checked_sub(self.last_time_us?)?;
+        let hole_us = sample.time_us.wrapping_sub(self.last_rate_us);
+        let is_in_order = elapsed_us > 0 && elapsed_us <= self.config.max_gap_us;
+        let is_usable = is_in_order && sample.is_drive_finite();
+        if !is_usable || !self.is_short(hole_us, self.last_speed_rad_s) {
+            return None;
+        }
+        self.late = 0;
+        self.last_time_us = Some(sample.time_us);
+        Some(elapsed_us)
+    }
+
+    /// True for a hole in the rate that is bridged by the drive, at this speed of rotation, rad/s.
+    fn is_short(&self, hole_us: u64, speed_rad_s: T) -> bool {
+        let turns_little = || speed_rad_s * T::seconds(hole_us) <= T::lit(MOST_HOLE_TURN_RAD);
+        hole_us <= self.config.max_gap_us || hole_us <= MOST_HOLE_US && turns_little()
     }
 
     /// Counts a sample that is not later than the last usable one; true once a run of them shows a
@@ -414,6 +479,44 @@ mod tests {
         gate.check(&sample(0, 0.1));
         assert_eq!(gate.check(&sample(100, f32::NAN)), Verdict::Rejected(Rejection::NotFinite));
         assert_eq!(gate.check(&sample(200, 0.2)), Verdict::After { elapsed_us: 200 });
+    }
+
+    /// Verdict after a hole in the rate, with a drive every 0.1 s, between readings of this rate, rad/s.
+    fn after_hole(length_us: u64, x: f32) -> Verdict {
+        let mut gate = Gate::new(Config::default());
+        gate.check(&sample(0, x));
+        for time_us in (100_000..length_us).step_by(100_000) {
+            let bad = sample(time_us, f32::NAN);
+            assert_eq!(gate.check(&bad), Verdict::Rejected(Rejection::NotFinite));
+            gate.bridge(&bad);
+        }
+        gate.check(&sample(length_us, 0.99 * x))
+    }
+
+    /// Limits of a hole: a turn of 1 rad and 30 s; at any rate the longest gap.
+    #[test]
+    fn a_hole_in_the_rate_ends_by_its_turn() {
+        let bridged = Verdict::After { elapsed_us: 100_000 };
+        assert_eq!(after_hole(9_000_000, 0.1), bridged);
+        assert_eq!(after_hole(11_000_000, 0.1), Verdict::Gap);
+        assert_eq!(after_hole(1_000_000, 10.0), bridged);
+        assert_eq!(after_hole(30_000_000, 0.01), bridged);
+        assert_eq!(after_hole(30_100_000, 0.01), Verdict::Gap);
+    }
+
+    /// No drive, a late sample, one beyond a gap, and the time before the first sample.
+    #[test]
+    fn a_sample_without_a_drive_is_not_bridged() {
+        let mut gate = Gate::new(Config::default());
+        assert_eq!(gate.bridge(&sample(0, f32::NAN)), None);
+        gate.check(&sample(100_000, 0.1));
+        for time_us in [50_000, 100_000, 1_200_000] {
+            assert_eq!(gate.bridge(&sample(time_us, f32::NAN)), None, "{time_us}");
+        }
+        let mut broken = sample(200_000, f32::NAN);
+        broken.wheel_speed_rad_s[0] = f32::NAN;
+        assert_eq!(gate.bridge(&broken), None);
+        assert_eq!(gate.bridge(&sample(200_000, f32::NAN)), Some(100_000));
     }
 
     /// One invalid value among rate, wheel speed and torque rejects the sample.

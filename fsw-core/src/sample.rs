@@ -68,8 +68,12 @@ impl<T: Real, const W: usize> Sample<T, W> {
     /// True where rate, wheel speeds and torque are finite. The attitude is not included: the
     /// estimator that uses it checks it.
     pub fn is_finite(&self) -> bool {
-        self.rate_rad_s.iter().all(|x| x.is_finite())
-            && self.wheel_speed_rad_s.iter().all(|x| x.is_finite())
+        self.rate_rad_s.iter().all(|x| x.is_finite()) && self.is_drive_finite()
+    }
+
+    /// True where wheel speeds and torque are finite.
+    pub fn is_drive_finite(&self) -> bool {
+        self.wheel_speed_rad_s.iter().all(|x| x.is_finite())
             && self.torque_n_m.iter().all(|x| x.is_finite())
     }
 

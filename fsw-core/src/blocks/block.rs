@@ -12,6 +12,12 @@
 //! the block g has turned with the body, which adds `−∫ ω × g dt ≈ −ω̄ × ∫ g dt` to the impulse.
 //!
 //! Wheel momentum within a block is a parabola through its values at both ends with the right mean.
+//!
+//! # Hole in the rate
+//!
+//! Samples without a rate still have their drive. They become blocks of their own, of weight zero: these carry
+//! the momentum across the hole as any others do, and no reading of theirs is compared with it. Their rate is a straight
+//! line between the blocks beside the hole once a linear start needs it, and that before the hole until then.
 
 use crate::dynamics::wheels::Momenta;
 use crate::math::{Mat, Vec3, scalar::Real};
@@ -64,6 +70,11 @@ impl<T: Real, const W: usize> Block<T, W> {
         axes * self.wheels_n_m_s - self.beyond_ramp_n_m_s
     }
 
+    /// True for a block without a reading of the rate.
+    pub fn is_hole(&self) -> bool {
+        self.weight == T::zero()
+    }
+
     /// Square of the angle `|z̄| Δ`, rad².
     pub fn turn_square(&self) -> T {
         let turn = self.rate_rad_s * self.duration_s;
@@ -73,13 +84,18 @@ impl<T: Real, const W: usize> Block<T, W> {
     /// This block and the next one as one.
     ///
     /// Each block's ramp gives way to the common one, and the difference goes into ḡ. Means are by duration:
-    /// that of the middle stays where samples come unevenly.
+    /// that of the middle stays where samples come unevenly. Of a hole and another block, the rate is that of the other.
     #[inline(never)]
     pub fn merge(&self, next: &Self) -> Self {
         let half = T::lit(0.5);
         let duration_s = self.duration_s + next.duration_s;
         let share = self.duration_s / duration_s;
         let rest = T::one() - share;
+        let of_rate = match (self.is_hole(), next.is_hole()) {
+            (true, false) => T::zero(),
+            (false, true) => T::one(),
+            _ => share,
+        };
         let impulse = self.impulse_n_m_s + next.impulse_n_m_s;
         // Means of the common ramp over the two halves, and of each half's own.
         let (t_a, t_b) = (self.duration_s * half, self.duration_s + next.duration_s * half);
@@ -89,7 +105,7 @@ impl<T: Real, const W: usize> Block<T, W> {
         Self {
             weight: self.weight + next.weight,
             duration_s,
-            rate_rad_s: self.rate_rad_s * share + next.rate_rad_s * rest,
+            rate_rad_s: self.rate_rad_s * of_rate + next.rate_rad_s * (T::one() - of_rate),
             wheels_n_m_s: self.wheels_n_m_s * share + next.wheels_n_m_s * rest,
             wheels_end_n_m_s: next.wheels_end_n_m_s,
             impulse_n_m_s: impulse
@@ -104,8 +120,10 @@ impl<T: Real, const W: usize> Block<T, W> {
 /// One sample as the averager takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading<T: Real, const W: usize> {
-    /// Samples: 1, or [`REFUSED_WEIGHT`] of one that was refused.
+    /// Samples: 1, [`REFUSED_WEIGHT`] of one that was refused and bridged, or zero in a hole.
     pub weight: T,
+    /// False in a hole: its rate is not known, and it shares no block with one whose rate is.
+    pub is_known: bool,
     /// Gyro, rad/s.
     pub rate_rad_s: Vec3<T>,
     /// Momentum of each wheel about its own axis, N m s.
@@ -114,7 +132,7 @@ pub struct Reading<T: Real, const W: usize> {
     pub torque_n_m: Vec3<T>,
 }
 
-crate::persist!([T: Real, const W: usize] Reading<T, W> { weight, rate_rad_s, wheel_momentum_n_m_s, torque_n_m });
+crate::persist!([T: Real, const W: usize] Reading<T, W> { weight, is_known, rate_rad_s, wheel_momentum_n_m_s, torque_n_m });
 
 /// End of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -240,7 +258,8 @@ impl<T: Real, const W: usize> Averager<T, W> {
         let wheels_end = self.wheels_half_way(&last, elapsed_s);
         self.wheels_before_last = last.wheel_momentum_n_m_s;
         self.elapsed_before_s = elapsed_s;
-        if self.samples < limits.samples && !has_turned {
+        let has_changed = reading.is_known != last.is_known;
+        if self.samples < limits.samples && !has_turned && !has_changed {
             return None;
         }
         let block = self.block_to(wheels_end);
@@ -351,7 +370,10 @@ impl<T: Real, const W: usize> Averager<T, W> {
         // means there, along the chord from the reading before the block to the one after it.
         let span_s = self.since_before_s.max(self.duration_s);
         let aside = (mean_time_s - self.duration_s * T::lit(0.5)) / span_s;
-        let rate_slope = self.newest.rate_rad_s - self.before.rate_rad_s;
+        let mut rate_slope = self.newest.rate_rad_s - self.before.rate_rad_s;
+        if !(self.newest.is_known && self.before.is_known) {
+            rate_slope = Vec3::zeros();
+        }
         let wheel_slope = self.newest.wheel_momentum_n_m_s - self.before.wheel_momentum_n_m_s;
         let rate_rad_s = self.sum_rate * one_over - rate_slope * aside;
         let ramp_integral = self.impulse_n_m_s * (self.duration_s * T::lit(0.5));
@@ -384,6 +406,7 @@ mod tests {
     fn reading(rate: f64, wheel: f64, torque: f64) -> Reading<f64, 3> {
         Reading {
             weight: 1.0,
+            is_known: true,
             rate_rad_s: Vec3::new(rate, 0.0, 0.0),
             wheel_momentum_n_m_s: Vec3::new(wheel, 0.0, 0.0),
             torque_n_m: Vec3::new(torque, 0.0, 0.0),

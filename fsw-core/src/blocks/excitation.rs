@@ -115,6 +115,11 @@ impl<T: Real> Excitation<T> {
         noise_rad_s: T,
         inertia_kg_m2: T,
     ) {
+        if block.is_hole() {
+            // Neither motion nor rest.
+            self.impulse_n_m_s += block.impulse_n_m_s;
+            return;
+        }
         self.sum.add(block, axes);
         if self.sum.blocks < STRETCH_BLOCKS {
             return;

@@ -116,10 +116,15 @@ impl<T: Real, const N: usize> Course<T, N> {
     }
 }
 
+/// Mean over time of a parabola `s (1 − s)` over that of N samples, `1 / (1 + 1 / 2 N²)`.
+pub(super) fn of_samples<T: Real>(samples: T) -> T {
+    T::one() / (T::one() + T::lit(0.5) / (samples * samples))
+}
+
 impl<T: Real, const W: usize> Span<T, W> {
     /// Mean over time of a parabola `s (1 − s)` over that of its samples, `1 / (1 + 1 / 2 N²)`.
     pub fn of_samples(&self) -> T {
-        T::one() / (T::one() + T::lit(0.5) / (self.samples * self.samples))
+        of_samples(self.samples)
     }
 
     /// Mean impulse beyond a ramp over time, and the impulse, without the turning of the former.

@@ -34,7 +34,7 @@
 //! A sweep goes on by one group a slice, while further blocks are appended.
 
 use super::block::Block;
-use super::span::Span;
+use super::span::{Span, of_samples};
 use super::stretch::{Stretch, largest};
 use crate::dynamics::wheels::Momenta;
 use crate::math::{Mat, Vec3, largest_component, scalar::Real};
@@ -218,6 +218,43 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
             && let Some(last) = self.blocks.last_mut()
         {
             *last = last.merge(block);
+        }
+    }
+
+    /// Gives the blocks of each hole the rates of a straight line between the blocks beside it, for samples that come
+    /// every `period_s`: for a linear start over the blocks from `from` to `end`.
+    #[inline(never)]
+    pub fn fill_holes(&mut self, from: usize, end: usize, period_s: T) {
+        let mut first = from;
+        for index in from..end.min(self.len()) {
+            let block = self.blocks.get(index);
+            let Some(after) = block.filter(|block| !block.is_hole()) else { continue };
+            let (after_rad_s, is_hole) = (after.rate_rad_s, first < index);
+            if is_hole && first > from {
+                self.fill_hole(first, index, &after_rad_s, period_s);
+            }
+            first = index + 1;
+        }
+    }
+
+    /// Fills the hole of these blocks, up to a rate after it, rad/s. The turning of g in the impulse of a block is
+    /// that by its rate ([`Span`]).
+    #[inline(never)]
+    fn fill_hole(&mut self, first: usize, end: usize, after_rad_s: &Vec3<T>, period_s: T) {
+        let holes = self.blocks.get(first..end).unwrap_or(&[]);
+        let length_s = holes.iter().fold(T::zero(), |sum, hole| sum + hole.duration_s);
+        let before = first.checked_sub(1).and_then(|i| self.blocks.get(i));
+        let before_rad_s = before.map_or(*after_rad_s, |before| before.rate_rad_s);
+        let change = after_rad_s - before_rad_s;
+        let mut since_s = T::zero();
+        for hole in self.blocks.get_mut(first..end).unwrap_or(&mut []) {
+            let middle_s = since_s + hole.duration_s * T::lit(0.5);
+            let rate_rad_s = before_rad_s + change * (middle_s / length_s);
+            let samples = (hole.duration_s / period_s).max(T::one());
+            let of_ramp = hole.beyond_ramp_n_m_s * (hole.duration_s * of_samples(samples));
+            hole.impulse_n_m_s += (hole.rate_rad_s - rate_rad_s).cross(&of_ramp);
+            hole.rate_rad_s = rate_rad_s;
+            since_s += hole.duration_s;
         }
     }
 
@@ -433,7 +470,10 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
                 && let Some(next) = self.blocks.get(index)
             {
                 let both = block.merge(next);
-                if both.weight > most || !limits.permit(&block, &both, &wheels, axes) {
+                let is_mixed = block.is_hole() != next.is_hole();
+                let is_long = both.is_hole() && both.duration_s > most * limits.period_s;
+                let is_apart = is_mixed || is_long || both.weight > most;
+                if is_apart || !limits.permit(&block, &both, &wheels, axes) {
                     break;
                 }
                 block = both;
@@ -455,6 +495,8 @@ pub struct PairLimits<T: Real> {
     pub noise_n_m_s: T,
     /// Angular frequency of a nutation at most, rad/s.
     pub nutation_rad_s: T,
+    /// Mean interval between samples, s: a pair of holes is no longer than one of other blocks.
+    pub period_s: T,
 }
 
 impl<T: Real> PairLimits<T> {
@@ -500,8 +542,10 @@ impl<T: Real> PairLimits<T> {
         let mut longest_s = T::zero();
         for block in group {
             let mean_impulse = impulse + block.impulse_n_m_s * T::lit(0.5);
-            rate.add(&block.rate_rad_s, block.weight, most);
-            drive.add(&(mean_impulse - block.drive_n_m_s(axes)), block.weight, most);
+            if !block.is_hole() {
+                rate.add(&block.rate_rad_s, block.weight, most);
+                drive.add(&(mean_impulse - block.drive_n_m_s(axes)), block.weight, most);
+            }
             impulse += block.impulse_n_m_s;
             longest_s = longest_s.max(block.duration_s);
         }
@@ -518,7 +562,7 @@ impl<T: Real> PairLimits<T> {
         for pair in group.chunks_exact(2) {
             let [a, b] = pair else { continue };
             let both = a.merge(b);
-            if both.weight > most {
+            if both.weight > most || a.is_hole() != b.is_hole() {
                 continue;
             }
             let x = a.duration_s / both.duration_s;
@@ -625,7 +669,7 @@ mod tests {
     use super::*;
 
     const LIMITS: PairLimits<f64> =
-        PairLimits { turn_rad: 0.6, noise_n_m_s: 3e-4, nutation_rad_s: 0.0 };
+        PairLimits { turn_rad: 0.6, noise_n_m_s: 3e-4, nutation_rad_s: 0.0, period_s: 0.1 };
     const NOISE_RAD_S: f64 = 1e-4;
     /// Amplitudes of rate, rad/s, and of wheel momentum, N m s: a body of 1 kg m².
     const SWING: f64 = 0.01;
@@ -657,6 +701,47 @@ mod tests {
             NOISE_RAD_S,
             &Mat::<f64, 3, 1>::new(1.0, 0.0, 0.0),
         )
+    }
+
+    /// Between blocks of 0.1 and 0.5 rad/s: a straight line over the three seconds of the hole.
+    #[test]
+    fn a_hole_has_the_rates_of_a_straight_line() {
+        let block = |weight: f64, rate: f64| Block::<f64, 1> {
+            weight,
+            duration_s: 1.0,
+            rate_rad_s: Vec3::new(rate, 0.0, 0.0),
+            ..Block::empty()
+        };
+        let mut storage = Storage::<f64, 1, 64>::new();
+        for (weight, rate) in [(10.0, 0.1), (0.0, 0.1), (0.0, 0.1), (0.0, 0.1), (10.0, 0.7)] {
+            storage.push(&block(weight, rate));
+        }
+        storage.fill_holes(0, 5, 0.1);
+        let rates = storage.blocks.iter().map(|b| b.rate_rad_s.x);
+        for (rate, expected) in rates.zip([0.1, 0.2, 0.4, 0.6, 0.7]) {
+            assert!((rate - expected).abs() < 1e-12, "{rate} {expected}");
+        }
+    }
+
+    /// The rate of a merger is that of the block with readings; pairs of a sweep are alike.
+    #[test]
+    fn a_hole_has_no_influence_on_a_mean_rate() {
+        let blocks = group(0.0, 0.0, 0.0);
+        let hole = Block { weight: 0.0, rate_rad_s: Vec3::repeat(0.12), ..blocks[0] };
+        let read = Block { rate_rad_s: Vec3::repeat(0.1), ..blocks[0] };
+        for both in [hole.merge(&read), read.merge(&hole)] {
+            assert_eq!(
+                (both.rate_rad_s, both.weight, both.duration_s),
+                (read.rate_rad_s, 10.0, 2.0)
+            );
+        }
+        let mut storage = Storage::<f64, 1, 64>::new();
+        storage.usual = 20.0;
+        storage.blocks.extend([read, read, hole, hole, read, read]);
+        let (start, axes) = (Stretch::new(Momenta::<f64, 1>::zeros()), Mat::<f64, 3, 1>::zeros());
+        let len = storage.sweep_pairs(0, 6, 0, &start, &LIMITS, &axes);
+        let weights: std::vec::Vec<f64> = storage.blocks.iter().map(|b| b.weight).collect();
+        assert_eq!(weights[..len], [20.0, 0.0, 20.0]);
     }
 
     /// `sin²(w/2)` for blocks of a second: 0.05 at a period of 14 s.

@@ -129,6 +129,23 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         }
     }
 
+    /// The bias walks over the length of a block, s.
+    #[inline(always)]
+    fn advance_bias(&mut self, duration_s: T) {
+        if groups_of(U) > 0
+            && let Some(variance) = self.drift.advance(duration_s)
+        {
+            self.walk_bias(variance);
+        }
+    }
+
+    /// Passes a block without a reading, of this length, s.
+    #[inline(never)]
+    fn pass_hole(&mut self, duration_s: T) {
+        self.advance_bias(duration_s);
+        self.next += 1;
+    }
+
     /// Seeds the factor with next to no information, at the point itself.
     ///
     /// Without it the first rows, which are those of a body at rest, would find pivots that consist of
@@ -224,17 +241,17 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             let rest = self.trajectory.turn_of(&crossing) - half_turn;
             self.trajectory.turn_axes(&rest);
         }
+        if span.block.is_hole() {
+            self.pass_hole(span.block.duration_s);
+            return;
+        }
         let mean_rate_rad_s = self.trajectory.mean_rate_rad_s(&crossing);
         let apart = span.block.rate_rad_s - mean_rate_rad_s;
         let rows: [[T; U]; 3] =
             core::array::from_fn(|axis| self.trajectory.mean_sensitivity(&crossing, axis));
         let judged = self.at_solution(&rows, &apart);
         let n = span.block.weight;
-        if groups_of(U) > 0
-            && let Some(variance) = self.drift.advance(span.block.duration_s)
-        {
-            self.walk_bias(variance);
-        }
+        self.advance_bias(span.block.duration_s);
         let (judged, of_innovation) = self.drift.innovation(&judged, n);
         let square = if is_torque_walking {
             self.square_by_factor(&rows, &apart, n)

@@ -137,7 +137,9 @@ impl<T: Real> LinearStart<T> {
         let impulse = self.impulse + rotated(&quarter, &block.impulse_n_m_s) * half;
         let by_torque = self.by_torque + middle * (block.duration_s * half);
         let drive = block.drive_n_m_s(axes) - rotated(&middle.transpose(), &impulse);
-        self.add_rows(&middle, &block.rate_rad_s, &drive, &by_torque, block.weight);
+        if !block.is_hole() {
+            self.add_rows(&middle, &block.rate_rad_s, &drive, &by_torque, block.weight);
+        }
         self.impulse += rotated(&middle, &block.impulse_n_m_s);
         self.by_torque += middle * block.duration_s;
         self.rotation = times(&middle, &half_way);

@@ -36,7 +36,7 @@ pub enum Tick<G, S> {
         /// Outcome of the step.
         outcome: Outcome,
     },
-    /// Gyro read error; the sample was skipped.
+    /// Gyro read error; the estimator received the drive of the sample, if that was read.
     GyroFailed(G),
     /// Tachometer read error; the sample was skipped.
     WheelsFailed(S),
@@ -48,9 +48,9 @@ pub enum Tick<G, S> {
 /// Counts since start-up; each saturates.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Samples that reached the estimator, by outcome.
+    /// Samples with all readings, by the outcome of the estimator.
     pub outcomes: OutcomeCounts,
-    /// Samples skipped after a gyro read error.
+    /// Samples without a rate after a gyro read error.
     pub gyro_failed: u32,
     /// Samples skipped after a tachometer read error.
     pub wheels_failed: u32,
@@ -102,8 +102,9 @@ where
     /// Reads and steps the pending gyro sample, if there is one. Its time is that of the announcement less
     /// the delay of the gyro.
     ///
-    /// A sample with a read error of gyro or tachometers is skipped as a whole. The estimator detects the
-    /// gap by the time stamps and bridges it, which a substitute value would prevent.
+    /// A sample with a read error of the tachometers is skipped as a whole. The estimator detects the
+    /// gap by the time stamps and bridges it, which a substitute value would prevent. With a read error of the gyro the
+    /// estimator receives the drive alone: a rate that is not a number, which its gate rejects.
     pub fn tick(&mut self) -> Tick<G::Error, S::Error> {
         let Some(time_us) = self.sensors.data_ready.take_us() else {
             return Tick::Idle;
@@ -113,6 +114,7 @@ where
             Ok(rate_rad_s) => rate_rad_s,
             Err(error) => {
                 count(&mut self.counters.gyro_failed);
+                self.step_without_rate(time_us);
                 return Tick::GyroFailed(error);
             }
         };
@@ -145,6 +147,24 @@ where
         self.counters.outcomes.add(&outcome);
         self.health.step(&outcome);
         Tick::Stepped { time_us, outcome }
+    }
+
+    /// Passes wheel speeds and torque of a sample without a rate to the estimator, if they are read.
+    #[inline(never)]
+    fn step_without_rate(&mut self, time_us: u64) {
+        let Ok(wheel_speed_rad_s) = self.sensors.wheels.speed_rad_s() else { return };
+        if self.sensors.data_ready.has_newer() {
+            return;
+        }
+        let time_us = time_us.saturating_sub(self.sensors.gyro.delay_us().into());
+        let (rate_rad_s, torque_n_m) = (Vec3::repeat(f32::NAN), self.sensors.torque.torque_n_m());
+        let sample = Sample { time_us, rate_rad_s, wheel_speed_rad_s, torque_n_m, attitude: None };
+        // The sample is counted as a read error, and by its outcome only where the estimator restarts.
+        let outcome = self.estimator.step(&sample);
+        if matches!(outcome, Outcome::Reset(_)) {
+            self.counters.outcomes.add(&outcome);
+            self.health.step(&outcome);
+        }
     }
 
     /// The estimator.
@@ -319,12 +339,23 @@ mod tests {
     }
 
     #[test]
-    fn a_gyro_error_is_counted_and_its_sample_skipped() {
+    fn a_gyro_error_is_counted_and_leaves_the_drive() {
         let mut flight = flight(ConstantSensors { rate_rad_s: Err("bus"), ..HEALTHY });
         assert_eq!(flight.tick(), Tick::GyroFailed("bus"));
         assert_eq!(flight.tick(), Tick::GyroFailed("bus"));
-        assert_eq!(flight.estimator().steps, 0);
+        let last = flight.estimator().last.expect("two steps");
+        assert!(last.rate_rad_s.iter().all(|x| x.is_nan()) && last.is_drive_finite());
+        assert_eq!((flight.estimator().steps, last.wheel_speed_rad_s), (2, [400.0, -500.0]));
         assert_eq!(flight.counters(), Counters { gyro_failed: 2, ..Counters::default() });
+    }
+
+    #[test]
+    fn a_sample_without_any_reading_is_skipped() {
+        let failed = ConstantSensors { speed_rad_s: Err("no edge"), ..HEALTHY };
+        let mut flight = flight(ConstantSensors { rate_rad_s: Err("bus"), ..failed });
+        assert_eq!(flight.tick(), Tick::GyroFailed("bus"));
+        assert_eq!(flight.estimator().steps, 0);
+        assert_eq!(flight.counters(), Counters { gyro_failed: 1, ..Counters::default() });
     }
 
     #[test]

@@ -7,10 +7,9 @@ use super::error::SetUpError;
 use super::name::{EstimatorName, Precision};
 use crate::input::Craft;
 
-/// Longest gap that is bridged by prediction: sample periods, and µs where that is longer
-/// ([`gate::Config::max_gap_us`] has the reason).
+/// Longest gap that is bridged by prediction, sample periods. The core's own limit applies where it
+/// is longer.
 const MAX_GAP_PERIODS: f64 = 4.0;
-const MAX_GAP_US: u64 = 400_000;
 
 /// Everything that the configuration of an estimator depends on.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,6 +93,6 @@ impl Setup<'_> {
             gate.range_rad_s = T::lit(range);
         }
         let bridged_us = (MAX_GAP_PERIODS * self.sample_period_s * 1e6) as u64;
-        gate.max_gap_us = bridged_us.max(MAX_GAP_US);
+        gate.max_gap_us = gate.max_gap_us.max(bridged_us);
     }
 }

@@ -173,7 +173,7 @@ impl<T: Real> Aligning<T> {
 
     /// Adds a judged sample; the first accepted one starts the integrals.
     fn add(&mut self, judged: &Judged<T, Drive<T>>, noise_rad_s: T, prior: Option<&Prior<T>>) {
-        let Judged { elapsed_s, rate_rad_s, payload: drive, is_accepted } = judged;
+        let Judged { elapsed_s, rate_rad_s, payload: drive, is_accepted, .. } = judged;
         if self.alignment.samples() > 0 {
             self.alignment.add(rate_rad_s, drive, *elapsed_s, *is_accepted);
         } else if *is_accepted {

@@ -39,10 +39,12 @@
 //! |---|---|---|
 //! | first sample | the prior's, or alignment | [`Reset::FirstSample`] |
 //! | alignment complete | the alignment's | [`Reset::Aligned`] |
-//! | gap longer than `gate.max_gap_us` | rate of the sample; inertia unchanged | [`Reset::Gap`], [`Reset::Clock`] |
+//! | gap longer than `gate.max_gap_us`, or hole in the rate beyond the limits of [`gate`](crate::gate) | rate of the sample; inertia unchanged | [`Reset::Gap`], [`Reset::Clock`] |
 //! | lock-out: spikes in a row, a persistent shift | alignment without a prior; the estimate from before is doubted | [`Reset::Lockout`] |
 //! | later data contradict what is doubted | that of the later data | [`Reset::Changed`] |
 //! | a number not finite, `J` singular | the prior's, or alignment | [`Reset::Diverged`] |
+//!
+//! A sample whose rate alone is rejected is predicted to while the filter tracks: wheels and torque are known.
 //!
 //! # Doubt
 //!
@@ -702,7 +704,9 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
     /// One step with a sample that the gate has judged.
     fn step_judged(&mut self, sample: &Sample<T, W>, verdict: Verdict) -> Outcome {
         match verdict {
-            Verdict::Rejected(why) => Outcome::Coasting(Coasting::Rejected(why)),
+            Verdict::Rejected(why) => {
+                self.coast(sample).unwrap_or(Outcome::Coasting(Coasting::Rejected(why)))
+            }
             Verdict::First => {
                 self.begin(sample);
                 Outcome::Reset(Reset::FirstSample)
@@ -721,6 +725,26 @@ impl<T: Real, F: Form<T>, const W: usize, const P: usize> JointEkf<T, F, W, P> {
                 }
             }
         }
+    }
+
+    /// Prediction to a sample whose rate was rejected and whose drive is known. A restart, from the rate before it, where
+    /// the result is not finite or no covariance.
+    #[inline(never)]
+    fn coast(&mut self, sample: &Sample<T, W>) -> Option<Outcome> {
+        if !matches!(self.phase, Phase::Tracking) {
+            return None;
+        }
+        let elapsed_us = self.gate.bridge(sample)?;
+        let before = Sample { rate_rad_s: self.state.rate_rad_s, ..*sample };
+        let duration_s = T::seconds(elapsed_us);
+        let sample = match self.considered.delay_s() {
+            Some(delay_s) => self.delay.shifted(sample, duration_s, delay_s),
+            None => *sample,
+        };
+        let interval = self.drive.advance(sample.drive(&self.wheels), duration_s);
+        self.walked_for_s += duration_s;
+        let is_predicted = self.predict(&sample, &interval).is_some() && self.is_valid();
+        (!is_predicted).then(|| self.restart_diverged(&before))
     }
 
     /// The status, where the phase or the innovations decide it rather than the observed

@@ -99,6 +99,25 @@ fn a_gap_restarts_the_rate_and_keeps_the_inertia() {
     assert_eq!(filter.step(&samples[451]), Outcome::Updated);
 }
 
+/// Three seconds of readings that are not numbers, with a known torque: the prediction is that of the clean flight.
+#[test]
+fn a_hole_in_the_rate_is_bridged_by_the_drive() {
+    let mut filter = filter();
+    let samples = flight(INERTIA);
+    for (k, sample) in samples.iter().enumerate() {
+        let bad = Sample { rate_rad_s: Vec3::repeat(f32::NAN), ..*sample };
+        let is_bad = (400..430).contains(&k);
+        let outcome = filter.step(if is_bad { &bad } else { sample });
+        if is_bad {
+            assert_eq!(outcome, Outcome::Coasting(Coasting::Rejected(Rejection::NotFinite)));
+            assert!((filter.rate_rad_s() - sample.rate_rad_s).norm() < NOISE_RAD_S as f32);
+        } else if k >= 430 {
+            assert_eq!(outcome, Outcome::Updated, "sample {k}");
+        }
+    }
+    assert!(worst_error(&filter, INERTIA) < CONVERGED);
+}
+
 /// The moments change by 33 to 100 % between two samples.
 #[test]
 fn a_deployment_locks_out_and_realigns() {

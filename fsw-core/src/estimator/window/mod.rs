@@ -347,7 +347,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             self.rate_rad_s = sample.rate_rad_s;
         }
         match verdict {
-            Verdict::Rejected(why) => Some(Outcome::Coasting(Coasting::Rejected(why))),
+            Verdict::Rejected(why) => {
+                if let Some(elapsed_us) = self.gate.bridge(sample) {
+                    self.push_drive(sample, T::seconds(elapsed_us));
+                }
+                Some(Outcome::Coasting(Coasting::Rejected(why)))
+            }
             Verdict::First => {
                 self.begin_stretch(sample);
                 Some(Outcome::Reset(Reset::FirstSample))
@@ -434,10 +439,28 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
 
     /// Passes a sample to the outlier gate, and takes in what is ready.
     fn push(&mut self, sample: &Sample<T, W>, elapsed_s: T) {
-        let wheels = self.wheels.momenta_n_m_s(&sample.wheel_speed_rad_s);
-        let drive = (wheels, sample.torque_n_m);
+        let drive = self.drive_of(sample);
         let floor = self.config.gyro_noise_rad_s.unwrap_or(T::zero());
-        let mut judged = self.outliers.push(elapsed_s, sample.rate_rad_s, drive, floor);
+        self.outliers.add(elapsed_s, sample.rate_rad_s, drive, floor);
+        self.advance_outliers();
+    }
+
+    /// As [`push`](Self::push), for a sample whose rate was rejected: its drive is known.
+    #[inline(never)]
+    fn push_drive(&mut self, sample: &Sample<T, W>, elapsed_s: T) {
+        let drive = self.drive_of(sample);
+        self.outliers.add_absent(elapsed_s, drive);
+        self.advance_outliers();
+    }
+
+    fn drive_of(&self, sample: &Sample<T, W>) -> Drive<T, W> {
+        (self.wheels.momenta_n_m_s(&sample.wheel_speed_rad_s), sample.torque_n_m)
+    }
+
+    /// Takes in the samples that the outlier gate has judged.
+    #[inline(never)]
+    fn advance_outliers(&mut self) {
+        let mut judged = self.outliers.advance();
         // The gate holds nine samples at most.
         for _ in 0..9 {
             let Some(sample) = judged else { break };
@@ -468,12 +491,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     fn take_in(&mut self, sample: &Judged<T, Drive<T, W>>) {
         let (wheel_momentum_n_m_s, torque_n_m) = sample.payload;
         let reading = Reading {
-            weight: if sample.is_accepted { T::one() } else { T::lit(REFUSED_WEIGHT) },
+            weight: match (sample.is_accepted, sample.is_known) {
+                (true, _) => T::one(),
+                (false, true) => T::lit(REFUSED_WEIGHT),
+                (false, false) => T::zero(),
+            },
+            is_known: sample.is_known,
             rate_rad_s: sample.rate_rad_s,
             wheel_momentum_n_m_s,
             torque_n_m,
         };
-        self.has_refused |= !sample.is_accepted;
+        self.has_refused |= !sample.is_accepted && !sample.is_absent;
         let Some(averager) = &mut self.averager else {
             self.averager = Some(Averager::new(reading));
             self.open = Stretch::new(wheel_momentum_n_m_s);

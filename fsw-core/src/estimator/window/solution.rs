@@ -12,8 +12,8 @@ const SCALE_OBSERVED: f64 = 0.1;
 /// Largest share of the inverse trace by which it may be too large: it may be that of a body twenty times as
 /// heavy.
 const MOST_OF_SCALE: f64 = 0.95;
-/// Largest relative sigma of the trace that enters the sigma of a product: a factor of ten.
-const MOST_SPREAD: f64 = 9.0;
+/// Largest relative sigma of the trace that enters the sigma of a product: that of [`MOST_OF_SCALE`].
+const MOST_SPREAD: f64 = 1.0 / (1.0 - MOST_OF_SCALE) - 1.0;
 
 /// Shape and scale with their information.
 pub(super) struct Solution<T: Real, const U: usize> {

@@ -362,6 +362,27 @@ fn a_spike_just_before_the_end_is_left_out_of_all_that_follows() {
     assert!(worst_error(&window.estimate()) < 1e-3, "{:?}", window.estimate());
 }
 
+/// Three seconds of readings that are not numbers, and two of zeros, in which the torque is known.
+#[test]
+fn a_hole_in_the_rate_is_bridged_by_the_drive() {
+    let mut samples = tumble(900);
+    let whole = fly::<512>(config(NOISE_RAD_S), &samples);
+    samples[400..430].iter_mut().for_each(|sample| sample.rate_rad_s.y = f32::NAN);
+    samples[600..620].iter_mut().for_each(|sample| sample.rate_rad_s = Vec3::zeros());
+    let mut window = window::<512>(config(NOISE_RAD_S));
+    let outcomes: Vec<Outcome> = samples.iter().map(|s| window.step(s)).collect();
+    window.finish();
+    let estimate = window.estimate();
+    let resets = outcomes.iter().filter(|outcome| matches!(outcome, Outcome::Reset(_)));
+    assert_eq!(resets.count(), 1, "the first sample alone");
+    assert!(worst_error(&estimate) < EXACT, "{estimate:?}");
+    assert_eq!((estimate.status, estimate.residuals_white), (whole.status, whole.residuals_white));
+    for i in 0..6 {
+        let ratio = estimate.sigma_kg_m2()[i] / whole.sigma_kg_m2()[i];
+        assert!((0.95..1.1).contains(&ratio), "element {i}: {ratio}");
+    }
+}
+
 /// Adds white noise, uniform, of one sigma in rad/s.
 fn noisy<const W: usize>(mut samples: Vec<Sample<f32, W>>, sigma: f32) -> Vec<Sample<f32, W>> {
     let mut state = 1u64;

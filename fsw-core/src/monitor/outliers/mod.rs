@@ -23,6 +23,9 @@
 //! | on one side only | its lines: the nearest, a further one | 6, 4; all must disown |
 //! | fewer | none | accepted |
 //!
+//! A sample without a reading is no neighbour, and waits in its place. A reading is judged once two readings follow it, or
+//! where all places are in use; neighbours on the left before a long hole are discarded.
+//!
 //! * **Left** neighbours are accepted readings, **right** ones the readings that follow, without
 //!   frames of three equal values far from the last accepted reading: 0, −1 count and full scale
 //!   are what a bus without an answer returns. Such frames are refused themselves.
@@ -92,8 +95,13 @@ pub struct Judged<T: Real, P> {
     pub rate_rad_s: Vec3<T>,
     /// Payload, as given.
     pub payload: P,
-    /// False for an outlier.
+    /// False for an outlier, and for a sample without a reading.
     pub is_accepted: bool,
+    /// True for an accepted reading, and for one that is bridged from two neighbours on each side about as precisely: a hole
+    /// of up to two readings.
+    pub is_known: bool,
+    /// True for a sample that came without a reading.
+    pub is_absent: bool,
 }
 
 /// Gate for samples with a payload P, for instance torque and wheel momentum of the same instant.
@@ -234,7 +242,12 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     #[inline]
     pub fn add(&mut self, elapsed_s: T, rate_rad_s: Vec3<T>, payload: P, floor_rad_s: T) {
         self.floor_rad_s = floor_rad_s;
-        self.queue.add(elapsed_s, rate_rad_s, payload);
+        self.queue.add(elapsed_s, Some(rate_rad_s), payload);
+    }
+
+    /// As [`add`](Self::add), for a sample without a usable reading: its payload keeps its place.
+    pub fn add_absent(&mut self, elapsed_s: T, payload: P) {
+        self.queue.add(elapsed_s, None, payload);
     }
 
     /// Second half of [`push`](Self::push): up to two verdicts. Returns a sample that is ready.
@@ -243,7 +256,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
             self.start_scales();
         }
         for _ in 0..VERDICTS {
-            if self.is_scaled && self.queue.unjudged() > DELAY {
+            if self.is_scaled && self.queue.is_followed(DELAY) {
                 self.judge_next();
             }
         }
@@ -323,10 +336,15 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     /// Verdict on the next sample.
     #[inline(never)]
     fn judge_next(&mut self) {
-        let Some((elapsed_s, rate_rad_s)) = self.queue.next() else {
+        let Some((elapsed_s, reading)) = self.queue.next() else {
             return;
         };
         self.history.advance(elapsed_s);
+        let Some(rate_rad_s) = reading else {
+            self.noise.interrupt();
+            self.history.forget_old();
+            return self.queue.judge(false);
+        };
         let is_blank = self.is_blank(&rate_rad_s);
         let (after, count) = self.queue.following(|rate| !self.is_blank(rate));
         let prediction = self.predict(&rate_rad_s, &after, count);

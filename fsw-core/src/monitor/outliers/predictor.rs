@@ -79,6 +79,9 @@ impl<T: Real> Offset<T> {
     }
 }
 
+/// Age of the latest reading, in intervals to the one before it, beyond which neither predicts.
+const OLD: f64 = 6.0;
+
 /// The last two accepted readings, latest first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct History<T: Real> {
@@ -99,6 +102,16 @@ impl<T: Real> History<T> {
     pub(super) fn advance(&mut self, elapsed_s: T) {
         for reading in &mut self.readings {
             reading.time_s -= elapsed_s;
+        }
+    }
+
+    /// Discards readings that are too old for a prediction: the line through two readings a time apart multiplies their
+    /// noise by nine after [`OLD`] times that, and the curvature of the motion by more.
+    pub(super) fn forget_old(&mut self) {
+        let [latest, far] = &self.readings;
+        let is_old = -latest.time_s > (latest.time_s - far.time_s) * T::lit(OLD);
+        if self.count < 2 || is_old {
+            *self = Self::empty();
         }
     }
 

@@ -16,17 +16,26 @@ struct Place<T: Real, P> {
     elapsed_s: T,
     rate_rad_s: Vec3<T>,
     payload: P,
-    /// 1 for an accepted sample, otherwise 0. A word: without padding an empty queue is all zeros.
-    accepted: u32,
+    /// [`ACCEPTED`], [`ABSENT`], otherwise 0. A word: without padding an empty queue is all zeros.
+    mark: u32,
 }
 
+/// Mark of an accepted sample.
+const ACCEPTED: u32 = 1;
+/// Mark of a sample without a reading.
+const ABSENT: u32 = 2;
+
 crate::persist!([T: Real, P: crate::persist::Persist + Blank] Place<T, P> {
-    elapsed_s, rate_rad_s, payload, accepted
+    elapsed_s, rate_rad_s, payload, mark
 });
 
 impl<T: Real, P> Place<T, P> {
     fn is_accepted(&self) -> bool {
-        self.accepted != 0
+        self.mark == ACCEPTED
+    }
+
+    fn is_absent(&self) -> bool {
+        self.mark == ABSENT
     }
 }
 
@@ -52,12 +61,8 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
     /// No sample.
     #[inline(always)] // built in its place
     pub(super) fn empty() -> Self {
-        let place = Place {
-            elapsed_s: T::zero(),
-            rate_rad_s: Vec3::zeros(),
-            payload: P::blank(),
-            accepted: 0,
-        };
+        let place =
+            Place { elapsed_s: T::zero(), rate_rad_s: Vec3::zeros(), payload: P::blank(), mark: 0 };
         Self { places: [place; PLACES], first: 0, len: 0, judged: 0, before: History::empty() }
     }
 
@@ -101,11 +106,22 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         self.len() - self.judged()
     }
 
-    /// Adds a sample. The caller takes one out first where all places are in use.
-    pub(super) fn add(&mut self, elapsed_s: T, rate_rad_s: Vec3<T>, payload: P) {
+    /// True where a sample without a verdict is followed by this number of readings, has none itself, or is to make room.
+    pub(super) fn is_followed(&self, by: usize) -> bool {
+        let judged = self.judged();
+        let Some(next) = self.sample(judged) else { return false };
+        let is_full = judged == 0 && self.len() == PLACES;
+        let followers = || self.from(judged + 1).filter(|place| !place.is_absent()).count();
+        next.is_absent() || is_full || followers() >= by
+    }
+
+    /// Adds a sample, which may have no reading. The caller takes one out first where all places are in use.
+    pub(super) fn add(&mut self, elapsed_s: T, rate_rad_s: Option<Vec3<T>>, payload: P) {
         let (len, index) = (self.len(), self.index(self.len()));
         if let Some(place) = self.places.get_mut(index).filter(|_| len < PLACES) {
-            *place = Place { elapsed_s, rate_rad_s, payload, accepted: 0 };
+            let mark = if rate_rad_s.is_some() { 0 } else { ABSENT };
+            let rate_rad_s = rate_rad_s.unwrap_or(Vec3::zeros());
+            *place = Place { elapsed_s, rate_rad_s, payload, mark };
             self.len = (len + 1) as u32;
         }
     }
@@ -115,17 +131,19 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         self.from(0).map(|place| (place.elapsed_s, place.payload))
     }
 
-    /// The first sample without a verdict: time since the sample before (s) and rate.
-    pub(super) fn next(&self) -> Option<(T, Vec3<T>)> {
+    /// The first sample without a verdict: time since the sample before (s) and rate, if it has one.
+    pub(super) fn next(&self) -> Option<(T, Option<Vec3<T>>)> {
         let place = self.sample(self.judged())?;
-        Some((place.elapsed_s, place.rate_rad_s))
+        Some((place.elapsed_s, (!place.is_absent()).then_some(place.rate_rad_s)))
     }
 
     /// Gives the first sample without a verdict its verdict.
     pub(super) fn judge(&mut self, is_accepted: bool) {
         let (judged, index) = (self.judged(), self.index(self.judged()));
         if let Some(place) = self.places.get_mut(index).filter(|_| judged < (self.len as usize)) {
-            place.accepted = is_accepted.into();
+            if is_accepted {
+                place.mark = ACCEPTED;
+            }
             self.judged = (judged + 1) as u32;
         }
     }
@@ -137,19 +155,22 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         &self,
         is_usable: impl Fn(&Vec3<T>) -> bool,
     ) -> ([Reading<T>; 3], usize) {
-        let marked = self.from(self.judged() + 1).map(|p| (p, is_usable(&p.rate_rad_s)));
+        let following = self.from(self.judged() + 1);
+        let marked = following.map(|p| (p, !p.is_absent() && is_usable(&p.rate_rad_s)));
         collect(&self.places[0], marked)
     }
 
     /// All readings, or those without three equal values. Times relative to the sample before the first.
     pub(super) fn readings(&self, is_varied: bool) -> ([Reading<T>; PLACES], usize) {
-        let marked = self.from(0).map(|p| (p, !is_varied || !is_uniform(&p.rate_rad_s)));
+        let is_usable =
+            |p: &Place<T, P>| !(p.is_absent() || is_varied && is_uniform(&p.rate_rad_s));
+        let marked = self.from(0).map(|p| (p, is_usable(p)));
         collect(&self.places[0], marked)
     }
 
     /// First rate that is `is_usable`.
     pub(super) fn first_rate(&self, is_usable: impl Fn(&Vec3<T>) -> bool) -> Option<Vec3<T>> {
-        self.from(0).map(|p| p.rate_rad_s).find(is_usable)
+        self.from(0).filter(|p| !p.is_absent()).map(|p| p.rate_rad_s).find(is_usable)
     }
 
     /// Takes the first sample, if it is judged and, where it was refused, two samples after it are
@@ -162,7 +183,8 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
         }
         let first = self.sample(0)?;
         let is_accepted = first.is_accepted() && judged > 0;
-        let mut rate_rad_s = first.rate_rad_s;
+        let is_absent = first.is_absent();
+        let (mut rate_rad_s, mut is_known) = (first.rate_rad_s, is_accepted);
         let mut before = self.before;
         before.advance(first.elapsed_s);
         if is_accepted {
@@ -173,15 +195,17 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
             if !must && count < 2 {
                 return None;
             }
-            let unjudged = self.sample(judged).map(|place| place.rate_rad_s);
-            rate_rad_s = bridged(&before, &after, count).or(unjudged).unwrap_or(rate_rad_s);
+            let unjudged = self.sample(judged).filter(|place| !place.is_absent());
+            let unjudged = unjudged.map(|place| (place.rate_rad_s, false));
+            let bridged = bridged(&before, &after, count).or(unjudged);
+            (rate_rad_s, is_known) = bridged.unwrap_or((rate_rad_s, false));
         }
         let (elapsed_s, payload) = (first.elapsed_s, first.payload);
         self.before = before;
         self.first = self.index(1) as u32;
         self.judged = judged.saturating_sub(1) as u32;
         self.len = self.len().saturating_sub(1) as u32;
-        Some(Judged { elapsed_s, rate_rad_s, payload, is_accepted })
+        Some(Judged { elapsed_s, rate_rad_s, payload, is_accepted, is_known, is_absent })
     }
 }
 
@@ -204,24 +228,33 @@ fn collect<'a, T: Real, P: 'a, const N: usize>(
 }
 
 /// Rate at time zero by accepted neighbours, rad/s: a cubic through two on each side, a line
-/// through one on each side, the nearest one where a side has none.
+/// through one on each side, the nearest one where a side has none. True where its error is about that of a reading.
 #[inline(never)]
-fn bridged<T: Real>(before: &History<T>, after: &[Reading<T>; 2], count: usize) -> Option<Vec3<T>> {
+fn bridged<T: Real>(
+    before: &History<T>,
+    after: &[Reading<T>; 2],
+    count: usize,
+) -> Option<(Vec3<T>, bool)> {
     let last = before.latest();
     let next = after.get(..count).and_then(|after| after.first());
     let (Some(last), Some(next)) = (last, next) else {
-        return last.or(next).map(|nearest| nearest.rate_rad_s);
+        return last.or(next).map(|nearest| (nearest.rate_rad_s, false));
     };
     let about = &last.rate_rad_s;
     if let ([second, first], Some([left, far_left])) = (after, before.pair().filter(|_| count >= 2))
     {
         let cubic = Offset::of_cubic([far_left, left, second, first], about);
         if let Some(cubic) = cubic.filter(|p| p.squared_gain < T::lit(CUBIC_GAIN)) {
-            return Some(about + cubic.rate_rad_s);
+            let is_known = cubic.squared_gain < T::lit(KNOWN_GAIN);
+            return Some((about + cubic.rate_rad_s, is_known));
         }
     }
-    Offset::of_line([last, next], about).map(|line| about + line.rate_rad_s)
+    Offset::of_line([last, next], about).map(|line| (about + line.rate_rad_s, false))
 }
 
 /// Largest gain of a bridging cubic: that of a gap of five samples between even neighbours is 4.4.
 const CUBIC_GAIN: f64 = 8.0;
+
+/// Gain up to which a bridged reading stands for one, of 1.5 times its variance: 1.9 for one missing reading, 2.4 for two in
+/// a row, 2.8 for three.
+const KNOWN_GAIN: f64 = 2.5;

@@ -303,6 +303,37 @@ fn a_run_of_refused_samples_is_bounded() {
     assert!(verdicts[230..].iter().filter(|a| !**a).count() < 10);
 }
 
+/// Holes of one, two, three and forty samples: all samples come out in order, those of short holes with a rate that is known.
+#[test]
+fn samples_without_a_reading_keep_their_place() {
+    let flight = Flight::tumble(1600);
+    let readings = flight.readings(0);
+    let is_absent = |k: usize| {
+        let of_hole = k % 400;
+        let length = [1, 2, 3, 40][k / 400];
+        (200..200 + length).contains(&of_hole)
+    };
+    let mut gate = OutlierGate::<f32, u32>::new();
+    let mut judged = Vec::new();
+    for (k, rate) in readings.iter().enumerate() {
+        if is_absent(k) {
+            gate.add_absent(0.1, k as u32);
+        } else {
+            gate.add(0.1, *rate, k as u32, 0.0);
+        }
+        judged.extend(gate.advance());
+        judged.extend(std::iter::from_fn(|| gate.ready()));
+    }
+    judged.extend(std::iter::from_fn(|| gate.drain()));
+    assert_eq!((judged.len(), gate.refused()), (1600, 0));
+    for (k, sample) in judged.iter().enumerate() {
+        assert_eq!((sample.payload, sample.is_absent), (k as u32, is_absent(k)));
+        let is_known = !is_absent(k) || k < 800;
+        assert_eq!((sample.is_accepted, sample.is_known), (!is_absent(k), is_known), "{k}");
+        assert!(sample.rate_rad_s.iter().all(|x| x.is_finite()));
+    }
+}
+
 /// Steps of 10 % jitter and of lost rows: the fourth difference takes true times.
 #[test]
 fn uneven_time_stamps_are_no_outliers() {

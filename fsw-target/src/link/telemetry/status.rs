@@ -57,7 +57,7 @@ record! {
         gyro_identity: Option<u8>, "–";
         /// Failed self-tests of the gyro; one test per start.
         gyro_self_tests_failed: u32, "–";
-        /// Samples skipped after a failed reading of the gyro.
+        /// Samples without a rate after a failed reading of the gyro.
         gyro_failures: u32, "–";
         /// Samples in which a fitted wheel had no valid speed.
         wheel_failures: u32, "–";

@@ -110,6 +110,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         end: usize,
         chosen: Option<Chosen<T, U>>,
     ) {
+        self.blocks.fill_holes(from, end, self.period_s);
         let blocks = (from..end).filter_map(|i| self.blocks.block(i));
         let axes = self.wheels.axes();
         let linear = LinearStart::new(blocks, axes, stretch, from, self.blocks.usual(), has_torque);

@@ -214,6 +214,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             turn_rad: self.config.block_turn_rad,
             noise_n_m_s: self.noise_rad_s() / unit,
             nutation_rad_s: nutation.unwrap_or(T::zero()),
+            period_s: self.period_s,
         }
     }
 
