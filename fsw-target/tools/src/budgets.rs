@@ -76,13 +76,13 @@ pub struct Bytes {
 }
 
 /// Flash of the flight image with all estimators.
-pub const FLIGHT_FLASH: Bytes = Bytes { at_most: 128 * 1024, held: 250 * 1024 };
+pub const FLIGHT_FLASH: Bytes = Bytes { at_most: 128 * 1024, held: 255 * 1024 };
 
 /// Flash of flight images with one estimator, by the feature of fsw-target.
 pub const FLIGHT_FLASH_WITH_ONE: [(&str, Bytes); 3] = [
-    ("window", Bytes { at_most: 96 * 1024, held: 174 * 1024 }),
-    ("joint-ekf", Bytes { at_most: 64 * 1024, held: 116 * 1024 }),
-    ("ekf-sgf-rls", Bytes { at_most: 64 * 1024, held: 72 * 1024 }),
+    ("window", Bytes { at_most: 96 * 1024, held: 177 * 1024 }),
+    ("joint-ekf", Bytes { at_most: 64 * 1024, held: 118 * 1024 }),
+    ("ekf-sgf-rls", Bytes { at_most: 64 * 1024, held: 73 * 1024 }),
 ];
 
 /// Instructions of the verification of a telecommand: key of its slot, and tag of the longest telecommand.
