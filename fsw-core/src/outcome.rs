@@ -17,13 +17,12 @@
 //! | `Reset(Gap)` | from the sample | kept | accepted, `gap_resets` |
 //! | `Reset(Clock)` | from the sample | kept | accepted, `clock_resets` |
 //! | `Reset(Lockout)` | from the sample | discarded; by `joint_ekf` kept and not used until newer data agree | accepted, `lockout_resets` |
-//! | `Reset(Interrupted)` | updated | earlier data kept and not used until newer data agree | accepted, `interruption_resets` |
+//! | `Reset(Interrupted)` | updated | data of a fault discarded, earlier data used again | accepted, `interruption_resets` |
 //! | `Reset(Changed)` | updated | earlier data discarded | accepted, `change_resets` |
 //! | `Reset(Diverged)` | from the sample | discarded | accepted, `divergence_resets` |
 //!
-//! After `Changed` and `Diverged` an inertia taken from an earlier estimate is no longer valid. After `Interrupted` and
-//! `Lockout` it is in doubt until the status is converged with residuals that are not called non-white, or `Changed`
-//! follows.
+//! After `Changed` and `Diverged` an inertia taken from an earlier estimate is no longer valid. After `Lockout` it is
+//! in doubt until the status is converged with residuals that are not called non-white, or `Changed` follows.
 
 use crate::attitude::NoAttitude;
 use crate::gate::{self, Rejection};
@@ -85,9 +84,9 @@ pub enum Reset {
     /// Series of spikes that only a wrong estimate or a fault that lasts explains (a deployment, a docking, a sensor): the
     /// whole state is initialised from the motion, and the prior is discarded.
     Lockout,
-    /// Fault or change in mid-motion, which newer data alone do not show: the estimate is that of the
-    /// newer data. Earlier data and the prior are used again once newer data agree with them; where
-    /// they do not, `Changed` follows.
+    /// Fault in mid-motion that has ended: the data since then agree with those before it, or none are left to compare with.
+    /// The data of the fault are discarded, earlier data and the prior are used again. From the contradiction to this verdict
+    /// the estimate is that of the newer data, and its residuals are called not white.
     Interrupted,
     /// Data of a manoeuvre contradict the inertia known before it (a prior, or earlier manoeuvres), or
     /// their own first part, by a chi-square test: the earlier inertia is discarded.
@@ -193,7 +192,7 @@ pub struct OutcomeCounts {
     pub clock_resets: u32,
     /// Resets after a series of spikes.
     pub lockout_resets: u32,
-    /// Resets after a fault or a change in mid-motion.
+    /// Resets after a fault in mid-motion that has ended.
     pub interruption_resets: u32,
     /// Resets of an inertia that newer data contradict.
     pub change_resets: u32,

@@ -220,7 +220,7 @@ enum fsw_outcome_code
      */
     FSW_OUTCOME_CODE_RESET_LOCKOUT = 20,
     /**
-     * Reset: fault or change in mid-motion; earlier data are in doubt.
+     * Reset: a fault in mid-motion has ended; its data are discarded.
      */
     FSW_OUTCOME_CODE_RESET_INTERRUPTED = 21,
     /**

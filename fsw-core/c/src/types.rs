@@ -248,7 +248,7 @@ pub enum fsw_outcome_code {
     ResetClock = 19,
     /// Reset after a series of spikes.
     ResetLockout = 20,
-    /// Reset: fault or change in mid-motion; earlier data are in doubt.
+    /// Reset: a fault in mid-motion has ended; its data are discarded.
     ResetInterrupted = 21,
     /// Reset: newer data contradict the inertia known before, which is discarded.
     ResetChanged = 22,

@@ -230,6 +230,13 @@ impl<T: Real> Residuals<T> {
         }
     }
 
+    /// Indices of blocks are no longer valid, since blocks have been merged: that of the contradiction is unknown.
+    pub fn forget_instant(&mut self) {
+        // The largest index that a checkpoint holds.
+        self.rise = u32::MAX as usize;
+        (self.run, self.longest) = (Run::none(), Run::none());
+    }
+
     /// True where the newest blocks are not explained.
     pub fn is_alarmed(&self) -> bool {
         self.sum > T::lit(ALARMED)

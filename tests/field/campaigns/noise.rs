@@ -46,6 +46,7 @@ pub fn list() -> Result<Vec<Campaign>> {
             list.push(Campaign {
                 fault: Fault::AxesTurned(angle_deg),
                 small: 4,
+                held: angle_deg == 1.0,
                 limits: Limits { changes: Some(0.0), silent: 1.0, ..Limits::HONEST },
                 ..Campaign::new(
                     8,

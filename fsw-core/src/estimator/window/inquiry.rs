@@ -23,7 +23,8 @@
 //! | agree, or nothing is doubted | the motion was interrupted: what is doubted joins the window |
 //!
 //! Until then the residuals are not called white: the window may lie within a fault that goes on, or be too short to
-//! show an error of the model.
+//! show an error of the model. Such an error has no outcome: the interruption is reported with the verdict, where all
+//! residuals were white.
 //!
 //! A new window ends the doubt at once where it agrees with what is doubted. All other verdicts take a further fit, and
 //! after contradictions that recur a time without one ([`Recurrence`]).
@@ -32,7 +33,7 @@ use super::work::Work;
 use super::{Closing, Schedule, Window};
 use crate::fit::belief::Past;
 use crate::fit::descent::Descent;
-use crate::fit::front::Fit;
+use crate::fit::front::{Fit, Front};
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
 use crate::monitor::residuals::Residuals;
@@ -47,8 +48,9 @@ const FEWEST: usize = 24;
 /// of them begins again.
 const MOST_INQUIRIES: u8 = 12;
 const MOST_BEGINS: u8 = 6;
-/// Fewest blocks that show a change while their residuals are not white. Ten seconds of a fault at 10 Hz are 25 blocks.
-const FEWEST_NOT_WHITE: usize = 64;
+/// Fewest blocks of a window of its own whose residuals are not white: a shorter one may contain a rest of the fault. Ten
+/// seconds of a fault at 10 Hz are 25 blocks.
+const FEWEST_NOT_WHITE: u32 = 64;
 /// Blocks at reduced weight in a row that are not outliers.
 const LONG_RUN: u32 = 5;
 /// Change that is to be excluded, 2 % of the mean moment, over the sigmas by which a tensor must differ to
@@ -133,7 +135,8 @@ fn contradiction<T: Real>(residuals: &Residuals<T>, next: usize) -> Option<(usiz
         let is_over = run.after + FEWEST_BEFORE <= next;
         return Some((run.from, if is_over { run.after } else { run.from }));
     }
-    residuals.is_contradicted.then_some((residuals.rise, residuals.rise))
+    let is_known = residuals.is_contradicted && residuals.rise < next;
+    is_known.then_some((residuals.rise, residuals.rise))
 }
 
 impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
@@ -233,14 +236,20 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             }
             return self.ask_after();
         }
-        if fit.is_good && fit.is_shape_observed {
+        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        let is_long = pass.residuals.blocks >= FEWEST_NOT_WHITE;
+        let is_white = is_long || self.is_white(pass, fit.is_settled) != Some(false);
+        if fit.is_good && fit.is_shape_observed && is_white {
             return self.separate(fit);
         }
-        let Work::Descent(Descent { pass, .. }) = &self.work else { return };
+        let Some(inquiry) = &mut self.inquiry else { return };
         let residuals = &pass.residuals;
         let later = contradiction(residuals, pass.next).map(|(_, rise)| rise);
-        let is_fault = residuals.longest.count >= LONG_RUN;
-        if let Some(rise) = later.filter(|rise| is_fault && *rise > fit.from)
+        let run = residuals.longest;
+        // Blocks at reduced weight at the begin of the fit are the rest of the fault.
+        let is_rest = !is_white && run.count > 0 && run.from < fit.from + FEWEST_BEFORE;
+        let later = if is_rest { Some(run.after) } else { later.filter(|_| run.count >= LONG_RUN) };
+        if let Some(rise) = later.filter(|rise| *rise > fit.from)
             && inquiry.begins < MOST_BEGINS
         {
             inquiry.from = rise;
@@ -270,13 +279,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     #[inline(never)]
     fn separate(&mut self, fit: &Fit) {
         self.inquiry = None;
-        if !self.is_doubtful {
-            self.doubt_past();
-        }
-        self.recurrence.separate(self.is_doubtful, self.doubted.is_some(), fit.from);
-        self.is_doubtful = true;
-        self.past = None;
-        self.event = Some(Reset::Interrupted);
+        let was_doubtful = self.is_doubtful;
+        self.put_in_doubt();
+        self.recurrence.separate(was_doubtful, self.doubted.is_some(), fit.from);
         let start = self.stretch_from(fit.from);
         match &mut self.closing {
             Some(Closing { stretch, .. }) => *stretch = start,
@@ -290,6 +295,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             front.pass.residuals.drop_before(fit.from);
         }
         self.blocks.drop_before(fit.from);
+    }
+
+    /// Earlier windows are doubted. Where something is doubted already, they are discarded: they came after it.
+    pub(super) fn put_in_doubt(&mut self) {
+        if !self.is_doubtful {
+            self.doubt_past();
+        }
+        self.is_doubtful = true;
+        self.past = None;
     }
 
     /// Earlier windows join what is doubted.
@@ -316,6 +330,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.doubted = None;
         self.is_doubtful = false;
         self.has_prior = false;
+        self.is_known_white = true;
         self.recurrence.is_discarded = true;
         self.event = Some(Reset::Changed);
     }
@@ -328,9 +343,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if is_new && !is_agreement || self.recurrence.is_waiting(is_changed, blocks) {
             return false;
         }
-        let needs_white = is_new || is_changed && blocks < FEWEST_NOT_WHITE;
-        let is_white = || self.front.as_ref().and_then(|front| self.is_white(front));
-        !needs_white || is_white() != Some(false)
+        let is_long = is_changed && blocks >= FEWEST_NOT_WHITE as usize;
+        let needs_white = is_new || is_changed && !is_long;
+        (!is_changed || self.is_known_white || self.closing.is_some())
+            && (!needs_white || self.is_front_white())
     }
 
     /// Decides on what is doubted, once the window alone is certain enough: the front. A window that is new may agree with
@@ -349,8 +365,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
                     self.doubted = None;
                 }
                 self.is_doubtful = false;
+                if self.is_known_white && self.is_front_white() {
+                    self.event = Some(Reset::Interrupted);
+                }
             }
         }
+    }
+
+    /// True where no test finds the residuals of the front other than white.
+    pub(super) fn is_front_white(&self) -> bool {
+        let white = |front: &Front<T, W, U, M>| self.is_white(&front.pass, front.is_settled);
+        self.front.as_ref().and_then(white) != Some(false)
     }
 
     /// True where the front contradicts what is doubted; `None` without doubt, or where the front is not certain enough.

@@ -133,6 +133,8 @@ pub struct Window<
     /// the blocks after the contradiction are a window of their own.
     doubted: Option<Past<T, U>>,
     is_doubtful: bool,
+    /// False once the residuals of earlier windows, or of what is doubted, were not white.
+    is_known_white: bool,
     /// Contradictions that recur.
     recurrence: Recurrence,
     /// False once data have contradicted the prior.
@@ -146,7 +148,7 @@ pub struct Window<
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize] Window<T, W, N, U, C, M> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, considered, blocks,
-    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, steadiness, past, past_age_s, doubted, is_doubtful, recurrence, has_prior, ended, event, has_refused,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, steadiness, past, past_age_s, doubted, is_doubtful, is_known_white, recurrence, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -263,6 +265,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.past_age_s = T::zero();
         self.doubted = None;
         self.is_doubtful = false;
+        self.is_known_white = true;
         self.recurrence = Recurrence::NONE;
         self.considered = Considered::NOTHING;
         self.has_prior = true;
@@ -308,6 +311,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             past_age_s: T::zero(),
             doubted: None,
             is_doubtful: false,
+            is_known_white: true,
             recurrence: Recurrence::NONE,
             has_prior: true,
             ended: Ended::nothing(),

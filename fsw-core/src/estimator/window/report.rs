@@ -53,6 +53,11 @@ impl<T: Real> Ended<T> {
     pub fn nothing() -> Self {
         Self { residual_rms_rad_s: T::zero(), residuals_white: None, is_explained: true }
     }
+
+    /// True where no test has found the residuals of the last one other than white.
+    pub fn is_white(&self) -> bool {
+        self.residuals_white != Some(false)
+    }
 }
 
 /// Adds the rounding of each element to its variance; false where a number is not finite.
@@ -115,8 +120,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         estimate.status = Status::of(&estimate.observed);
         estimate.residual_rms_rad_s = rms(&pass.residuals, U);
         // Until the doubt is resolved, a fault that goes on may be all that the window contains.
-        estimate.residuals_white =
-            if self.is_doubtful { Some(false) } else { self.is_white(front) };
+        estimate.residuals_white = if self.is_doubtful || self.steadiness.is_contradicted() {
+            Some(false)
+        } else {
+            self.is_white(pass, front.is_settled)
+        };
         self.report_groups(pass, estimate);
         if !self.is_good(pass, front.is_settled) {
             estimate.status = Status::Diverged;
@@ -571,15 +579,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     }
 
     /// Result of the tests for white residuals: of their size against the noise, alone and in groups, of their
-    /// correlation, of a torque that is not among the unknowns, and of the estimate against earlier ones.
+    /// correlation, and of a torque that is not among the unknowns.
     #[inline(never)]
-    pub(super) fn is_white(&self, front: &Front<T, W, U, M>) -> Option<bool> {
-        let residuals = &front.pass.residuals;
+    pub(super) fn is_white(&self, pass: &Pass<T, W, U, M>, is_settled: bool) -> Option<bool> {
+        let residuals = &pass.residuals;
         if residuals.rows < ENOUGH_ROWS {
             return None;
         }
         let most = self.reference_rad_s() * largest_rms(residuals.blocks);
-        let explained = self.explained(&front.pass);
+        let explained = self.explained(pass);
         let rms = rms(residuals, U);
         let is_small = rms * rms <= most * most + explained;
         let rows = T::count(residuals.rows);
@@ -587,17 +595,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let correlations = residuals.correlations_beyond(explained * rows);
         let is_correlated = correlation.abs() > largest_correlation(residuals.rows)
             || correlations > largest_correlations(residuals.rows, LAGS as u32);
-        let contradiction = self.contradictions(&front.pass);
+        let contradiction = self.contradictions(pass);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
         let is_found = !is_correlated && !shows_torque && !residuals.is_alarmed();
-        let is_steady = !self.steadiness.is_contradicted();
-        Some(
-            is_small
-                && is_found
-                && is_steady
-                && self.are_groups_white(&front.pass)
-                && front.is_settled,
-        )
+        Some(is_small && is_found && self.are_groups_white(pass) && is_settled)
     }
 
     /// True where groups of residuals have the size of white noise, and none of it along the curvature of the rate.
@@ -614,7 +615,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     pub(super) fn ended_with(&self, front: &Front<T, W, U, M>) -> Ended<T> {
         Ended {
             residual_rms_rad_s: rms(&front.pass.residuals, U),
-            residuals_white: self.is_white(front),
+            residuals_white: self.is_white(&front.pass, front.is_settled),
             is_explained: self.is_good(&front.pass, front.is_settled),
         }
     }

@@ -125,7 +125,7 @@ record! { OutcomeCounts {
     clock_resets: u32, "–";
     /// Resets after consecutive spikes.
     lockout_resets: u32, "–";
-    /// Resets after a fault or a change in mid-motion.
+    /// Resets after a fault in mid-motion that has ended.
     interruption_resets: u32, "–";
     /// Resets of the carried estimate, contradicted by new data.
     change_resets: u32, "–";

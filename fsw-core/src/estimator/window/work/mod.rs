@@ -248,6 +248,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.inquiry = None;
         self.schedule.due_at = self.schedule.due_at.min(self.schedule.blocks);
         if !self.blocks.is_incompressible() {
+            if let Some(front) = &mut self.front {
+                front.pass.residuals.forget_instant();
+            }
             self.blocks.compact();
             return;
         }

@@ -191,6 +191,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         self.drop_contradicted();
         self.reconsider(false);
+        self.is_known_white &= self.ended.is_white();
         if self.replace_past() {
             // The mean over the window is a third of it away from its end in variance.
             self.past_age_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
@@ -232,11 +233,14 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         window.eliminate(self.groups.first_kept::<U>());
     }
 
-    /// Discards earlier windows and the prior where the blocks of the front contradict them. True if it
-    /// did.
+    /// Discards earlier windows and the prior where the blocks of the front contradict them. Earlier windows with an error of
+    /// the model, which the present one is too short to show, are doubted instead. True if they are contradicted.
     fn drop_contradicted(&mut self) -> bool {
         let is_contradicted = self.is_contradicted();
-        if is_contradicted {
+        let has_error = !self.is_known_white && self.closing.is_none() && self.is_front_white();
+        if is_contradicted && self.past.is_some() && has_error {
+            self.put_in_doubt();
+        } else if is_contradicted {
             self.forget_past();
         }
         is_contradicted
