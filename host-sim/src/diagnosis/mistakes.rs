@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::record::{Record, median};
+use super::record::{MARGIN, Record, median};
 
 /// Share of rows without a new wheel speed above which the speeds are held.
 const HELD_SHARE: f64 = 0.3;
-/// Largest shift of wheel columns, rows: one second of a log at 10 Hz.
-const LARGEST_SHIFT: isize = 10;
+/// Largest shift of wheel columns, rows: within the margin of a fit.
+const LARGEST_SHIFT: isize = MARGIN as isize - 1;
 /// Cosine between torque columns and motor torque above which one is taken for the other.
 const SAME_TORQUE: f64 = 0.7;
 
@@ -50,6 +50,14 @@ impl Mistake {
         let mut record = record.clone();
         self.change.apply(&mut record);
         record
+    }
+
+    /// Columns that the mistake shifts: shifts of the same columns are neighbours. None for another mistake.
+    pub(super) fn shifted(&self) -> Option<Option<usize>> {
+        match self.change {
+            Change::Shift(one, _) => Some(one),
+            _ => None,
+        }
     }
 
     /// Factor by which readings in the right unit are smaller than those of the log; one unless their unit is wrong.

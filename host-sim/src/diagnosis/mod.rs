@@ -51,6 +51,8 @@ const STEP_COST: f64 = 1.0;
 const NOISE_TOLERANCE: f64 = 0.2;
 /// Most mistakes that are fitted beyond the first stage.
 const MOST_FITTED: usize = 10;
+/// Most shifts of the same columns among them.
+const MOST_NEIGHBOURS: usize = 2;
 /// Most explanations.
 const MOST: usize = 12;
 
@@ -228,6 +230,12 @@ impl<'a> Reference<'a> {
         };
         let mut all: Vec<_> = mistakes.par_iter().filter_map(candidate).collect();
         all.sort_by(|a, b| a.2.total_cmp(&b.2));
+        let mut shifted = Vec::new();
+        all.retain(|(mistake, ..)| {
+            let neighbours = shifted.iter().filter(|of| **of == mistake.shifted()).count();
+            shifted.extend(mistake.shifted().map(Some));
+            mistake.shifted().is_none() || neighbours < MOST_NEIGHBOURS
+        });
         all.truncate(MOST_FITTED);
         all.into_iter().map(|(mistake, fit, _)| (mistake, fit)).collect()
     }
