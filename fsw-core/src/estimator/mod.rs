@@ -31,9 +31,9 @@
 //!
 //! // Four wheels, single precision, bytes.
 //! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 45 * 1024);
-//! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 49 * 1024);
-//! assert!(size_of::<JointEkfUd<f32, 4>>() <= 2960);
-//! assert!(size_of::<JointEkfUd<f32, 4, 24>>() <= 6544);
+//! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 50_200);
+//! assert!(size_of::<JointEkfUd<f32, 4>>() <= 2880);
+//! assert!(size_of::<JointEkfUd<f32, 4, 24>>() <= 6336);
 //! assert!(size_of::<EkfSgf<f32, 4>>() <= 2048);
 //! assert!(size_of::<Momentum<f32, 4>>() <= 512);
 //! ```
