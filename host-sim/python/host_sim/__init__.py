@@ -146,8 +146,8 @@ def diagnose(craft: Source, log: Log) -> DiagnosisResult:
 def draft_craft(log: Log) -> str:
     """Draft a craft file from a log: columns, units and clock.
 
-    Write the text to a file, confirm the lines marked ``CONFIRM``, fill in those marked ``FILL IN``, and give the path to
-    :func:`replay`.
+    Write the text to a file, confirm the lines marked ``CONFIRM``, fill in those marked ``FILL IN``, and give
+    the path to :func:`replay`.
 
     Args:
         log: as of :func:`replay`, with any names of columns.
