@@ -188,7 +188,7 @@ const MOST_UNDERSTATED: f64 = 2.5;
 const PHASE_SHARE: f64 = 0.3;
 const LEAST_TURN_RAD: f64 = 30.0;
 /// Samples that a step takes in at most: after a hole up to nine leave the outlier gate, which are spread over the steps that
-/// follow. Each costs 1,000 instructions.
+/// follow. The most expensive step has 5,566 instructions with three and 6,338 with four (`cargo bench-target`).
 const MOST_SAMPLES: u32 = 3;
 /// Blocks at which a window is fitted for the first time, without being asked to.
 const FIRST_FIT_BLOCKS: u32 = 8;

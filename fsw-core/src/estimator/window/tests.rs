@@ -387,6 +387,28 @@ fn a_hole_in_the_rate_is_bridged_by_the_drive() {
     }
 }
 
+/// After a hole of any length the outlier gate lets go of several samples at once: the blocks cover the whole flight.
+#[test]
+fn no_sample_is_lost_after_a_hole() {
+    let covered_s = |samples: &[Sample<f32, 0>]| {
+        let mut window = window::<512>(config(NOISE_RAD_S));
+        samples.iter().for_each(|sample| {
+            window.step(sample);
+        });
+        window.finish();
+        let blocks = (0..window.blocks.len()).filter_map(|i| window.blocks.block(i));
+        blocks.map(|block| block.duration_s).sum::<f32>()
+    };
+    let clean = noisy(tumble(200), NOISE_RAD_S);
+    let whole_s = covered_s(&clean);
+    for length in 1..=25 {
+        let mut samples = clean.clone();
+        samples[100..100 + length].iter_mut().for_each(|s| s.rate_rad_s.x = f32::NAN);
+        let apart_s = covered_s(&samples) - whole_s;
+        assert!(apart_s.abs() < 1e-3, "hole of {length} samples: {apart_s} s");
+    }
+}
+
 /// Adds white noise, uniform, of one sigma in rad/s.
 fn noisy<const W: usize>(mut samples: Vec<Sample<f32, W>>, sigma: f32) -> Vec<Sample<f32, W>> {
     let mut state = 1u64;
