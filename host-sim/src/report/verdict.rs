@@ -124,7 +124,7 @@ fn doubts(report: &ReplayReport) -> String {
         });
         doubts += ".";
     }
-    for parameter in report.hardware.iter().filter(|p| p.left() < 1.0 && p.is_contradicted()) {
+    for parameter in report.hardware.iter().filter(|p| p.is_contradicted()) {
         let value = in_words(parameter.value, &parameter.unit);
         doubts += &format!(" The {}, {value}, is beyond five stated sigmas.", parameter.name);
     }
