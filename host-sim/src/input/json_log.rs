@@ -1,7 +1,7 @@
-//! Logs as JSON: an object for each line, or a list of objects.
+//! Logs as JSON: an object for each line, a list of objects, or one object of columns.
 //!
 //! Members of an object have names with points, `imu.rate`, and elements of a list `rate[0]`, as in Parquet. A line that
-//! is no object is a row at fault.
+//! is no object is a row at fault. A column is a list, or an object by row number as pandas writes it.
 
 use std::collections::HashMap;
 
@@ -34,6 +34,9 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<CsvSource, InputError> {
         place: Place { file: file.to_owned(), line },
         problem: Problem::Unreadable(std::io::Error::other(message)),
     };
+    if let Some((columns, records)) = serde_json::from_slice(bytes).ok().and_then(columns_of) {
+        return CsvSource::from_records(file, columns, records);
+    }
     let mut table = Table::default();
     if bytes.trim_ascii_start().starts_with(b"[") {
         let list: Vec<Value> = serde_json::from_slice(bytes)
@@ -59,6 +62,38 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<CsvSource, InputError> {
     let columns = table.columns.len();
     let records = table.rows.into_iter().map(|row| record(row, columns)).collect();
     CsvSource::from_records(file, table.columns, records)
+}
+
+/// Names and rows of one object of columns: lists, or objects by row number, all of one length of at least two.
+fn columns_of(value: Value) -> Option<(Vec<String>, Vec<StringRecord>)> {
+    let Value::Object(members) = value else { return None };
+    let cell = |value: Value| match value {
+        Value::Null => Some(String::new()),
+        Value::String(text) => Some(text),
+        Value::Array(_) | Value::Object(_) => None,
+        other => Some(other.to_string()),
+    };
+    let cells = |column: Value| match column {
+        Value::Array(values) => values.into_iter().map(cell).collect::<Option<Vec<String>>>(),
+        Value::Object(rows) => {
+            let number = |(row, value): (String, Value)| Some((row.parse::<u64>().ok()?, value));
+            let mut rows: Vec<(u64, Value)> =
+                rows.into_iter().map(number).collect::<Option<_>>()?;
+            rows.sort_by_key(|(row, _)| *row);
+            rows.into_iter().map(|(_, value)| cell(value)).collect()
+        }
+        _ => None,
+    };
+    let mut names = Vec::new();
+    let mut columns = Vec::new();
+    for (name, column) in members {
+        names.push(name);
+        columns.push(cells(column)?);
+    }
+    let rows = columns.first()?.len();
+    let is_table = rows > 1 && rows <= MAX_ROWS && columns.iter().all(|c| c.len() == rows);
+    let record = |row: usize| columns.iter().map(|column| column[row].as_str()).collect();
+    is_table.then(|| (names, (0..rows).map(record).collect()))
 }
 
 /// Cells by column; none for a line that is no object.
@@ -144,6 +179,34 @@ mod tests {
             assert_eq!(rows[0], ["0.5", "-1e-7", "true", "1743296360000000001"]);
             assert_eq!(rows[1][3], "2");
         }
+    }
+
+    /// pandas: `to_json(orient="list")` by way of a dictionary, and `to_json()`, whose rows are not in order as texts.
+    #[test]
+    fn one_object_of_columns_is_a_table() {
+        let number = |row: usize| format!("\"{row}\": {row}.5");
+        let by_number: Vec<String> = (0..12).map(number).collect();
+        let by_number = by_number.join(", ");
+        let list: Vec<String> = (0..12).map(|row| format!("{row}.5")).collect();
+        let list = list.join(", ");
+        for text in [
+            format!("{{\"t\": [{list}], \"wx\": [{list}]}}"),
+            format!("{{\"t\": {{{by_number}}},\n \"wx\": {{{by_number}}}}}"),
+        ] {
+            let (columns, rows) = cells(&text);
+            assert_eq!(columns, ["t", "wx"]);
+            assert_eq!(
+                (rows.len(), &rows[2], &rows[11][0]),
+                (12, &rows_of("2.5"), &"11.5".to_owned())
+            );
+        }
+        // Lists of unequal length, or one sample with a vector, are no columns.
+        assert_eq!(cells("{\"t\": 1, \"w\": [1, 2]}").1.len(), 1);
+        assert_eq!(cells("{\"t\": [1], \"w\": [1, 2]}").1.len(), 1);
+    }
+
+    fn rows_of(cell: &str) -> Vec<String> {
+        vec![cell.to_owned(); 2]
     }
 
     #[test]
