@@ -13,7 +13,7 @@ use crate::estimator::joint_ekf::{self, JointEkf, JointEkfPublished, JointEkfUd}
 use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
 use crate::estimator::window::{self, Window};
 use crate::hardware::{Disturbance, Hardware};
-use crate::math::{Vec3, scalar::Real};
+use crate::math::{Mat, Vec3, scalar::Real};
 use crate::outcome::{Outcome, Reset};
 use crate::prior::Prior;
 use crate::sample::Sample;
@@ -439,6 +439,22 @@ fn an_unphysical_prior_is_rejected() {
     assert!(read_back(&mut prior, &words).is_err());
 }
 
+/// The words that follow a state are left to the next one.
+#[test]
+fn two_states_follow_one_another() {
+    let mut words = [0; 8];
+    let mut medium = ToWords::new(&mut words);
+    transfer(&mut (1u32, 2.0f64), &mut medium).unwrap();
+    transfer(&mut 3u8, &mut medium).unwrap();
+    assert_eq!(medium.written(), 4);
+    let mut medium = FromWords::new(&words);
+    let mut states = ((0u32, 0.0f64), 0u8);
+    transfer(&mut states.0, &mut medium).unwrap();
+    assert_eq!(medium.remaining(), 5);
+    transfer(&mut states.1, &mut medium).unwrap();
+    assert_eq!((states, medium.remaining()), (((1, 2.0), 3), 4));
+}
+
 /// Names, types, order and role of the fields, sizes and precision enter the fingerprint.
 #[test]
 fn each_layout_has_its_own_fingerprint() {
@@ -485,6 +501,15 @@ fn each_layout_has_its_own_fingerprint() {
         fingerprint::<renamed::A>(),
         fingerprint::<reordered::A>(),
         fingerprint::<configured::A>(),
+        fingerprint::<(A, B)>(),
+        fingerprint::<(B, A)>(),
+        fingerprint::<(A, C)>(),
+        fingerprint::<Mat<f32, 2, 3>>(),
+        fingerprint::<Mat<f32, 3, 2>>(),
+        fingerprint::<Mat<f64, 2, 3>>(),
+        fingerprint::<Mat<f32, 2, 2>>(),
+        fingerprint::<Option<u8>>(),
+        fingerprint::<Option<u16>>(),
         fingerprint::<[A; 2]>(),
         fingerprint::<[A; 3]>(),
         fingerprint::<JointEkfUd<f32, 4>>(),

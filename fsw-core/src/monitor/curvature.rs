@@ -271,4 +271,24 @@ mod tests {
         assert!(one_axis.chi_square().is_finite() && one_axis.is_white(300, 1.0, 0.0));
         assert_eq!((unequal.chi_square(), rest.chi_square()), (0.0, 0.0));
     }
+
+    /// Residuals over another unit, of this variance: the same verdict.
+    #[test]
+    fn verdict_is_independent_of_the_unit_of_the_residuals() {
+        let scaled = |seed: u64, gain: f32, unit: f32| {
+            let mut noise = normal(seed + 1);
+            let mut sums = Curvature::none();
+            for k in 1..=BLOCKS {
+                let apart = rate(k + 1) + rate(k - 1) - rate(k) * 2.0;
+                let white = Vec3::from_fn(|_, _| noise() as f32);
+                let residual = white + apart * (gain / (PERIOD_S * PERIOD_S));
+                sums.add(&rate(k), PERIOD_S, &(residual * unit));
+            }
+            sums.is_white(3 * BLOCKS as u32, unit * unit, 0.0)
+        };
+        for unit in [0.25, 1.0, 4.0] {
+            assert!((0..20).all(|seed| scaled(seed, 0.0, unit)), "{unit}");
+            assert!((0..20).all(|seed| !scaled(seed, 50.0, unit)), "{unit}");
+        }
+    }
 }

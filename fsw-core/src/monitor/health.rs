@@ -268,8 +268,10 @@ pub fn is_covariance<T: Real>(covariance: &Mat<T, 6, 6>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::attitude::NoAttitude;
     use crate::gate::Rejection;
     use proptest::prelude::*;
+    use std::collections::BTreeSet;
 
     const SPIKE: Outcome = Outcome::Coasting(Coasting::Spike);
     const STUCK: Outcome = Outcome::Coasting(Coasting::Rejected(Rejection::Stuck));
@@ -431,6 +433,54 @@ mod tests {
                 }
                 last = health;
             }
+        }
+    }
+
+    #[test]
+    fn refusals_name_their_verdict() {
+        let no_attitude = Outcome::Coasting(Coasting::NoAttitude(NoAttitude::Missing));
+        for (outcome, driver) in
+            [(SPIKE, Driver::Prediction), (STUCK, Driver::Gate), (no_attitude, Driver::Gate)]
+        {
+            let mut monitor = HealthMonitor::default();
+            assert_eq!(run(&mut monitor, outcome, 3), Health::Degraded);
+            assert_eq!(monitor.driver(), Some(driver));
+        }
+    }
+
+    /// Of two items of evidence the worse one counts; further evidence of the present level leaves the driver.
+    #[test]
+    fn driver_is_that_of_the_last_change_for_the_worse() {
+        let mut monitor = HealthMonitor::default();
+        monitor.note_wheels(true);
+        assert_eq!(run(&mut monitor, Outcome::Updated, 1), Health::Degraded);
+        assert_eq!(run(&mut monitor, Outcome::Reset(Reset::Gap), 1), Health::Degraded);
+        assert_eq!(monitor.driver(), Some(Driver::Wheel));
+        assert_eq!(run(&mut monitor, STUCK, HYSTERESIS), Health::Lost);
+        assert_eq!(monitor.driver(), Some(Driver::Gate));
+    }
+
+    #[test]
+    fn names_are_distinct() {
+        use Driver::*;
+        let drivers =
+            [Gate, Prediction, Gap, Contradiction, Residuals, Excitation, Wheel, Model, Numbers];
+        let levels = [Health::Nominal, Health::Degraded, Health::Lost];
+        let names = drivers.iter().map(Driver::name).chain(levels.iter().map(Health::name));
+        assert_eq!(names.collect::<BTreeSet<_>>().len(), drivers.len() + levels.len());
+    }
+
+    /// Full correlation is one, and a tenth more is none, whatever the size.
+    #[test]
+    fn covariance_is_judged_alike_at_any_size() {
+        for variance in [1e-30f32, 1e-6, 1.0, 1e30] {
+            let correlated = |rho: f32| {
+                let mut covariance = Mat::<f32, 6, 6>::identity() * variance;
+                (covariance[(4, 2)], covariance[(2, 4)]) = (rho * variance, rho * variance);
+                is_covariance(&covariance)
+            };
+            assert!(correlated(1.0) && correlated(-1.0), "{variance}");
+            assert!(!correlated(1.1) && !correlated(-1.1), "{variance}");
         }
     }
 }

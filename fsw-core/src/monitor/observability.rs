@@ -162,4 +162,20 @@ mod tests {
         let p = prior_covariance().map(|x| (x * 1e-18 * 1e-4) as f32);
         assert_eq!(observed(&p, &prior).directions, 6);
     }
+
+    #[test]
+    fn a_range_that_is_not_positive_observes_nothing() {
+        for sigma in [0.0, -30.0, f64::NAN] {
+            let range = [30.0, sigma, 30.0, 10.0, 10.0, 10.0];
+            assert_eq!(observed(&(prior_covariance() * 1e-4), &range), Observed::default());
+        }
+    }
+
+    /// The mean moment of the estimate is the largest range of a moment, half of it that of a product.
+    #[test]
+    fn range_is_that_of_a_body_of_the_estimated_size() {
+        let estimate = Inertia::new([1.0, 2.0, 3.0, 0.1, 0.0, 0.0f64]);
+        let range = range_before_data(&estimate, &[30.0, 30.0, 0.5, 10.0, 0.2, 10.0]);
+        assert_eq!(range, [2.0, 2.0, 0.5, 1.0, 0.2, 1.0]);
+    }
 }

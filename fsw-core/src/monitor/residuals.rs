@@ -257,3 +257,130 @@ impl<T: Real> Residuals<T> {
         residual
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::test_hardware::normal;
+
+    const SIGMA_RAD_S: f64 = 1e-3;
+
+    /// Residuals of these squares over the variance, one a block.
+    fn of(shares: impl IntoIterator<Item = f64>) -> Residuals<f64> {
+        let mut residuals = Residuals::from_block(0);
+        for (block, share) in shares.into_iter().enumerate() {
+            let square = share * SIGMA_RAD_S * SIGMA_RAD_S;
+            residuals.weigh(block, square, SIGMA_RAD_S, SIGMA_RAD_S);
+            residuals.watch(share, block + 1);
+        }
+        residuals
+    }
+
+    /// Influence bounded by four sigmas: the weight is `min(1, 16 / u²)`.
+    #[test]
+    fn weight_bounds_the_influence_of_a_block() {
+        let weight = |share: f64| {
+            Residuals::from_block(0).weigh(0, share * SIGMA_RAD_S * SIGMA_RAD_S, 1.0, SIGMA_RAD_S)
+        };
+        assert_eq!((weight(3.0), weight(15.9)), (1.0, 1.0));
+        assert!((weight(32.0) - 0.5).abs() < 1e-12);
+        let cost = of([3.0, 32.0]).cost / (SIGMA_RAD_S * SIGMA_RAD_S);
+        assert!((cost - 19.0).abs() < 1e-9, "{cost}");
+    }
+
+    /// Of 40 blocks three by chance and two by their share of 5 %.
+    #[test]
+    fn blocks_at_reduced_weight_are_many_beyond_chance_and_a_share() {
+        let with = |low: usize| of((0..40).map(|k| if k < low { 100.0 } else { 3.0 }));
+        assert_eq!((with(6).blocks, with(6).low), (40, 6));
+        assert!(with(6).has_many_low());
+        assert!(!with(5).has_many_low() && !with(0).has_many_low());
+    }
+
+    /// Blocks 10 to 13 and 17, 18 are one run; four blocks of full weight end it.
+    #[test]
+    fn a_run_has_gaps_of_up_to_three_blocks() {
+        let low = [10, 11, 12, 13, 17, 18, 23, 24];
+        let residuals = of((0..40).map(|k| if low.contains(&k) { 100.0 } else { 3.0 }));
+        assert_eq!(residuals.longest, Run { from: 10, after: 19, count: 6 });
+        assert_eq!(of([3.0, 3.0, 100.0]).longest, Run { from: 2, after: 3, count: 1 });
+        let mut later = residuals;
+        later.drop_before(12);
+        assert_eq!(later.longest, Run { from: 0, after: 7, count: 6 });
+    }
+
+    /// Each block of any size adds twelve at most: the seventh exceeds 75, the fourth 40. The instant is that of the first.
+    #[test]
+    fn a_change_is_contradicted_from_its_instant() {
+        let after = |large: usize| of((0..50 + large).map(|k| if k < 50 { 3.0 } else { 1e6 }));
+        assert!(!after(6).is_contradicted && after(7).is_contradicted);
+        assert!(!after(3).is_alarmed() && after(4).is_alarmed());
+        assert_eq!(after(7).rise, 50);
+        let mut dropped = after(7);
+        dropped.drop_before(20);
+        assert_eq!(dropped.rise, 30);
+        let mut merged = after(7);
+        merged.forget_instant();
+        assert!(merged.is_contradicted && merged.rise > 1000 && merged.longest == Run::none());
+        // A contradiction lasts.
+        dropped.watch(0.0, 60);
+        assert!(dropped.is_contradicted && dropped.rise == 30);
+    }
+
+    /// Normal residuals of three axes: the median of 4,000 blocks, whose octaves resolve it to a tenth.
+    #[test]
+    fn typical_residual_is_the_sigma_of_normal_ones() {
+        for scale in [0.3, 1.0, 2.0, 50.0] {
+            let mut normal = normal(1);
+            let mut squares = || (0..3).map(|_| (normal() * scale).powi(2)).sum::<f64>();
+            let residuals = of((0..4000).map(|_| squares()));
+            let ratio = residuals.typical(SIGMA_RAD_S) / (scale * SIGMA_RAD_S);
+            assert!((ratio - 1.0).abs() < 0.1, "{scale}: {ratio}");
+        }
+    }
+
+    /// Square wave of a period of four blocks on one axis: no correlation from block to block, −1 over two blocks.
+    #[test]
+    fn correlations_are_those_over_each_number_of_blocks() {
+        const BLOCKS: u32 = 400;
+        let wave = |weight: f64| {
+            let mut residuals = Residuals::from_block(0);
+            for k in 0..BLOCKS {
+                let value = if k % 4 < 2 { SIGMA_RAD_S } else { -SIGMA_RAD_S };
+                for axis in 0..3 {
+                    let value = if axis == 1 { value / weight.sqrt() } else { 0.0 };
+                    residuals.add(axis, RecursiveResidual { value, weight });
+                }
+            }
+            residuals
+        };
+        for residuals in [wave(1.0), wave(4.0)] {
+            assert_eq!((residuals.rows, residuals.degrees(12)), (3 * BLOCKS, 3 * BLOCKS - 12));
+            let total = f64::from(BLOCKS) * SIGMA_RAD_S * SIGMA_RAD_S;
+            assert!((residuals.squares / total - 1.0).abs() < 1e-9);
+            assert!(residuals.correlation_beyond(0.0).abs() < 0.01);
+            // Lags 2, 4 and 6: each one, less the first blocks.
+            let sum = residuals.correlations_beyond(0.0) / f64::from(3 * BLOCKS);
+            assert!((sum - 3.0).abs() < 0.1, "{sum}");
+            // All of a correlation of 1, either sign, is explained by the sum of squares; half of it leaves a quarter of the squares.
+            assert_eq!(residuals.correlations_beyond(total), 0.0);
+            let rest = residuals.correlations_beyond(0.5 * total) / f64::from(3 * BLOCKS);
+            assert!((rest - 0.75).abs() < 0.1, "{rest}");
+        }
+        let constant = |sign: f64| {
+            let mut residuals = Residuals::from_block(0);
+            for k in 0..BLOCKS {
+                let value = if k % 2 == 0 { SIGMA_RAD_S } else { SIGMA_RAD_S * sign };
+                residuals.add(0, RecursiveResidual { value, weight: 1.0 });
+            }
+            (
+                residuals.correlation_beyond(0.0),
+                residuals.correlation_beyond(residuals.squares / 2.0),
+            )
+        };
+        for sign in [1.0, -1.0] {
+            let (all, half) = constant(sign);
+            assert!((all - sign).abs() < 0.01 && (half - sign / 2.0).abs() < 0.01, "{all} {half}");
+        }
+    }
+}

@@ -145,7 +145,9 @@ mod tests {
         let mut test = ShiftTest::default();
         let judge = |mean: f64| {
             let (rate_rad_s, variance_rad2_s2) = (Vec3::new(0.0, 0.0, mean), Vec3::repeat(1.0));
-            test.judge(&Innovation { rate_rad_s, variance_rad2_s2 }, 1.0)
+            let decision = test.judge(&Innovation { rate_rad_s, variance_rad2_s2 }, 1.0);
+            assert_eq!(test.is_shifted(), decision != Decision::Consistent);
+            decision
         };
         means.into_iter().map(judge).collect()
     }
@@ -190,5 +192,24 @@ mod tests {
         assert!(found.iter().all(|d| *d == Decision::Consistent));
         let after = decisions([f64::INFINITY, f64::NAN, 0.0, 0.0]);
         assert_eq!(after[3], Decision::Consistent);
+    }
+
+    /// Sixteen consistent samples cancel a shifted one; a restart cancels all.
+    #[test]
+    fn calm_returns_with_consistent_samples_or_a_restart() {
+        let (mut test, mut left) = (ShiftTest::default(), 0u32);
+        for k in 0..600 {
+            let rate_rad_s = Vec3::new(if k < 10 { 10.0 } else { 0.0 }, 0.0, 0.0);
+            let variance_rad2_s2 = Vec3::repeat(1.0);
+            left = match test.judge(&Innovation { rate_rad_s, variance_rad2_s2 }, 1.0) {
+                Decision::Consistent => left.saturating_sub(1),
+                _ => left + u32::from(PAUSE),
+            };
+            assert_eq!(test.is_calm(), left == 0, "{k}");
+            let mut restarted = test;
+            restarted.restart();
+            assert_eq!(restarted, ShiftTest::default());
+        }
+        assert!(test.is_calm());
     }
 }

@@ -168,4 +168,32 @@ mod tests {
         assert_eq!(white[..3], [Some(true); 3]);
         assert_eq!(white[27..], [Some(false); 3]);
     }
+
+    /// Exactly the spikes that make a transient: the test has its state before the onset once it is over, and all
+    /// innovations before that.
+    #[test]
+    fn the_shortest_transient_is_left_out_too() {
+        let mut test = Undisturbed::default();
+        add(&mut test, 1.0, 400);
+        add(&mut test, 3.0, 40);
+        refuse(&mut test, TRANSIENT);
+        assert_eq!(test.is_white(), Some(false));
+        add(&mut test, 1.0, 32 - TRANSIENT + 1);
+        assert_eq!(test.is_white(), Some(true));
+    }
+
+    #[test]
+    fn what_is_left_out_is_limited_across_restarts() {
+        let mut test = Undisturbed::<f32>::default();
+        let mut left_out = 0;
+        while left_out < u32::from(LEFT_OUT) {
+            refuse(&mut test, TRANSIENT);
+            assert!(test.is_disturbed(), "{left_out}");
+            add(&mut test, 3.0, 16);
+            left_out += 16;
+            test.restart();
+        }
+        refuse(&mut test, TRANSIENT);
+        assert!(!test.is_disturbed());
+    }
 }

@@ -317,4 +317,47 @@ mod tests {
         }
         assert_eq!(test, Whiteness::default());
     }
+
+    /// Values of the table, and quantiles of chi-square: 4 and 9 degrees of freedom that chance exceeds once in 100.
+    #[test]
+    fn limits_are_those_of_the_table() {
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b, "{a} {b}");
+        near(largest_rms(150), 1.05 + 5.4 / 30.0);
+        near(largest_correlation(400), 0.1 + 4.0 / 20.0);
+        near(largest_correlations(400, 6), chi_square::<f64>(6, CORRELATIONS_SIGMA) + 4.0);
+        for (degrees, quantile) in [(4, 13.277), (9, 21.666), (100, 135.807)] {
+            let ratio = chi_square::<f64>(degrees, 2.3263) / quantile;
+            assert!((ratio - 1.0).abs() < 0.01, "{degrees}: {ratio}");
+        }
+    }
+
+    /// Values of one size without correlation, `+ + − −`, and values that are all equal: what noise of the variance 4 and an
+    /// explained mean square of 2 may have, to a percent.
+    #[test]
+    fn size_and_correlation_are_limited_beside_what_is_explained() {
+        const COUNT: u16 = 400;
+        let of = |square: f64, is_correlated: bool| {
+            let mut level = Level::nothing();
+            for k in 0..COUNT {
+                let sign = if is_correlated || k / 2 % 2 == 0 { 1.0 } else { -1.0 };
+                level.add(&Vec3::repeat(sign * square.sqrt()));
+            }
+            level
+        };
+        let rows = 3 * u32::from(COUNT);
+        let single: f64 = largest_rms(COUNT.into());
+        let grouped = chi_square::<f64>(rows, GROUP_SIGMA) / f64::from(rows) * (1.05 * 1.05);
+        for (is_grouped, most) in [(false, single * single), (true, grouped)] {
+            let is_white =
+                |share: f64| of((most * 4.0 + 2.0) * share, false).is_white(4.0, 2.0, is_grouped);
+            assert_eq!((is_white(0.99), is_white(1.01)), (Some(true), Some(false)));
+        }
+        // All of a square of 1 is correlated, less the first value: white up to its limit and what is explained.
+        let explained = 1.0 - largest_correlation::<f64>(rows);
+        let is_white = |explained: f64| of(1.0, true).is_white(4.0, explained, false);
+        assert_eq!(
+            (is_white(explained - 0.01), is_white(explained + 0.01)),
+            (Some(false), Some(true))
+        );
+    }
 }

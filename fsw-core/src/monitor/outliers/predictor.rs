@@ -161,4 +161,22 @@ mod tests {
         assert!((side.squared_gain - 6.0).abs() < 1e-12);
         assert!(Offset::of_line([&readings[1], &readings[1]], &about).is_none());
     }
+
+    /// Two readings an eighth of a second apart predict up to an age of six eighths; one alone predicts nothing.
+    #[test]
+    fn old_readings_are_forgotten() {
+        let mut history = History::<f64>::empty();
+        history.add(&Vec3::x());
+        history.advance(0.125);
+        let mut alone = history;
+        alone.forget_old();
+        assert!(alone.latest().is_none());
+        history.add(&Vec3::y());
+        history.advance(0.75);
+        history.forget_old();
+        assert!(history.pair().is_some());
+        history.advance(0.125);
+        history.forget_old();
+        assert!(history.latest().is_none());
+    }
 }

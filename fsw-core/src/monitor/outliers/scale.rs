@@ -179,4 +179,17 @@ mod tests {
             assert!(first_variance(&readings) <= 1.01 * expected, "{bad}");
         }
     }
+
+    /// Second differences of 2 in an alternating sequence of three axes, gain 1.5: no matter how many readings.
+    #[test]
+    fn few_readings_give_the_first_variance_too() {
+        let readings: std::vec::Vec<Reading<f64>> = (0..9)
+            .map(|k| Reading { time_s: f64::from(k), rate_rad_s: Vec3::repeat(f64::from(k % 2)) })
+            .collect();
+        for few in 3..=9 {
+            let variance = first_variance(&readings[..few]);
+            assert!((variance - 1.0 / 1.5).abs() < 1e-12, "{few}: {variance}");
+        }
+        assert_eq!(first_variance(&readings[..2]), 0.0);
+    }
 }

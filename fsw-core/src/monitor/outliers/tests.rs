@@ -486,3 +486,76 @@ proptest! {
         prop_assert!(verdicts[300..].iter().enumerate().all(|(k, a)| *a == (k != 50)));
     }
 }
+
+/// A queue of readings whose payload is their number.
+fn queued(readings: impl IntoIterator<Item = Option<f32>>) -> Queue<f32, u32> {
+    let mut queue = Queue::empty();
+    for (payload, x) in readings.into_iter().enumerate() {
+        queue.add(0.1, x.map(Vec3::repeat), payload as u32);
+    }
+    queue
+}
+
+#[test]
+fn a_full_queue_takes_no_sample_and_an_empty_one_no_verdict() {
+    let mut queue = queued((0..9).map(|x| Some(x as f32)));
+    let before = queue;
+    queue.add(0.1, None, 9);
+    assert_eq!(queue, before);
+    let mut queue = queued([Some(1.0)]);
+    queue.judge(true);
+    let before = queue;
+    queue.judge(true);
+    assert_eq!(queue, before);
+}
+
+/// A refused sample without accepted neighbours that has to be taken: the next reading stands for it, if there is one.
+#[test]
+fn a_refused_sample_alone_has_the_rate_of_the_next_one() {
+    for (next, rate) in [(Some(2.0), 2.0), (None, 1.0)] {
+        let mut queue = queued([Some(1.0), next]);
+        queue.judge(false);
+        let taken = queue.take(true).unwrap();
+        assert_eq!((taken.rate_rad_s.x, taken.is_accepted, taken.is_known), (rate, false, false));
+    }
+}
+
+/// After a gap nothing of the time before it is returned, or predicts.
+#[test]
+fn a_restart_leaves_no_sample() {
+    let mut gate = OutlierGate::<f32, u32>::new();
+    let mut dice = Dice(1);
+    let mut push = |gate: &mut OutlierGate<f32, u32>, about: f64, payload| {
+        gate.push(0.1, (Vec3::repeat(about) + dice.vector(1e-3)).cast(), payload, 1e-3)
+    };
+    for k in 0..50 {
+        push(&mut gate, 0.0, k);
+    }
+    assert!(gate.pending().count() > 0);
+    gate.restart();
+    assert_eq!((gate.pending().count(), gate.refused()), (0, 0));
+    // At another rate: none of these is compared with those before.
+    let mut returned = Vec::new();
+    for k in 50..100 {
+        returned.extend(push(&mut gate, 1.0, k));
+        returned.extend(core::iter::from_fn(|| gate.ready()));
+    }
+    assert_eq!((returned[0].payload, gate.refused()), (50, 0));
+    assert!(returned.iter().all(|judged| judged.is_accepted));
+}
+
+/// Squares that overflow leave the mean as before the first one: later readings measure the noise.
+#[test]
+fn the_measured_noise_recovers_from_an_overflow() {
+    let mut noise = Noise::<f32>::unknown();
+    let infinite = Vec3::repeat(f32::INFINITY);
+    (0..20).for_each(|_| noise.add(&Vec3::zeros(), Some(infinite), &infinite));
+    assert_eq!(noise.sigma_rad_s(), 0.0);
+    let mut dice = Dice(1);
+    for _ in 0..4000 {
+        // Errors of the cubic of one sigma, known at the reading.
+        let error = dice.vector(1.0).cast::<f32>();
+        noise.add(&dice.vector(1.0).cast(), Some(error.component_mul(&error)), &Vec3::repeat(1.0));
+    }
+    assert!((noise.sigma_rad_s() - 1.0).abs() < 0.15, "{}", noise.sigma_rad_s());
+}
