@@ -422,6 +422,7 @@ fn is_decisive<T: Real, const U: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::square_root_information::unit_row;
 
     /// Numbers of blocks from which a change and an agreement count.
     fn waits(recurrence: &Recurrence) -> [usize; 2] {
@@ -460,5 +461,43 @@ mod tests {
         assert_eq!(waits(&recurrence), [255, 255]);
         recurrence.separate(false, true, 300);
         assert_eq!(waits(&recurrence), [0, 0]);
+    }
+
+    /// A run of five blocks that ended twelve blocks ago is over; otherwise the contradiction lasts. A cumulative sum that
+    /// begins to rise at the next block has no block yet.
+    #[test]
+    fn contradiction_has_an_instant_and_an_end() {
+        let mut residuals = Residuals::<f32>::from_block(0);
+        assert_eq!(contradiction(&residuals, 30), None);
+        (residuals.is_contradicted, residuals.rise) = (true, 7);
+        assert_eq!(contradiction(&residuals, 8), Some((7, 7)));
+        assert_eq!(contradiction(&residuals, 7), None);
+        (residuals.longest.from, residuals.longest.after) = (3, 9);
+        residuals.longest.count = LONG_RUN - 1;
+        assert_eq!(contradiction(&residuals, 30), Some((7, 7)));
+        residuals.longest.count = LONG_RUN;
+        assert_eq!(contradiction(&residuals, 20), Some((3, 3)));
+        assert_eq!(contradiction(&residuals, 21), Some((3, 9)));
+    }
+
+    /// Each of the six sigmas alone, one percent below and above its limit, for bodies of two sizes.
+    #[test]
+    fn window_is_decisive_within_a_share_of_the_moments() {
+        const SIGMA_RAD_S: f64 = 1e-3;
+        for scale in [0.1, 10.0] {
+            let is_decisive = |beyond: usize, by: f64| {
+                let mut window = SquareRootInformation::<f64, 12>::default();
+                for k in 0..12 {
+                    let limit = if k < scale_of(12) { DECISIVE / 3.0 } else { DECISIVE * scale };
+                    let sigma = limit * if k == beyond { by } else { 0.9 };
+                    window.fold(&unit_row(k), 0.0, (SIGMA_RAD_S / sigma).powi(2));
+                }
+                is_decisive(&window, scale, SIGMA_RAD_S)
+            };
+            for k in shape_of(12)..12 {
+                assert!(is_decisive(k, 0.99) && !is_decisive(k, 1.01), "{k} {scale}");
+            }
+            assert!(is_decisive(0, 100.0), "a coordinate of the motion");
+        }
     }
 }

@@ -625,3 +625,47 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
 pub(super) fn rms<T: Real>(residuals: &Residuals<T>, unknowns: usize) -> T {
     (residuals.squares / T::count(residuals.degrees(unknowns as u32).max(1))).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_both_have_observed_is_left() {
+        let of = |directions: u8, element: [bool; 6], scale: bool| Observed {
+            directions,
+            element,
+            scale,
+        };
+        let all = of(6, [true; 6], true);
+        let some = of(4, [true, false, true, false, true, true], false);
+        for (mut left, right, expected) in [
+            (all, some, some),
+            (some, all, some),
+            (all, all, all),
+            (some, of(5, [false; 6], true), of(4, [false; 6], false)),
+        ] {
+            restrict(&mut left, &right);
+            assert_eq!(left, expected);
+        }
+    }
+
+    /// Elements of 1e6 kg m² without variance: that of their rounding to single precision.
+    #[test]
+    fn variance_has_a_floor_at_rounding_error() {
+        let mut estimate = Estimate::<f32>::of_nothing();
+        estimate.inertia = Inertia::new([1e6, 2e6, 2e6, 1e3, 0.0, -1e3]);
+        estimate.covariance_kg2_m4 = Mat::zeros();
+        assert!(is_finite_with_floor(&mut estimate));
+        for (sigma, element) in estimate.sigma_kg_m2().iter().zip(estimate.inertia.elements_kg_m2())
+        {
+            assert!((sigma - element.abs() * f32::EPSILON).abs() <= 1e-3 * sigma);
+        }
+        estimate.covariance_kg2_m4[(2, 2)] = 1e30;
+        assert!(is_finite_with_floor(&mut estimate));
+        let grown = estimate.covariance_kg2_m4[(2, 2)] / 1e30 - 1.0;
+        assert!((0.0..1e-5).contains(&grown), "{grown}");
+        estimate.covariance_kg2_m4[(1, 2)] = f32::NAN;
+        assert!(!is_finite_with_floor(&mut estimate));
+    }
+}

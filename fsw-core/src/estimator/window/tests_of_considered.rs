@@ -144,6 +144,30 @@ fn groups_are_solved_where_all_have_a_place() {
     assert!(!Solving::new(config, wheels).unwrap().considers());
 }
 
+/// Sigma by the noise alone: that of a fit for ideal hardware, of which nothing is considered.
+#[test]
+fn random_sigma_is_that_of_ideal_hardware() {
+    let samples = flight();
+    let wheel = (Vec3::from(AXIS), SPIN_INERTIA);
+    let considering = flown(&samples, wheel).estimate();
+    let wheels = WheelArray::new([wheel.0], [wheel.1]).unwrap();
+    let ideal = config(Hardware::ideal(), NOISE_RAD_S);
+    let mut window = Considering::<f64>::new(ideal, wheels).unwrap();
+    let mut draw = normal(1);
+    for sample in &samples {
+        let noise_rad_s = Vec3::from_fn(|_, _| NOISE_RAD_S * draw());
+        window.step(&Sample { rate_rad_s: sample.rate_rad_s + noise_rad_s, ..*sample });
+    }
+    window.finish();
+    let (random, sigma) =
+        (considering.sigma_random_kg_m2.unwrap(), window.estimate().sigma_kg_m2());
+    for i in 0..6 {
+        let ratio = random[i] / sigma[i];
+        assert!((0.9..1.1).contains(&ratio), "element {i}: {ratio}");
+        assert!(random[i] < 0.9 * considering.sigma_kg_m2()[i], "element {i}");
+    }
+}
+
 /// With hardware that is known exactly, places for considered groups leave every bit.
 #[test]
 fn ideal_hardware_leaves_the_bits() {
