@@ -291,4 +291,18 @@ mod tests {
             assert!((0..20).all(|seed| !scaled(seed, 50.0, unit)), "{unit}");
         }
     }
+
+    /// Second derivative of a sine of 0.5 rad/s, within 3 % for blocks of 0.1 and 0.4 s.
+    #[test]
+    fn curvature_is_the_second_derivative_of_the_rate() {
+        for period_s in [0.1, 0.4] {
+            let mut sums = Curvature::<f32>::none();
+            for k in 0..1000 {
+                let rate = Vec3::new(0.05 * (0.5 * k as f32 * period_s).sin(), 0.0, 0.0);
+                sums.add(&rate, period_s, &Vec3::zeros());
+            }
+            let per_s2 = sums.mixed[(0, 0)] / sums.of_rates[(0, 0)];
+            assert!((per_s2 + 0.25).abs() < 0.03 * 0.25, "{period_s}: {per_s2}");
+        }
+    }
 }

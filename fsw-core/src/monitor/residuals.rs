@@ -354,6 +354,8 @@ mod tests {
             }
             residuals
         };
+        assert_eq!(Residuals::<f64>::from_block(0).correlation_beyond(0.0), 0.0);
+        assert_eq!(Residuals::<f64>::from_block(0).correlations_beyond(0.0), 0.0);
         for residuals in [wave(1.0), wave(4.0)] {
             assert_eq!((residuals.rows, residuals.degrees(12)), (3 * BLOCKS, 3 * BLOCKS - 12));
             let total = f64::from(BLOCKS) * SIGMA_RAD_S * SIGMA_RAD_S;

@@ -559,3 +559,31 @@ fn the_measured_noise_recovers_from_an_overflow() {
     }
     assert!((noise.sigma_rad_s() - 1.0).abs() < 0.15, "{}", noise.sigma_rad_s());
 }
+
+/// Accepted samples are returned with the second one after them, once the first eight have given the scales.
+#[test]
+fn an_accepted_sample_is_two_samples_late() {
+    let (mut gate, mut dice) = (OutlierGate::<f32, u32>::new(), Dice(1));
+    for k in 0..200 {
+        let mut last = gate.push(0.1, dice.vector(1e-3).cast(), k, 1e-3);
+        assert_eq!(last.is_some(), k >= START as u32 - 1, "{k}");
+        while let Some(ready) = gate.ready() {
+            last = Some(ready);
+        }
+        assert!(last.is_none_or(|last| k < 20 || last.payload + 2 == k), "{k}");
+    }
+}
+
+/// Of the cubic's errors and the sixth differences the smaller ones count: 2 and 1 sigma, either way.
+#[test]
+fn the_smaller_measure_of_the_noise_counts() {
+    for (of_reading, of_cubic) in [(1.0, 2.0), (2.0, 1.0)] {
+        let (mut noise, mut dice) = (Noise::<f32>::unknown(), Dice(1));
+        for _ in 0..2000 {
+            let error = dice.vector(of_cubic).cast::<f32>();
+            let squared = error.component_mul(&error);
+            noise.add(&dice.vector(of_reading).cast(), Some(squared), &Vec3::repeat(100.0));
+        }
+        assert!((noise.sigma_rad_s() - 1.0).abs() < 0.1, "{}", noise.sigma_rad_s());
+    }
+}
