@@ -254,6 +254,20 @@ fn a_fault_of_one_axis_is_never_converged_and_wrong() {
     }
 }
 
+/// Five sigmas on one axis for ten seconds.
+#[test]
+fn a_shift_is_called_diverged_while_it_lasts() {
+    let mut samples = with_noise(spin_up()[..2500].to_vec(), 1);
+    for sample in &mut samples[1500..1600] {
+        sample.rate_rad_s.y += 5.0 * STSAT_NOISE_RAD_S as f32;
+    }
+    let status = |end: usize| fly(&samples[..end]).0;
+    assert_eq!(
+        [status(1500), status(1560), status(2500)],
+        [Status::Converged, Status::Diverged, Status::Converged]
+    );
+}
+
 /// A clean flight: no sample is refused in ten minutes.
 #[test]
 fn white_noise_raises_no_alarm() {

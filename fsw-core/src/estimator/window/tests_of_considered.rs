@@ -4,6 +4,7 @@ use super::*;
 use crate::estimate::Status;
 use crate::estimator::test_hardware::*;
 use crate::hardware::{Hardware, Parameter};
+use crate::math::Mat;
 use std::vec::Vec;
 
 /// Torque, bias, time offset with common scales, and the place that four groups take in turn.
@@ -142,6 +143,36 @@ fn groups_are_solved_where_all_have_a_place() {
     }
     let wheels = WheelArray::new([Vec3::from(AXIS)], [SPIN_INERTIA]).unwrap();
     assert!(!Solving::new(config, wheels).unwrap().considers());
+}
+
+/// A turn of all sensors about x leaves the trace and Jxx, and no motion shows it: its sigma is the stated one.
+#[test]
+fn turn_of_all_sensors_is_reported_as_stated() {
+    const STATED_RAD: f64 = 1e-2;
+    let hardware = Hardware { mount_rad: [STATED_RAD, 0.0, 0.0], ..Hardware::ideal() };
+    let wheels = WheelArray::new([Vec3::from(AXIS)], [SPIN_INERTIA]).unwrap();
+    let mut window = Considering::<f64>::new(config(hardware, NOISE_RAD_S), wheels).unwrap();
+    flight().iter().for_each(|sample| _ = window.step(sample));
+    window.finish();
+    let mut mounts = Vec::new();
+    window.each_of_hardware(&mut |finding| {
+        if let Parameter::Mount(axis) = finding.parameter {
+            mounts.push((axis, finding));
+        }
+    });
+    let [(0, Finding { value, sigma, effect_kg_m2, .. })] = mounts[..] else {
+        panic!("{}", mounts.len())
+    };
+    assert_eq!((value, sigma), (0.0, STATED_RAD));
+    let inertia = window.estimate().inertia.matrix_kg_m2();
+    let (sin, cos) = STATED_RAD.sin_cos();
+    let turn = Mat::<f64, 3, 3>::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos);
+    let of_turn = turn * inertia * turn.transpose() - inertia;
+    let of_turn = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| of_turn[at]);
+    // To second order in the angle.
+    let error = |i: usize| (effect_kg_m2[i] - of_turn[i]).abs();
+    let largest = (0..6).map(error).fold(0.0, f64::max);
+    assert!(largest < 3.0 * STATED_RAD * STATED_RAD, "{effect_kg_m2:?} {of_turn:?}");
 }
 
 /// Sigma by the noise alone: that of a fit for ideal hardware, of which nothing is considered.
