@@ -458,6 +458,11 @@ mod tests {
         assert_eq!(monitor.driver(), Some(Driver::Wheel));
         assert_eq!(run(&mut monitor, STUCK, HYSTERESIS), Health::Lost);
         assert_eq!(monitor.driver(), Some(Driver::Gate));
+        // Of two items of one level the outcome itself counts.
+        let mut monitor = HealthMonitor::default();
+        monitor.note_wheels(true);
+        assert_eq!(run(&mut monitor, Outcome::Reset(Reset::Gap), 1), Health::Degraded);
+        assert_eq!(monitor.driver(), Some(Driver::Gap));
     }
 
     #[test]

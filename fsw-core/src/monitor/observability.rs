@@ -155,12 +155,15 @@ mod tests {
         }
     }
 
-    /// Prior sigma of 3e-8 kg m², in single precision.
+    /// Prior sigma of 3e-8 to 3e10 kg m², in single precision.
     #[test]
     fn the_result_is_independent_of_size_in_single_precision() {
-        let prior = PRIOR.map(|s| s as f32 * 1e-9);
-        let p = prior_covariance().map(|x| (x * 1e-18 * 1e-4) as f32);
-        assert_eq!(observed(&p, &prior).directions, 6);
+        for size in [1e-9, 1.0, 1e9] {
+            let prior = PRIOR.map(|s| (s * size) as f32);
+            let p = prior_covariance().map(|x| (x * size * size * 1e-4) as f32);
+            let all = Observed { directions: 6, element: [true; 6], scale: true };
+            assert_eq!(observed(&p, &prior), all, "{size}");
+        }
     }
 
     #[test]

@@ -192,6 +192,7 @@ mod tests {
             add(&mut test, 3.0, 16);
             left_out += 16;
             test.restart();
+            assert_eq!(test, Undisturbed { left_out: left_out as u16, ..Undisturbed::default() });
         }
         refuse(&mut test, TRANSIENT);
         assert!(!test.is_disturbed());
