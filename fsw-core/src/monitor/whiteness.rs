@@ -306,6 +306,17 @@ mod tests {
     }
 
     #[test]
+    fn a_restart_discards_all_values() {
+        let mut test = Whiteness::<f32>::default();
+        let innovation =
+            Innovation { rate_rad_s: Vec3::repeat(1.0), variance_rad2_s2: Vec3::repeat(1.0) };
+        (0..100).for_each(|_| test.add(&innovation, 1.0, 0.5));
+        assert_eq!(test.is_white(), Some(false));
+        test.restart();
+        assert_eq!(test, Whiteness::default());
+    }
+
+    #[test]
     fn numbers_that_are_not_finite_are_left_out() {
         let mut test = Whiteness::<f32>::default();
         for (rate, variance) in [(f32::NAN, 1.0), (1.0, 0.0), (f32::INFINITY, 1.0), (0.0, 0.0)] {
