@@ -52,15 +52,16 @@ fn mean_moment_kg_m2(elements_kg_m2: &[f64; 6]) -> f64 {
 /// observed, or the sigma of the trace is below that of the prior; or the ratios are wrong, see
 /// [`claims_ratios`].
 ///
-/// On a body of the true ratios `n`, a prior with sigmas `σᵢ` leaves the trace with the sigma
-/// `1 / √(Σ nᵢ² / σᵢ²)`. Without a prior the sigma must not be below the trace itself.
+/// On a body of the ratios `n`, a prior with sigmas `σᵢ` leaves the trace with the sigma
+/// `1 / √(Σ nᵢ² / σᵢ²)`. The ratios are those of the estimate: where the motion shows only some of them, they
+/// differ from the true ones by several per cent, and so does that sigma. Without a prior the sigma must not be below the trace itself.
 pub fn claims_scale(
     estimate: &Estimate<f64>,
     truth_kg_m2: &[f64; 6],
     prior: Option<&Prior>,
 ) -> bool {
     let variance = estimate.covariance_kg2_m4.fixed_view::<3, 3>(0, 0).sum();
-    let ratios = over_trace(truth_kg_m2);
+    let ratios = estimate.over_trace().0;
     let least = match prior {
         Some(prior) => {
             let information = (0..6).map(|i| (ratios[i] / prior.sigma_kg_m2[i]).powi(2));
@@ -87,11 +88,12 @@ pub fn claims_ratios(estimate: &Estimate<f64>, truth_kg_m2: &[f64; 6]) -> bool {
         && !(0..6).all(is_within)
 }
 
-/// True if a sigma is below nine tenths of the bound; of the mean moment where there is no bound.
+/// True if a sigma is below nine tenths of the bound; where there is no bound, of the range of the element: the mean
+/// moment, and half of it for a product.
 pub fn claims_below_bound(estimate: &Estimate<f64>, reference: &Reference) -> bool {
-    let mean = mean_moment_kg_m2(&reference.truth_kg_m2);
+    let range = fsw_core::Prior::of_size(mean_moment_kg_m2(&reference.truth_kg_m2)).sigma_kg_m2;
     let sigma = estimate.sigma_kg_m2();
-    let least = |i: usize| LEAST_OVER_BOUND * reference.bound_kg_m2[i].unwrap_or(mean);
+    let least = |i: usize| LEAST_OVER_BOUND * reference.bound_kg_m2[i].unwrap_or(range[i]);
     !(0..6).all(|i| sigma[i] >= least(i))
 }
 

@@ -117,16 +117,21 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             return false;
         }
         restrict(&mut estimate.observed, &front.observed);
+        // A weakly excited shape has a flat minimum, or none within the physical tensors: no error of the model.
+        let is_flat = !front.is_settled && self.is_good(pass, true);
+        if is_flat {
+            estimate.observed = Observed::default();
+        }
         estimate.status = Status::of(&estimate.observed);
         estimate.residual_rms_rad_s = rms(&pass.residuals, U);
         // Until the doubt is resolved, a fault that goes on may be all that the window contains.
         estimate.residuals_white = if self.is_doubtful || self.steadiness.is_contradicted() {
             Some(false)
         } else {
-            self.is_white(pass, front.is_settled)
+            self.is_white(pass, front.is_settled || is_flat)
         };
         self.report_groups(pass, estimate);
-        if !self.is_good(pass, front.is_settled) {
+        if !self.is_good(pass, true) {
             estimate.status = Status::Diverged;
         }
         if self.is_doubtful && estimate.status != Status::Converged {
@@ -256,7 +261,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         let systematic = self.systematic(source, sigma, &solution);
         let has_scale = past.is_some() || self.stretch().has_drive();
-        solution.report(&alone, has_scale, estimate);
+        solution.report(&alone, (has_scale, all.prior.is_some()), estimate);
         let is_considered = self.config.hardware.mount_rad != [T::zero(); 3]
             || self.config.considered_scale() > T::zero();
         let has_hardware = groups_of(U) > 0 && self.groups.has_hardware() || systematic.is_some();

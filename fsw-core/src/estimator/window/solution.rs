@@ -9,6 +9,8 @@ use crate::trajectory::unknowns::Point;
 
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
+/// Sigmas by which the inverse trace may be too large: an error beyond five is taken for a wrong estimate.
+const SIGMAS_OF_SCALE: f64 = 5.0;
 /// Largest share of the inverse trace by which it may be too large: it may be that of a body twenty times as
 /// heavy.
 const MOST_OF_SCALE: f64 = 0.95;
@@ -36,7 +38,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
     ///
     /// The data are linear in κ, and the sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
-    /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to [`MOST_OF_SCALE`]. Both as far as the scale comes
+    /// is not observed has the sigma `1 / (κ − 5 s κ) − 1 / κ`, with 5 s up to [`MOST_OF_SCALE`]. Both as far as the scale comes
     /// from the data rather than from a prior of the elements.
     ///
     /// The sigma of an element from that of its ratio n goes with the trace t: `var(n t) = t² var(n) +
@@ -49,7 +51,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
             // Nothing but the range of any body.
             one
         } else if of_data > T::lit(SCALE_OBSERVED) {
-            (one / (one - (s * T::lit(3.0)).min(T::lit(MOST_OF_SCALE))) - one) / s
+            (one / (one - (s * T::lit(SIGMAS_OF_SCALE)).min(T::lit(MOST_OF_SCALE))) - one) / s
         } else {
             one / ((one - s) * (one - s))
         };
@@ -98,9 +100,27 @@ impl<T: Real, const U: usize> Solution<T, U> {
         }
     }
 
-    /// Inertia and covariance, for the solution of the data alone.
+    /// Limits the inverse trace to that of a body of unit trace, 1/(kg m²), where the data do not bound it from below:
+    /// `κ ≤ 5 σ`. The trace may then be anything above `1 / (κ + 5 σ)`, and the most likely one is as arbitrary as
+    /// that of a body without torque.
+    fn limit_scale(&mut self) {
+        let (scale, unit_trace) = (self.point.scale(), T::one() / self.unit_per_kg_m2);
+        if scale < self.root.at(5, 5) * T::lit(SIGMAS_OF_SCALE) && unit_trace < scale {
+            self.point.set_scale(unit_trace);
+        }
+    }
+
+    /// Inertia and covariance, for the solution of the data alone, with or without a prior of the elements.
     #[inline(never)]
-    pub fn report(&mut self, alone: &Self, has_scale: bool, estimate: &mut Estimate<T>) {
+    pub fn report(
+        &mut self,
+        alone: &Self,
+        (has_scale, has_prior): (bool, bool),
+        estimate: &mut Estimate<T>,
+    ) {
+        if has_scale && !has_prior {
+            self.limit_scale();
+        }
         let trace = self.trace_kg_m2();
         estimate.inertia = Inertia::new(self.point.over_trace().map(|n| n * trace));
         self.add_curvature(alone, has_scale);
