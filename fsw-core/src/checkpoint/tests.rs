@@ -455,6 +455,14 @@ fn two_states_follow_one_another() {
     assert_eq!((states, medium.remaining()), (((1, 2.0), 3), 4));
 }
 
+/// Published values of FNV-1a, 32 bits.
+#[test]
+fn hash_of_a_name_is_that_of_the_definition() {
+    for (text, hash) in [("", 0x811c_9dc5), ("a", 0xe40c_292c), ("foobar", 0xbf9c_f968)] {
+        assert_eq!(crate::persist::name(text), hash, "{text}");
+    }
+}
+
 /// Names, types, order and role of the fields, sizes and precision enter the fingerprint.
 #[test]
 fn each_layout_has_its_own_fingerprint() {
