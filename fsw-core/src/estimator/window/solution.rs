@@ -9,8 +9,6 @@ use crate::trajectory::unknowns::Point;
 
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
-/// Sigmas by which the inverse trace may be too large: an error beyond five is taken for a wrong estimate.
-const SIGMAS_OF_SCALE: f64 = 5.0;
 /// Largest share of the inverse trace by which it may be too large: it may be that of a body twenty times as
 /// heavy.
 const MOST_OF_SCALE: f64 = 0.95;
@@ -38,7 +36,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
     ///
     /// The data are linear in κ, and the sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
-    /// is not observed has the sigma `1 / (κ − 5 s κ) − 1 / κ`, with 5 s up to [`MOST_OF_SCALE`]. Both as far as the scale comes
+    /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to [`MOST_OF_SCALE`]. Both as far as the scale comes
     /// from the data rather than from a prior of the elements.
     ///
     /// The sigma of an element from that of its ratio n goes with the trace t: `var(n t) = t² var(n) +
@@ -51,7 +49,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
             // Nothing but the range of any body.
             one
         } else if of_data > T::lit(SCALE_OBSERVED) {
-            (one / (one - (s * T::lit(SIGMAS_OF_SCALE)).min(T::lit(MOST_OF_SCALE))) - one) / s
+            (one / (one - (s * T::lit(3.0)).min(T::lit(MOST_OF_SCALE))) - one) / s
         } else {
             one / ((one - s) * (one - s))
         };
@@ -100,12 +98,13 @@ impl<T: Real, const U: usize> Solution<T, U> {
         }
     }
 
-    /// Limits the inverse trace to that of a body of unit trace, 1/(kg m²), where the data do not bound it from below:
-    /// `κ ≤ 5 σ`. The trace may then be anything above `1 / (κ + 5 σ)`, and the most likely one is as arbitrary as
-    /// that of a body without torque.
+    /// Limits the inverse trace to that of a body of unit trace, 1/(kg m²), where the data bound it by less than one
+    /// sigma: `κ ≤ σ`. The trace may then be anything above `1 / (κ + 3 σ)`, and the most likely one is as arbitrary as
+    /// that of a body without torque. From one sigma on the most likely trace is kept: errors of a short record are
+    /// within those of a batch fit.
     fn limit_scale(&mut self) {
         let (scale, unit_trace) = (self.point.scale(), T::one() / self.unit_per_kg_m2);
-        if scale < self.root.at(5, 5) * T::lit(SIGMAS_OF_SCALE) && unit_trace < scale {
+        if scale < self.root.at(5, 5) && unit_trace < scale {
             self.point.set_scale(unit_trace);
         }
     }
