@@ -13,16 +13,25 @@ use super::{Executed, once_in, one_of};
 const FRAMES: usize = 50;
 
 /// Telecommands to a computer with a key: noise, and frames of which bytes were changed. A telecommand is obeyed only
-/// if it was sent with a right tag, and once.
+/// if it was sent with a right tag, and once: with its frame, or later where a byte of a further one completes a truncated
+/// frame.
 pub fn uplink(random: &mut Pcg64) -> Executed {
     let master = Key::new(random.random::<[u8; KEY_BYTES]>());
     let other = Key::new(random.random::<[u8; KEY_BYTES]>());
     let mut uplink = Uplink::new(Some(master));
     let mut bytes_read = 0;
+    // Sent with a right tag and not obeyed yet, in the order of their counters.
+    let mut pending = Vec::new();
     for counter in 1..=FRAMES as u32 {
-        let command = one_of(random, &COMMANDS);
+        // Values differ, so that a repetition is not taken for the next telecommand of its kind.
+        let command = match one_of(random, &COMMANDS) {
+            Command::SetTelemetryPeriod { ms } => Command::SetTelemetryPeriod { ms: ms + counter },
+            Command::SetTorque(torque) => {
+                Command::SetTorque(torque.map(|x| x * counter as f32 / FRAMES as f32))
+            }
+            other => other,
+        };
         let key = if once_in(random, 4) { &other } else { &master };
-        let is_right = std::ptr::eq(key, &master);
         let Some(packet) = command.tagged_packet(&key.of_slot(1, 0), 1, counter) else { continue };
         let Some(frame) = Frame::of(packet.bytes()) else { continue };
         let mut bytes = frame.bytes().to_vec();
@@ -30,15 +39,18 @@ pub fn uplink(random: &mut Pcg64) -> Executed {
             // Outside the frame too, which leaves the telecommand as it was.
             change(random, &mut bytes);
         }
-        let mut is_obeyed = false;
+        if std::ptr::eq(key, &master) {
+            pending.push(command);
+        }
         // A second time: a replay.
         for _ in 0..2 {
             bytes_read += bytes.len() as u64;
             for byte in &bytes {
                 let Some(obeyed) = uplink.push(*byte) else { continue };
-                let is_repeated = std::mem::replace(&mut is_obeyed, true);
-                if !is_right || is_repeated || obeyed != command {
-                    return Err(format!("{obeyed:?} obeyed, {command:?} sent, {bytes:?}"));
+                // Counters rise: none before it is obeyed any more.
+                match pending.iter().position(|sent| *sent == obeyed) {
+                    Some(index) => drop(pending.drain(..=index)),
+                    None => return Err(format!("{obeyed:?} obeyed, {pending:?} sent, {bytes:?}")),
                 }
             }
         }
