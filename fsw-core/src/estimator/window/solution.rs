@@ -98,10 +98,9 @@ impl<T: Real, const U: usize> Solution<T, U> {
         }
     }
 
-    /// Limits the inverse trace to that of a body of unit trace, 1/(kg m²), where the data bound it by less than one
-    /// sigma: `κ ≤ σ`. The trace may then be anything above `1 / (κ + 3 σ)`, and the most likely one is as arbitrary as
-    /// that of a body without torque. From one sigma on the most likely trace is kept: errors of a short record are
-    /// within those of a batch fit.
+    /// Replaces an inverse trace κ below its sigma by that of a body of unit trace, if that is smaller, 1/(kg m²). The
+    /// data permit any trace above `1 / (κ + 3 σ)` then, and the most likely one is arbitrary, as without torque. A
+    /// larger κ is kept: for short records it agrees with that of a batch fit.
     fn limit_scale(&mut self) {
         let (scale, unit_trace) = (self.point.scale(), T::one() / self.unit_per_kg_m2);
         if scale < self.root.at(5, 5) && unit_trace < scale {
@@ -157,6 +156,26 @@ impl<T: Real, const U: usize> Solution<T, U> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// Inverse trace of 200 1/(kg m²): replaced where its sigma is larger and there is no prior.
+    #[test]
+    fn scale_below_its_sigma_is_that_of_unit_trace() {
+        let trace_kg_m2 = |sigma: f64, has_prior: bool| {
+            let solution = || {
+                let mut solution = Solution::<f64, 6>::blank();
+                solution.point.set_scale(200.0);
+                solution.root = Mat::identity() * 0.01;
+                *solution.root.at_mut(5, 5) = sigma;
+                solution
+            };
+            let mut estimate = Estimate::of_nothing();
+            solution().report(&solution(), (true, has_prior), &mut estimate);
+            estimate.inertia.trace_kg_m2()
+        };
+        assert!((trace_kg_m2(201.0, false) - 1.0).abs() < 1e-12);
+        assert!((trace_kg_m2(199.0, false) - 0.005).abs() < 1e-12);
+        assert!((trace_kg_m2(201.0, true) - 0.005).abs() < 1e-12);
+    }
 
     proptest! {
         /// Sigmas of shape and scale over twelve decades, in `f32`: symmetric, and no eigenvalue of the correlations below
