@@ -11,10 +11,10 @@
 //! # Rest
 //!
 //! A group is at rest if a straight line to the mean rates of the groups before and after it changes the rate within the
-//! group by less than its noise. A merger keeps the mean and loses the scatter, so that noise of the means decides, and
-//! none that is lost: a group judged by its own trend is merged where noise hides the trend, and the other groups keep
-//! noise that exaggerates it. Of slow tumbles 2 % were then found not to be white. The scatter has a limit that noise
-//! alone exceeds once in 10⁴ groups.
+//! group by less than its noise. The decision depends on means, which a merger keeps, and not on the trend within the group,
+//! which it discards. Decided by that trend, groups whose noise hides a slow motion are merged, and those whose noise
+//! exaggerates it stay: 2 % of slow tumbles were then not white. The scatter has a limit that noise alone exceeds once
+//! in 10⁴ groups.
 //!
 //! # Information that pairs lose
 //!
@@ -63,8 +63,8 @@ const STILL_SHARE: f64 = 1e-3;
 const STILL_ERRORS: f64 = 3.0;
 /// Largest angle of a block of rest within the motion, rad: the mean of a longer one would hide motion.
 const REST_TURN: f64 = 0.1;
-/// Information of a straight line within a group of rest at most, in variances of the noise: half a sigma of a block at both ends
-/// of sixteen is 7.
+/// Largest information of a straight line within a group of rest, in variances of the noise: a change of 2.3 sigmas of a
+/// block over sixteen blocks, `√(12 · 7 / 16)`.
 const LINE: f64 = 7.0;
 /// Chi-square of three degrees of freedom that noise exceeds once in 10⁴.
 const BY_CHANCE: f64 = 21.1;
