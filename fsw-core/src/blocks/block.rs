@@ -1,7 +1,9 @@
 //! Blocks: averages over a few samples, with the drive of wheels and external torque.
 //!
 //! A sample stands for the interval from half-way to the one before it to half-way to the one after. A
-//! block is the intervals of a few samples. Total momentum h and rate ω satisfy `J ω = h − h_w` at each
+//! block is the intervals of a few samples. The interval of the first sample begins as long before it as it ends after it,
+//! and that of the last one ends as long after it as it begins before it; there the torque is that of the sample, and wheel
+//! momentum goes straight on. With half of an interval missing, the mean of N samples would err by `ω̈ Δt² (N − 1) / 24`. Total momentum h and rate ω satisfy `J ω = h − h_w` at each
 //! sample, and so on average over the samples of a block, exactly:
 //!
 //! `J z̄ + h̄_w = h̄ + J v̄`
@@ -156,11 +158,15 @@ pub struct Averager<T: Real, const W: usize> {
     /// Half of the interval before the newest reading, s; and the torque half-way in it.
     half_before_s: T,
     torque_before_n_m: Vec3<T>,
+    /// Time after the newest reading that a finished block contains, s; zero where the reading is in no block yet.
+    finished_s: T,
+    /// Momentum of each wheel at the start of the first block, or of the first one after a finished block, N m s.
+    wheels_at_start: Momenta<T, W>,
     /// Change of the torque over that interval, and how much more that was than over the one
     /// before, N m.
     torque_change_n_m: Vec3<T>,
     torque_bend_n_m: Option<Vec3<T>>,
-    /// Wheel momentum one reading before the newest, N m s, and the interval to the newest, s.
+    /// Wheel momentum one reading before the newest, N m s, and the interval to the newest, s; zero before the second reading.
     wheels_before_last: Momenta<T, W>,
     elapsed_before_s: T,
     /// The reading before the block, and the time from it to the newest, s.
@@ -180,7 +186,7 @@ pub struct Averager<T: Real, const W: usize> {
 }
 
 crate::persist!([T: Real, const W: usize] Averager<T, W> {
-    newest, half_before_s, torque_before_n_m, torque_change_n_m, torque_bend_n_m, wheels_before_last, elapsed_before_s, before,
+    newest, half_before_s, torque_before_n_m, finished_s, wheels_at_start, torque_change_n_m, torque_bend_n_m, wheels_before_last, elapsed_before_s, before,
     since_before_s, samples, weight, duration_s, sum_time_s, sum_rate, sum_wheel_momentum, sum_impulse,
     impulse_n_m_s, impulse_integral
 });
@@ -197,13 +203,15 @@ fn smooth_part<T: Real>(older: &Vec3<T>, newer: &Vec3<T>) -> Vec3<T> {
 }
 
 impl<T: Real, const W: usize> Averager<T, W> {
-    /// Starts at a reading; the first block begins at its instant.
+    /// Starts at a reading; the first block begins half of the interval to the next one before it.
     pub fn new(first: Reading<T, W>) -> Self {
         let o = Vec3::zeros();
         Self {
             newest: first,
             half_before_s: T::zero(),
             torque_before_n_m: first.torque_n_m,
+            finished_s: T::zero(),
+            wheels_at_start: first.wheel_momentum_n_m_s,
             torque_change_n_m: o,
             torque_bend_n_m: None,
             wheels_before_last: first.wheel_momentum_n_m_s,
@@ -230,34 +238,28 @@ impl<T: Real, const W: usize> Averager<T, W> {
         elapsed_s: T,
         limits: &Limits<T>,
     ) -> Option<Block<T, W>> {
+        if self.finished_s > T::zero() {
+            self.resume(reading, elapsed_s);
+            return None;
+        }
         let half = T::lit(0.5);
         let half_after_s = elapsed_s * half;
         let last = self.newest;
         let torque_after = (last.torque_n_m + reading.torque_n_m) * half;
-        // Up to the last reading's instant, and from there to the end of its interval.
-        self.push(self.torque_before_n_m, last.torque_n_m, self.half_before_s);
-        self.sum_impulse += self.impulse_n_m_s;
-        self.sum_time_s += self.duration_s + self.half_before_s;
-        self.push(last.torque_n_m, torque_after, half_after_s);
+        if self.elapsed_before_s == T::zero() {
+            self.half_before_s = half_after_s;
+            let change = reading.wheel_momentum_n_m_s - last.wheel_momentum_n_m_s;
+            self.wheels_at_start = last.wheel_momentum_n_m_s - change * half;
+        }
+        self.push_newest(torque_after, half_after_s);
         if limits.is_torque_smooth {
             self.correct_for_bend(reading.torque_n_m - last.torque_n_m, elapsed_s);
         }
-        self.duration_s += self.half_before_s + half_after_s;
-        self.sum_rate += last.rate_rad_s;
-        self.sum_wheel_momentum += last.wheel_momentum_n_m_s;
-        self.samples += 1;
-        self.weight += last.weight;
-
-        self.newest = reading;
-        self.half_before_s = half_after_s;
-        self.torque_before_n_m = torque_after;
-        self.since_before_s += elapsed_s;
         let rate = reading.rate_rad_s;
         let turn = rate.dot(&rate) * self.duration_s * self.duration_s;
         let has_turned = turn > limits.turn_rad * limits.turn_rad;
-        let wheels_end = self.wheels_half_way(&last, elapsed_s);
-        self.wheels_before_last = last.wheel_momentum_n_m_s;
-        self.elapsed_before_s = elapsed_s;
+        let wheels_end = self.wheels_half_way(&reading, elapsed_s);
+        self.advance(reading, torque_after, elapsed_s);
         let has_changed = reading.is_known != last.is_known;
         if self.samples < limits.samples && !has_turned && !has_changed {
             return None;
@@ -302,7 +304,7 @@ impl<T: Real, const W: usize> Averager<T, W> {
         let bend = change - self.torque_change_n_m;
         self.torque_change_n_m = change;
         // The first reading's torque has nothing before it to bend from.
-        if self.half_before_s == T::zero() {
+        if self.elapsed_before_s == T::zero() {
             return;
         }
         let twelfth = elapsed_s * T::lit(1.0 / 12.0);
@@ -313,13 +315,13 @@ impl<T: Real, const W: usize> Averager<T, W> {
         }
     }
 
-    /// Wheel momentum half-way between the reading before the newest, `last`, and the newest, N m s.
+    /// Wheel momentum half-way between the newest reading and the next one, N m s.
     ///
     /// By the parabola through three readings, `(−h₋ + 6 h + 3 h₊) / 8`, where they are about evenly
     /// spaced: its error is `h‴ Δt³ / 16`. By the straight line otherwise.
-    fn wheels_half_way(&self, last: &Reading<T, W>, elapsed_s: T) -> Momenta<T, W> {
-        let (before, after) = (self.wheels_before_last, self.newest.wheel_momentum_n_m_s);
-        let last_h = last.wheel_momentum_n_m_s;
+    fn wheels_half_way(&self, next: &Reading<T, W>, elapsed_s: T) -> Momenta<T, W> {
+        let (before, after) = (self.wheels_before_last, next.wheel_momentum_n_m_s);
+        let last_h = self.newest.wheel_momentum_n_m_s;
         let uneven = (self.elapsed_before_s - elapsed_s).abs() > elapsed_s * T::lit(UNEVEN);
         if uneven {
             (last_h + after) * T::lit(0.5)
@@ -328,31 +330,67 @@ impl<T: Real, const W: usize> Averager<T, W> {
         }
     }
 
-    /// Ends the block at the newest reading, which is in it, and begins the next one there.
+    /// Ends the block with the interval of the newest reading, half of the interval before it after it; none if that has been
+    /// done, or there is no second reading.
     #[inline(never)]
     pub fn finish(&mut self) -> Option<Block<T, W>> {
+        if self.finished_s > T::zero() || self.elapsed_before_s == T::zero() {
+            return None;
+        }
         let newest = self.newest;
-        self.push(self.torque_before_n_m, newest.torque_n_m, self.half_before_s);
-        self.sum_impulse += self.impulse_n_m_s;
-        self.duration_s += self.half_before_s;
-        self.sum_time_s += self.duration_s;
-        self.sum_rate += newest.rate_rad_s;
-        self.sum_wheel_momentum += newest.wheel_momentum_n_m_s;
-        self.samples += 1;
-        self.weight += newest.weight;
-        let block = if self.duration_s > T::zero() {
-            self.block_to(newest.wheel_momentum_n_m_s)
-        } else {
-            None
-        };
-        // Its reading is spent.
-        *self = Self::new(Reading { weight: T::zero(), ..newest });
+        let half_after_s = self.elapsed_before_s * T::lit(0.5);
+        self.push_newest(newest.torque_n_m, half_after_s);
+        let change = newest.wheel_momentum_n_m_s - self.wheels_before_last;
+        self.wheels_at_start = newest.wheel_momentum_n_m_s + change * T::lit(0.5);
+        self.finished_s = half_after_s;
+        let block = self.block_to(self.wheels_at_start);
+        self.begin_block(newest);
+        self.since_before_s = T::zero();
         block
     }
 
-    /// Wheel momentum at the newest reading, N m s.
-    pub fn wheels_n_m_s(&self) -> Momenta<T, W> {
-        self.newest.wheel_momentum_n_m_s
+    /// Momentum of each wheel at the start of the first block, or of the first one after a finished block, N m s.
+    pub fn wheels_at_start_n_m_s(&self) -> Momenta<T, W> {
+        self.wheels_at_start
+    }
+
+    /// Adds the newest reading, with its interval from half-way before it to this time after it, where the torque is
+    /// `torque_after`.
+    fn push_newest(&mut self, torque_after: Vec3<T>, half_after_s: T) {
+        let last = self.newest;
+        // Up to the reading's instant, and from there to the end of its interval.
+        self.push(self.torque_before_n_m, last.torque_n_m, self.half_before_s);
+        self.sum_impulse += self.impulse_n_m_s;
+        self.sum_time_s += self.duration_s + self.half_before_s;
+        self.push(last.torque_n_m, torque_after, half_after_s);
+        self.duration_s += self.half_before_s + half_after_s;
+        self.sum_rate += last.rate_rad_s;
+        self.sum_wheel_momentum += last.wheel_momentum_n_m_s;
+        self.samples += 1;
+        self.weight += last.weight;
+    }
+
+    /// Takes in the first reading after a finished block. The block that begins here has what that one did not know of the
+    /// torque between the two; it is empty so far, and shorter than no time where samples are uneven.
+    fn resume(&mut self, reading: Reading<T, W>, elapsed_s: T) {
+        let (half, last) = (T::lit(0.5), self.newest.torque_n_m);
+        let half_after_s = elapsed_s * half;
+        let torque_after = (last + reading.torque_n_m) * half;
+        self.impulse_n_m_s = (last + torque_after) * (half_after_s * half) - last * self.finished_s;
+        self.duration_s = (half_after_s - self.finished_s).max(-half_after_s);
+        self.impulse_integral = self.impulse_n_m_s * (self.duration_s * half);
+        self.finished_s = T::zero();
+        self.advance(reading, torque_after, elapsed_s);
+    }
+
+    /// Makes a reading the newest one.
+    fn advance(&mut self, reading: Reading<T, W>, torque_before: Vec3<T>, elapsed_s: T) {
+        self.wheels_before_last = self.newest.wheel_momentum_n_m_s;
+        self.newest = reading;
+        self.half_before_s = elapsed_s * T::lit(0.5);
+        self.torque_before_n_m = torque_before;
+        self.since_before_s += elapsed_s;
+        self.elapsed_before_s = elapsed_s;
     }
 
     /// The block so far, without the newest reading, for wheel momentum at its end; none if that is all.
@@ -430,16 +468,13 @@ mod tests {
     }
 
     /// `h̄_ramp − d` of each block, with h followed by impulses alone, less z̄: zero but for
-    /// rounding where the impulses are exact. The first block begins with half a sample, off its
-    /// middle, and isn't looked at.
+    /// rounding where the impulses are exact.
     fn misfit(blocks: &[Block<f64, 3>]) -> f64 {
         let (mut h, mut worst) = (0.0, 0.0f64);
-        for (k, block) in blocks.iter().enumerate() {
+        for block in blocks {
             let mean = h + block.impulse_n_m_s.x / 2.0;
-            if k > 0 {
-                worst = worst
-                    .max((mean - block.drive_n_m_s(&Mat::identity()).x - block.rate_rad_s.x).abs());
-            }
+            let misfit = mean - block.drive_n_m_s(&Mat::identity()).x - block.rate_rad_s.x;
+            worst = worst.max(misfit.abs());
             h += block.impulse_n_m_s.x;
         }
         worst
@@ -488,8 +523,7 @@ mod tests {
                 (1..32).filter_map(|k| averager.add(at(k), 0.1, &limits(samples, true))).collect()
             };
             let (short, long) = (make(4), make(8));
-            // The first block of all is half a sample shorter.
-            for k in 1..long.len() {
+            for k in 0..long.len() {
                 let merged = short[2 * k].merge(&short[2 * k + 1]);
                 prop_assert!((merged.weight - long[k].weight).abs() < 1e-12);
                 prop_assert!((merged.duration_s - long[k].duration_s).abs() < 1e-12);
@@ -500,12 +534,67 @@ mod tests {
         }
     }
 
+    /// A rate that swings: the first and the last block have its mean as the others have it, but for what the mean of N
+    /// samples in a row lacks of the bend of the rate.
+    #[test]
+    fn first_and_last_block_have_the_mean_of_the_rate() {
+        let (w, dt) = (3.0f64, 0.1);
+        let at = |k: u32| reading((w * f64::from(k) * dt).sin(), 0.0, 0.0);
+        for samples in [1, 2, 5, 9] {
+            let mut averager = Averager::new(at(0));
+            let mut found: Vec<Block<f64, 3>> =
+                (1..27).filter_map(|k| averager.add(at(k), dt, &limits(samples, false))).collect();
+            found.extend(averager.finish());
+            assert_eq!(averager.finish(), None);
+            let mut start = -dt / 2.0;
+            for block in &found {
+                let end = start + block.duration_s;
+                let mean = ((w * start).cos() - (w * end).cos()) / (w * block.duration_s);
+                let lacks =
+                    w * ((w * end).cos() - (w * start).cos()) * dt * dt / 24.0 / block.duration_s;
+                let misfit = block.rate_rad_s.x - (mean - lacks);
+                // The next order of the mean is 7 / 5760.
+                assert!(misfit.abs() < 1.3e-3 * (w * dt).powi(4), "{samples}: {misfit}");
+                start = end;
+            }
+            assert!((start - 26.5 * dt).abs() < 1e-12);
+        }
+    }
+
+    /// A finished block in mid-motion: the next one begins at its end, and no impulse is lost.
+    #[test]
+    fn blocks_go_on_after_a_finished_one() {
+        let torque = |k: u32| f64::from(k * k % 7);
+        for elapsed_s in [0.1, 0.07, 0.3] {
+            let at = |k: u32| reading(0.0, 0.5 * f64::from(k), torque(k));
+            let mut averager = Averager::new(at(0));
+            let mut found: Vec<Block<f64, 3>> = Vec::new();
+            found.extend((1..10).filter_map(|k| averager.add(at(k), 0.1, &limits(4, false))));
+            found.extend(averager.finish());
+            let end = found.last().expect("a block").wheels_end_n_m_s.x;
+            assert_eq!(end, averager.wheels_at_start_n_m_s().x);
+            assert_eq!(end, 4.75);
+            found.extend(averager.add(at(10), elapsed_s, &limits(4, false)));
+            found.extend((11..20).filter_map(|k| averager.add(at(k), 0.1, &limits(4, false))));
+            found.extend(averager.finish());
+            let total: f64 = found.iter().map(|block| block.duration_s).sum();
+            let impulse: f64 = found.iter().map(|block| block.impulse_n_m_s.x).sum();
+            let trapezoids: f64 = (1..20)
+                .map(|k| if k == 10 { elapsed_s } else { 0.1 } * (torque(k - 1) + torque(k)) / 2.0)
+                .sum();
+            let ends = 0.05 * (torque(0) + torque(19));
+            assert!((total - 1.8 - elapsed_s - 0.1).abs() < 1e-12, "{total}");
+            assert!((impulse - trapezoids - ends).abs() < 1e-12, "{impulse}");
+            assert_eq!(found.iter().map(|block| block.weight).sum::<f64>(), 20.0);
+        }
+    }
+
     #[test]
     fn uneven_samples_are_averaged_in_the_middle() {
         // A rate that grows steadily: its mean over a block is that of the block's middle.
         let times = [0.0, 0.1, 0.23, 0.3, 0.44, 0.5, 0.6];
         let mut averager = Averager::new(reading(0.0, 0.0, 0.0));
-        let mut start = 0.0;
+        let mut start = -0.05;
         for pair in times.windows(2) {
             let next = reading(pair[1], 0.0, 0.0);
             if let Some(block) = averager.add(next, pair[1] - pair[0], &limits(2, true)) {

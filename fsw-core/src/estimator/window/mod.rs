@@ -555,6 +555,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
 
     #[inline(never)]
     fn add_block(&mut self, block: &Block<T, W>) {
+        if self.open.duration_s == T::zero() {
+            let start = self.averager.as_ref().map(Averager::wheels_at_start_n_m_s);
+            self.open.wheels_n_m_s = start.unwrap_or(self.open.wheels_n_m_s);
+        }
         self.open.note(block);
         self.blocks.push(block);
         self.schedule.blocks = self.schedule.blocks.saturating_add(1);
@@ -578,7 +582,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);
         }
-        let wheels = self.averager.as_ref().map_or(Momenta::zeros(), Averager::wheels_n_m_s);
+        let wheels =
+            self.averager.as_ref().map_or(Momenta::zeros(), Averager::wheels_at_start_n_m_s);
         let ended = core::mem::replace(&mut self.open, Stretch::new(wheels));
         let end = self.blocks.len();
         let begin = self.waiting.or(self.closing).map_or(0, |before| before.end);
