@@ -196,7 +196,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         let beliefs = &Beliefs { holds_hardware, holds_modes, ..*beliefs };
         let cost = self.cost(beliefs);
         let variance = beliefs.noise_rad_s * beliefs.noise_rad_s;
-        let is_worse = !cost.is_finite() || self.is_worse(cost, variance);
+        let is_worse = !self.pass.is_finite() || self.is_worse(cost, variance);
         if is_worse && !self.is_repeated {
             return self.reject();
         }

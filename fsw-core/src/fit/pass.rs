@@ -18,6 +18,9 @@ use crate::trajectory::unknowns::{FIRST_GROUP, Group, Groups, Point, groups_of, 
 
 /// Range of the seed over that of an unknown.
 const SEED: f64 = 100.0;
+/// Rates, rad/s, and derivatives of readings that a motion may reach: their squares are within the range of single precision.
+/// The trajectory of a point far from the solution may leave it.
+const MOST: f64 = 1e15;
 
 /// Pass over a stretch of blocks about one point.
 #[derive(Clone, Copy, Debug)]
@@ -236,7 +239,20 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             self.trajectory.turn_axes(&half_turn);
             self.trajectory.set_torque(&self.point);
         }
+        if self.is_broken() {
+            self.next += 1;
+            return;
+        }
         let crossing = self.trajectory.cross(span);
+        let mean_rate_rad_s = self.trajectory.mean_rate_rad_s(&crossing);
+        let rows: [[T; U]; 3] =
+            core::array::from_fn(|axis| self.trajectory.mean_sensitivity(&crossing, axis));
+        let end_rad_s = self.trajectory.nutation_rad_s();
+        let numbers = mean_rate_rad_s.iter().chain(rows.iter().flatten()).chain([&end_rad_s]);
+        if !are_in_range(numbers) {
+            self.break_off();
+            return;
+        }
         if has_field {
             let rest = self.trajectory.turn_of(&crossing) - half_turn;
             self.trajectory.turn_axes(&rest);
@@ -245,10 +261,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             self.pass_hole(span.block.duration_s);
             return;
         }
-        let mean_rate_rad_s = self.trajectory.mean_rate_rad_s(&crossing);
         let apart = span.block.rate_rad_s - mean_rate_rad_s;
-        let rows: [[T; U]; 3] =
-            core::array::from_fn(|axis| self.trajectory.mean_sensitivity(&crossing, axis));
         let judged = self.at_solution(&rows, &apart);
         let n = span.block.weight;
         self.advance_bias(span.block.duration_s);
@@ -286,8 +299,27 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         }
     }
 
-    /// False where a number of the pass is not finite.
-    pub fn is_finite(&self) -> bool {
-        self.residuals.squares.is_finite() && self.residuals.cost.is_finite()
+    /// Ends a pass whose motion has left the range of numbers: the blocks that follow are not compared. No number of the
+    /// state is then other than finite, so that a checkpoint can be written at any time.
+    #[inline(never)]
+    fn break_off(&mut self) {
+        self.trajectory.stop();
+        self.residuals.cost = T::MAX;
+        self.next += 1;
     }
+
+    fn is_broken(&self) -> bool {
+        self.residuals.cost >= T::MAX
+    }
+
+    /// False where the motion has left the range of numbers.
+    pub fn is_finite(&self) -> bool {
+        self.residuals.squares.is_finite() && self.residuals.cost < T::MAX
+    }
+}
+
+/// True for numbers below [`MOST`].
+fn are_in_range<'a, T: Real>(mut numbers: impl Iterator<Item = &'a T>) -> bool {
+    let most = T::lit(MOST);
+    numbers.all(|x| x.abs() < most)
 }

@@ -112,6 +112,15 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         true
     }
 
+    /// Puts the body to rest, without torque.
+    pub fn stop(&mut self) {
+        let none = Vec3::zeros();
+        (self.momentum, self.lost, self.last_torque) = (none, none, None);
+        self.model.torque = none;
+        self.sensitivity = [none; U];
+        self.modes = [Deflection::none(); M];
+    }
+
     /// Crosses a block.
     #[inline(never)]
     pub fn cross(&mut self, span: &Span<T, W>) -> Crossing<T, W, U> {
