@@ -50,6 +50,8 @@ use heapless::Vec;
 
 /// Blocks judged together.
 const GROUP: usize = 16;
+/// Short blocks at the start of a record at most: seven for each of eight usual ones, and fewer than this.
+const MOST_SHORT: usize = 64;
 /// Share of storage that stays free while a sweep is due: it takes N / 16 slices.
 const RESERVE_SHARE: usize = 8;
 /// Blocks above which the sweep for rest is followed by that for pairs: three quarters of storage.
@@ -349,6 +351,40 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
     /// Halves the number of samples of a usual block.
     pub fn shorten(&mut self) {
         self.usual *= T::lit(0.5);
+    }
+
+    /// True where the first two blocks are no longer than a usual one together.
+    pub fn has_short(&self) -> bool {
+        let [first, second] = [0, 1].map(|i| self.blocks.get(i).map_or(T::MAX, |b| b.weight));
+        first + second <= self.usual
+    }
+
+    /// Joins short blocks at the start of a record to usual ones, of those before `end` and of [`MOST_SHORT`] at most, as long
+    /// as they turn by less than `turn_rad`. Returns the number of places that become free.
+    pub fn join_short(&mut self, end: usize, turn_rad: T) -> usize {
+        let (end, len) = (end.min(MOST_SHORT).min(self.len()), self.len());
+        let most = self.usual * T::lit(MOST_WEIGHT);
+        let (mut to, mut index) = (0, 0);
+        while index < end {
+            let Some(mut block) = self.blocks.get(index).copied() else { break };
+            index += 1;
+            while index < end
+                && let Some(next) = self.blocks.get(index)
+            {
+                let both = block.merge(next);
+                let has_turned = block.turn_square() > turn_rad * turn_rad;
+                if has_turned || block.is_hole() != next.is_hole() || both.weight > most {
+                    break;
+                }
+                block = both;
+                index += 1;
+            }
+            self.put(to, Some(block));
+            to += 1;
+        }
+        let to = self.copy(end, len, to);
+        self.blocks.truncate(to);
+        len - to
     }
 
     /// Begins to make room.

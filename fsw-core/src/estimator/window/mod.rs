@@ -165,20 +165,22 @@ struct Closing<T: Real, const W: usize> {
 crate::persist!([T: Real, const W: usize] Closing<T, W> { stretch, end });
 
 /// Numbers of blocks that decide when to fit again. Blocks are counted as they come, not as they are
-/// stored.
+/// stored, and short ones at the start of a record by their share of a usual one.
 #[derive(Clone, Copy, Debug)]
 struct Schedule {
     /// Number of blocks: of the present window, at the last fit, and before the motion.
     blocks: u32,
     fitted: u32,
     quiet: u32,
+    /// Samples of short blocks that are not counted yet.
+    uncounted: u32,
     /// Number at which the next fit is due.
     due_at: u32,
     /// True where a fit over all blocks is due: at the end of a window or of a log.
     is_final: bool,
 }
 
-crate::persist!([] Schedule { blocks, fitted, quiet, due_at, is_final });
+crate::persist!([] Schedule { blocks, fitted, quiet, uncounted, due_at, is_final });
 
 /// Noise over the stated one that is still taken for noise: data sheets are wrong by less, and what
 /// exceeds it is a fault.
@@ -190,12 +192,31 @@ const LEAST_TURN_RAD: f64 = 30.0;
 /// Samples that a step takes in at most: after a hole up to nine leave the outlier gate, which are spread over the steps that
 /// follow. The most expensive step has 5,566 instructions with three and 6,338 with four (`cargo bench-target`).
 const MOST_SAMPLES: u32 = 3;
+/// Usual block over those of a record that ends before the first fit in flight: in so few blocks, means over the usual
+/// number of samples would lose a part of its information.
+const SHORTEST_BLOCK: u32 = 4;
 /// Blocks at which a window is fitted for the first time, without being asked to.
 const FIRST_FIT_BLOCKS: u32 = 8;
 
 impl Schedule {
     fn new() -> Self {
-        Self { blocks: 0, fitted: 0, quiet: 0, due_at: FIRST_FIT_BLOCKS, is_final: false }
+        let [blocks, fitted, quiet, uncounted] = [0; 4];
+        Self { blocks, fitted, quiet, uncounted, due_at: FIRST_FIT_BLOCKS, is_final: false }
+    }
+
+    /// Counts a block of up to these samples of those of a usual one.
+    fn count(&mut self, samples: u32, usual: u32) {
+        self.uncounted = self.uncounted.saturating_add(samples);
+        if self.uncounted >= usual {
+            self.uncounted = 0;
+            self.blocks = self.blocks.saturating_add(1);
+        }
+    }
+
+    /// Counts what is left at the end of a record.
+    fn count_rest(&mut self) {
+        let is_left = core::mem::replace(&mut self.uncounted, 0) > 0;
+        self.blocks = self.blocks.saturating_add(u32::from(is_left));
     }
 
     /// Begin of the motion: the blocks before it belong to the rest.
@@ -508,6 +529,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             torque_n_m,
         };
         self.has_refused |= !sample.is_accepted && !sample.is_absent;
+        let samples = self.samples_of_block();
         let Some(averager) = &mut self.averager else {
             self.averager = Some(Averager::new(reading));
             self.open = Stretch::new(wheel_momentum_n_m_s);
@@ -521,13 +543,27 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             self.past_age_s += elapsed_s;
         }
         let limits = Limits {
-            samples: self.blocks.usual().to_f32() as u32,
+            samples,
             turn_rad: self.config.block_turn_rad,
             is_torque_smooth: self.config.is_torque_smooth,
         };
         if let Some(block) = averager.add(reading, elapsed_s, &limits) {
             self.take_in_block(&block);
         }
+    }
+
+    /// Samples of the next block: those of a usual one, fewer before the first fit in flight.
+    fn samples_of_block(&self) -> u32 {
+        let usual = self.blocks.usual().to_f32() as u32;
+        if self.is_short_record() { (usual / SHORTEST_BLOCK).max(1) } else { usual }
+    }
+
+    /// True before a record has as many samples as the usual blocks of the first fit in flight.
+    fn is_short_record(&self) -> bool {
+        let usual = self.blocks.usual();
+        let first_fit = usual * T::count(FIRST_FIT_BLOCKS) - T::lit(0.5);
+        usual <= T::count(self.config.block_samples)
+            && self.open.duration_s < first_fit * self.period_s
     }
 
     /// Takes in a block. At rest it is stored too: the motion begins before it is noticed.
@@ -559,9 +595,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             let start = self.averager.as_ref().map(Averager::wheels_at_start_n_m_s);
             self.open.wheels_n_m_s = start.unwrap_or(self.open.wheels_n_m_s);
         }
+        let usual = self.blocks.usual().to_f32() as u32;
+        self.schedule.count(self.samples_of_block(), usual);
         self.open.note(block);
         self.blocks.push(block);
-        self.schedule.blocks = self.schedule.blocks.saturating_add(1);
     }
 
     /// True where the turn in this window exceeds the limit that rounding of the tensor sets.
@@ -581,6 +618,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     fn end_stretch(&mut self) {
         if let Some(block) = self.averager.as_mut().and_then(Averager::finish) {
             self.add_block(&block);
+            self.schedule.count_rest();
         }
         let wheels =
             self.averager.as_ref().map_or(Momenta::zeros(), Averager::wheels_at_start_n_m_s);

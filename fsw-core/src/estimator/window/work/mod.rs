@@ -113,6 +113,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.drain();
         if let Some(block) = self.averager.as_mut().and_then(super::Averager::finish) {
             self.add_block(&block);
+            self.schedule.count_rest();
         }
         for _ in 0..3 {
             let is_worth_it = self.closing.is_some() || !self.is_quiet;
@@ -314,9 +315,26 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         square * variance > T::lit(6.0 * MOST_WALKED) * (noise * noise)
     }
 
+    /// Joins the short blocks at the start of a record that is no longer short.
+    #[inline(never)]
+    fn join_short_blocks(&mut self) {
+        let is_in_use = self.closing.is_some() || self.inquiry.is_some();
+        let is_usual = self.blocks.usual() <= T::count(self.config.block_samples);
+        if !is_usual || is_in_use || self.is_short_record() || !self.blocks.has_short() {
+            return;
+        }
+        let end = self.front.as_ref().map_or(self.blocks.len(), |front| front.pass.next);
+        let fewer = self.blocks.join_short(end, self.config.block_turn_rad);
+        if let Some(front) = &mut self.front {
+            front.pass.next = front.pass.next.saturating_sub(fewer);
+            front.pass.residuals.forget_instant();
+        }
+    }
+
     /// Begins a fit over all blocks.
     #[inline(never)]
     fn begin_fit(&mut self) {
+        self.join_short_blocks();
         let is_grown = self.schedule.blocks >= self.schedule.grown_at(FIRST_FIT_BLOCKS / 2);
         let fitted = core::mem::replace(&mut self.schedule.fitted, self.schedule.blocks);
         let is_final = core::mem::take(&mut self.schedule.is_final);
