@@ -353,16 +353,10 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         self.usual *= T::lit(0.5);
     }
 
-    /// True where the first two blocks are no longer than a usual one together.
-    pub fn has_short(&self) -> bool {
-        let [first, second] = [0, 1].map(|i| self.blocks.get(i).map_or(T::MAX, |b| b.weight));
-        first + second <= self.usual
-    }
-
-    /// Joins short blocks at the start of a record to usual ones, of those before `end` and of [`MOST_SHORT`] at most, as long
-    /// as they turn by less than `turn_rad`. Returns the number of places that become free.
-    pub fn join_short(&mut self, end: usize, turn_rad: T) -> usize {
-        let (end, len) = (end.min(MOST_SHORT).min(self.len()), self.len());
+    /// Joins short blocks at the start of a record to usual ones, of the first [`MOST_SHORT`], as long as they turn by less
+    /// than `turn_rad`.
+    pub fn join_short(&mut self, turn_rad: T) {
+        let (end, len) = (MOST_SHORT.min(self.len()), self.len());
         let most = self.usual * T::lit(MOST_WEIGHT);
         let (mut to, mut index) = (0, 0);
         while index < end {
@@ -384,7 +378,6 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         }
         let to = self.copy(end, len, to);
         self.blocks.truncate(to);
-        len - to
     }
 
     /// Begins to make room.
@@ -766,6 +759,33 @@ mod tests {
     const NOISE_RAD_S: f64 = 1e-4;
     /// Amplitudes of rate, rad/s, and of wheel momentum, N m s: a body of 1 kg m².
     const SWING: f64 = 0.01;
+
+    /// Thirty-two blocks of a sample become eight of four, those after them stay, and so does what turns far.
+    #[test]
+    fn short_blocks_at_the_start_are_joined() {
+        let block = |weight: f64, rate: f64| Block {
+            weight,
+            duration_s: 0.1 * weight,
+            rate_rad_s: Vec3::new(rate, 0.0, 0.0),
+            ..Block::<f64, 0>::empty()
+        };
+        let mut storage = Storage::<f64, 0, 128>::new();
+        storage.clear(4.0);
+        (0..32).for_each(|k| storage.push(&block(1.0, f64::from(k) * 0.01)));
+        (0..5).for_each(|_| storage.push(&block(4.0, 0.7)));
+        storage.join_short(10.0);
+        let found: std::vec::Vec<(f64, f64)> =
+            storage.blocks.iter().map(|b| (b.weight, b.rate_rad_s.x)).collect();
+        assert_eq!(found.len(), 13);
+        for (k, (weight, rate)) in found.iter().enumerate() {
+            let mean = if k < 8 { 0.01 * (4.0 * k as f64 + 1.5) } else { 0.7 };
+            assert!(*weight == 4.0 && (rate - mean).abs() < 1e-12, "{k}: {weight} {rate}");
+        }
+        storage.clear(4.0);
+        (0..32).for_each(|_| storage.push(&block(1.0, 5.0)));
+        storage.join_short(0.6);
+        assert_eq!(storage.len(), 16);
+    }
 
     /// Blocks of a second and of ten samples: rate and wheel of sines by their angular frequencies, and noise of the
     /// wheel that alternates.

@@ -323,3 +323,38 @@ fn are_in_range<'a, T: Real>(mut numbers: impl Iterator<Item = &'a T>) -> bool {
     let most = T::lit(MOST);
     numbers.all(|x| x.abs() < most)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blocks::block::Block;
+    use crate::checkpoint::{ToWords, transfer};
+
+    /// A point that turns fast, over a block far too long for it: the numbers overflow.
+    #[test]
+    fn motion_out_of_range_ends_a_pass_and_leaves_finite_state() {
+        let mut point = Point::<f32, 9>::sphere(Vec3::new(40.0, -70.0, 90.0));
+        point.set_shape(&[0.1, -0.1, 0.05, 0.02, -0.03]);
+        let mut pass = Pass::<f32, 0, 9, 0>::blank();
+        let (axes, none) = (Mat::<f32, 3, 0>::zeros(), Momenta::zeros());
+        assert!(pass.begin(&point, &Groups::none(), &axes, 0, &Rest::none(), &none));
+        let of = |duration_s, weight| Span {
+            block: Block { duration_s, weight, ..Block::empty() },
+            wheels_at_start: Momenta::zeros(),
+            samples: 4.0,
+            before: None,
+            after: None,
+        };
+        pass.take(&of(0.01, 4.0));
+        assert!(pass.is_finite());
+        for block in 1..6 {
+            pass.take(&of(50.0, 4.0));
+            assert_eq!(pass.next, block + 1);
+            let mut words = [0; 1024];
+            assert!(transfer(&mut pass, &mut ToWords::new(&mut words)).is_ok());
+        }
+        assert!(!pass.is_finite());
+        assert!(pass.begin(&point, &Groups::none(), &axes, 0, &Rest::none(), &none));
+        assert!(pass.is_finite());
+    }
+}

@@ -558,12 +558,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if self.is_short_record() { (usual / SHORTEST_BLOCK).max(1) } else { usual }
     }
 
-    /// True before a record has as many samples as the usual blocks of the first fit in flight.
+    /// True before the first record has as many samples as the usual blocks of the first fit in flight.
     fn is_short_record(&self) -> bool {
         let usual = self.blocks.usual();
         let first_fit = usual * T::count(FIRST_FIT_BLOCKS) - T::lit(0.5);
-        usual <= T::count(self.config.block_samples)
-            && self.open.duration_s < first_fit * self.period_s
+        self.is_first_fit()
+            && usual <= T::count(self.config.block_samples)
+            && self.open.duration_s <= first_fit * self.period_s
+    }
+
+    /// True until a fit has begun, with no block of an earlier record in storage and nothing known from one.
+    fn is_first_fit(&self) -> bool {
+        let is_known = self.past.is_some() || self.doubted.is_some();
+        self.schedule.fitted == 0 && self.front.is_none() && self.closing.is_none() && !is_known
     }
 
     /// Takes in a block. At rest it is stored too: the motion begins before it is noticed.

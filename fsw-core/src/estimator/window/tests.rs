@@ -56,6 +56,22 @@ fn finds_the_inertia_without_a_guess() {
     assert_eq!((estimate.status, estimate.observed.directions), (Status::Converged, 6));
 }
 
+/// A record of twenty samples has a block for each; the first fit in flight joins them.
+#[test]
+fn a_short_record_has_blocks_of_one_sample() {
+    let mut window = window::<512>(config(NOISE_RAD_S));
+    for (k, sample) in tumble(60).iter().enumerate() {
+        window.step(sample);
+        if k == 19 {
+            let mut ended = window.clone();
+            ended.finish();
+            assert_eq!(ended.blocks.len(), 20);
+        }
+    }
+    window.finish();
+    assert_eq!(window.blocks.len(), 15);
+}
+
 /// Once the front's solution is the start of a fit, few passes follow; none where the front is uncertain but linear.
 #[test]
 fn a_fit_takes_the_passes_that_it_needs() {

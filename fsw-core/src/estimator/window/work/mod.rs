@@ -315,19 +315,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         square * variance > T::lit(6.0 * MOST_WALKED) * (noise * noise)
     }
 
-    /// Joins the short blocks at the start of a record that is no longer short.
+    /// Joins the short blocks of a record that is no longer short, before its first fit.
     #[inline(never)]
     fn join_short_blocks(&mut self) {
-        let is_in_use = self.closing.is_some() || self.inquiry.is_some();
-        let is_usual = self.blocks.usual() <= T::count(self.config.block_samples);
-        if !is_usual || is_in_use || self.is_short_record() || !self.blocks.has_short() {
-            return;
-        }
-        let end = self.front.as_ref().map_or(self.blocks.len(), |front| front.pass.next);
-        let fewer = self.blocks.join_short(end, self.config.block_turn_rad);
-        if let Some(front) = &mut self.front {
-            front.pass.next = front.pass.next.saturating_sub(fewer);
-            front.pass.residuals.forget_instant();
+        if self.is_first_fit() && !self.is_short_record() {
+            self.blocks.join_short(self.config.block_turn_rad);
         }
     }
 
