@@ -356,6 +356,7 @@ impl<T: Real, const W: usize> Averager<T, W> {
 
     /// Adds the newest reading, with its interval from half-way before it to this time after it, where the torque is
     /// `torque_after`.
+    #[inline(never)]
     fn push_newest(&mut self, torque_after: Vec3<T>, half_after_s: T) {
         let last = self.newest;
         // Up to the reading's instant, and from there to the end of its interval.
@@ -372,6 +373,7 @@ impl<T: Real, const W: usize> Averager<T, W> {
 
     /// Takes in the first reading after a finished block. The block that begins here has what that one did not know of the
     /// torque between the two; it is empty so far, and shorter than no time where samples are uneven.
+    #[inline(never)]
     fn resume(&mut self, reading: Reading<T, W>, elapsed_s: T) {
         let (half, last) = (T::lit(0.5), self.newest.torque_n_m);
         let half_after_s = elapsed_s * half;

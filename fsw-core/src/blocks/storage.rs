@@ -50,8 +50,8 @@ use heapless::Vec;
 
 /// Blocks judged together.
 const GROUP: usize = 16;
-/// Short blocks at the start of a record at most: seven for each of eight usual ones, and fewer than this.
-const MOST_SHORT: usize = 64;
+/// Short blocks at the start of a record at most: three for each of eight usual ones, and fewer than this.
+const MOST_SHORT: usize = 32;
 /// Share of storage that stays free while a sweep is due: it takes N / 16 slices.
 const RESERVE_SHARE: usize = 8;
 /// Blocks above which the sweep for rest is followed by that for pairs: three quarters of storage.
@@ -354,8 +354,9 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
     }
 
     /// Joins short blocks at the start of a record to usual ones, of the first [`MOST_SHORT`], as long as they turn by less
-    /// than `turn_rad`.
-    pub fn join_short(&mut self, turn_rad: T) {
+    /// than `turn_rad`. False if there are none.
+    #[inline(never)]
+    pub fn join_short(&mut self, turn_rad: T) -> bool {
         let (end, len) = (MOST_SHORT.min(self.len()), self.len());
         let most = self.usual * T::lit(MOST_WEIGHT);
         let (mut to, mut index) = (0, 0);
@@ -378,6 +379,7 @@ impl<T: Real, const W: usize, const N: usize> Storage<T, W, N> {
         }
         let to = self.copy(end, len, to);
         self.blocks.truncate(to);
+        to < len
     }
 
     /// Begins to make room.
@@ -773,7 +775,8 @@ mod tests {
         storage.clear(4.0);
         (0..32).for_each(|k| storage.push(&block(1.0, f64::from(k) * 0.01)));
         (0..5).for_each(|_| storage.push(&block(4.0, 0.7)));
-        storage.join_short(10.0);
+        assert!(storage.join_short(10.0));
+        assert!(!storage.join_short(10.0));
         let found: std::vec::Vec<(f64, f64)> =
             storage.blocks.iter().map(|b| (b.weight, b.rate_rad_s.x)).collect();
         assert_eq!(found.len(), 13);
@@ -783,7 +786,7 @@ mod tests {
         }
         storage.clear(4.0);
         (0..32).for_each(|_| storage.push(&block(1.0, 5.0)));
-        storage.join_short(0.6);
+        assert!(storage.join_short(0.6));
         assert_eq!(storage.len(), 16);
     }
 

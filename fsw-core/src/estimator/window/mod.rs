@@ -190,11 +190,11 @@ const MOST_UNDERSTATED: f64 = 2.5;
 const PHASE_SHARE: f64 = 0.3;
 const LEAST_TURN_RAD: f64 = 30.0;
 /// Samples that a step takes in at most: after a hole up to nine leave the outlier gate, which are spread over the steps that
-/// follow. The most expensive step has 5,566 instructions with three and 6,338 with four (`cargo bench-target`).
-const MOST_SAMPLES: u32 = 3;
+/// follow. The most expensive step has 5,671 instructions (`cargo bench-target`); with blocks of one sample it has 6,717.
+const MOST_SAMPLES: u32 = 2;
 /// Usual block over those of a record that ends before the first fit in flight: in so few blocks, means over the usual
 /// number of samples would lose a part of its information.
-const SHORTEST_BLOCK: u32 = 4;
+const SHORTEST_BLOCK: u32 = 2;
 /// Blocks at which a window is fitted for the first time, without being asked to.
 const FIRST_FIT_BLOCKS: u32 = 8;
 

@@ -56,16 +56,16 @@ fn finds_the_inertia_without_a_guess() {
     assert_eq!((estimate.status, estimate.observed.directions), (Status::Converged, 6));
 }
 
-/// A record of twenty samples has a block for each; the first fit in flight joins them.
+/// A record of twenty samples has blocks of two; the first fit in flight joins them.
 #[test]
-fn a_short_record_has_blocks_of_one_sample() {
+fn a_short_record_has_shorter_blocks() {
     let mut window = window::<512>(config(NOISE_RAD_S));
     for (k, sample) in tumble(60).iter().enumerate() {
         window.step(sample);
         if k == 19 {
             let mut ended = window.clone();
             ended.finish();
-            assert_eq!(ended.blocks.len(), 20);
+            assert_eq!(ended.blocks.len(), 10);
         }
     }
     window.finish();

@@ -315,18 +315,18 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         square * variance > T::lit(6.0 * MOST_WALKED) * (noise * noise)
     }
 
-    /// Joins the short blocks of a record that is no longer short, before its first fit.
-    #[inline(never)]
-    fn join_short_blocks(&mut self) {
-        if self.is_first_fit() && !self.is_short_record() {
-            self.blocks.join_short(self.config.block_turn_rad);
-        }
+    /// Joins the short blocks of a record that is no longer short, before its first fit; false where there are none.
+    fn joins_short_blocks(&mut self) -> bool {
+        let is_due = self.is_first_fit() && !self.is_short_record();
+        is_due && self.blocks.join_short(self.config.block_turn_rad)
     }
 
     /// Begins a fit over all blocks.
     #[inline(never)]
     fn begin_fit(&mut self) {
-        self.join_short_blocks();
+        if self.joins_short_blocks() {
+            return;
+        }
         let is_grown = self.schedule.blocks >= self.schedule.grown_at(FIRST_FIT_BLOCKS / 2);
         let fitted = core::mem::replace(&mut self.schedule.fitted, self.schedule.blocks);
         let is_final = core::mem::take(&mut self.schedule.is_final);
