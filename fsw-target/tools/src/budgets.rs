@@ -45,6 +45,10 @@ const fn worst_slice(name: &'static str, at_most: f64) -> Budget {
     Budget { name, figure: Figure::WorstSlice, at_most, held: at_most }
 }
 
+const fn worst_slice_held(name: &'static str, at_most: f64, held: f64) -> Budget {
+    Budget { name, figure: Figure::WorstSlice, at_most, held }
+}
+
 /// Instruction budgets, counted in QEMU.
 pub const INSTRUCTIONS: [Budget; 17] = [
     worst_step("covariance-ud", 3_600.0),
@@ -61,7 +65,7 @@ pub const INSTRUCTIONS: [Budget; 17] = [
     worst_step("window-18", 6_000.0),
     worst_step("window-hardware", 8_000.0),
     worst_step("manoeuvre", 4_000.0),
-    worst_slice("window-9", 100_000.0),
+    worst_slice_held("window-9", 100_000.0, 170_000.0),
     worst_slice("window-18", 150_000.0),
     worst_slice("window-hardware", 240_000.0),
 ];
