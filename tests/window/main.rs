@@ -159,7 +159,7 @@ fn errors_of_random_spacecraft_are_at_the_bound() {
 #[test]
 fn a_descent_from_far_away_ends_at_the_minimum() {
     let scenario = Scenario::load("random-spacecraft-data-sheet").unwrap();
-    for first_seed in [1065, 1070, 1624, 2169, 2195] {
+    for first_seed in [1065, 1070, 1624, 2169] {
         let campaign = Campaign {
             scenario: &scenario,
             truths: &Truths::simulate(&scenario).unwrap(),
