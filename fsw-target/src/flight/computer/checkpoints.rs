@@ -22,10 +22,14 @@ const SOON_US: u64 = 10_000_000;
 const OFF_US: u64 = 60_000_000;
 
 /// Upper bound of a checkpoint, words: the size of the largest estimator, one word for each field that is smaller
-/// than a word in memory, and the manoeuvre.
-const MAX_WORDS: u32 =
-    (EstimatorSlot::LARGEST_BYTES / size_of::<u32>() + SMALL_FIELDS + STORED_WORDS) as u32;
+/// than a word in memory, and the manoeuvre. A fixed number: sizes depend on those of pointers, and host and target are to
+/// erase at the same instants.
+const MAX_WORDS: u32 = 54 * 1024 / size_of::<u32>() as u32;
 const SMALL_FIELDS: usize = 128;
+const _: () = {
+    let words = EstimatorSlot::LARGEST_BYTES / size_of::<u32>() + SMALL_FIELDS + STORED_WORDS;
+    assert!(words <= MAX_WORDS as usize, "a checkpoint exceeds its upper bound");
+};
 
 /// Upper bound of a checkpoint, bytes.
 #[cfg(test)]
