@@ -1,9 +1,7 @@
 //! Blocks: averages over a few samples, with the drive of wheels and external torque.
 //!
 //! A sample stands for the interval from half-way to the one before it to half-way to the one after. A
-//! block is the intervals of a few samples. The interval of the first sample begins as long before it as it ends after it,
-//! and that of the last one ends as long after it as it begins before it; there the torque is that of the sample, and wheel
-//! momentum goes straight on. With half of an interval missing, the mean of N samples would err by `ω̈ Δt² (N − 1) / 24`. Total momentum h and rate ω satisfy `J ω = h − h_w` at each
+//! block is the intervals of a few samples. Total momentum h and rate ω satisfy `J ω = h − h_w` at each
 //! sample, and so on average over the samples of a block, exactly:
 //!
 //! `J z̄ + h̄_w = h̄ + J v̄`
@@ -14,6 +12,12 @@
 //! the block g has turned with the body, which adds `−∫ ω × g dt ≈ −ω̄ × ∫ g dt` to the impulse.
 //!
 //! Wheel momentum within a block is a parabola through its values at both ends with the right mean.
+//!
+//! # Ends of a record
+//!
+//! The interval of the first sample is symmetric about it, and so is that of the last one. In the outer halves the torque is
+//! that of the sample, and wheel momentum is extrapolated linearly. Without the outer half the mean of N samples would err by
+//! `ω̈ Δt² (N − 1) / 24`.
 //!
 //! # Hole in the rate
 //!
@@ -239,7 +243,7 @@ impl<T: Real, const W: usize> Averager<T, W> {
         limits: &Limits<T>,
     ) -> Option<Block<T, W>> {
         if self.finished_s > T::zero() {
-            self.resume(reading, elapsed_s);
+            self.resume(reading, elapsed_s, limits.is_torque_smooth);
             return None;
         }
         let half = T::lit(0.5);
@@ -371,15 +375,19 @@ impl<T: Real, const W: usize> Averager<T, W> {
         self.weight += last.weight;
     }
 
-    /// Takes in the first reading after a finished block. The block that begins here has what that one did not know of the
-    /// torque between the two; it is empty so far, and shorter than no time where samples are uneven.
+    /// Takes in the first reading after a finished block, and begins the next one at its end, without a sample yet. The
+    /// impulse is that between the two readings less what the finished block has of it. The duration is up to half-way
+    /// between the two, and negative where that lies before the end of the finished block.
     #[inline(never)]
-    fn resume(&mut self, reading: Reading<T, W>, elapsed_s: T) {
+    fn resume(&mut self, reading: Reading<T, W>, elapsed_s: T, is_torque_smooth: bool) {
         let (half, last) = (T::lit(0.5), self.newest.torque_n_m);
         let half_after_s = elapsed_s * half;
         let torque_after = (last + reading.torque_n_m) * half;
         self.impulse_n_m_s = (last + torque_after) * (half_after_s * half) - last * self.finished_s;
         self.duration_s = (half_after_s - self.finished_s).max(-half_after_s);
+        if is_torque_smooth {
+            self.correct_for_bend(reading.torque_n_m - last, elapsed_s);
+        }
         self.impulse_integral = self.impulse_n_m_s * (self.duration_s * half);
         self.finished_s = T::zero();
         self.advance(reading, torque_after, elapsed_s);
@@ -588,6 +596,28 @@ mod tests {
             assert!((total - 1.8 - elapsed_s - 0.1).abs() < 1e-12, "{total}");
             assert!((impulse - trapezoids - ends).abs() < 1e-12, "{impulse}");
             assert_eq!(found.iter().map(|block| block.weight).sum::<f64>(), 20.0);
+        }
+    }
+
+    /// A finished block in mid-motion leaves the impulse of a torque that swings as it is without.
+    #[test]
+    fn smooth_torque_goes_on_after_a_finished_block() {
+        let at = |k: u32| reading(0.0, 0.0, (0.9 * f64::from(k)).sin());
+        let impulse = |finished: Option<u32>| {
+            let mut averager = Averager::new(at(0));
+            let mut sum = 0.0;
+            for k in 1..30 {
+                sum +=
+                    averager.add(at(k), 0.1, &limits(4, true)).map_or(0.0, |b| b.impulse_n_m_s.x);
+                if finished == Some(k) {
+                    sum += averager.finish().map_or(0.0, |block| block.impulse_n_m_s.x);
+                }
+            }
+            sum + averager.finish().map_or(0.0, |block| block.impulse_n_m_s.x)
+        };
+        for k in 1..29 {
+            let apart = impulse(Some(k)) - impulse(None);
+            assert!(apart.abs() < 1e-12, "{k}: {apart}");
         }
     }
 
