@@ -9,6 +9,9 @@ use crate::trajectory::unknowns::Point;
 
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
+/// Sigmas by which the inverse trace of a scale that is not observed may be too large, for one sigma of the trace: exceeded by
+/// chance once in 700.
+const SIGMAS_OF_SCALE: f64 = 3.0;
 /// Largest share of the inverse trace by which it may be too large: it may be that of a body twenty times as
 /// heavy.
 const MOST_OF_SCALE: f64 = 0.95;
@@ -49,7 +52,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
             // Nothing but the range of any body.
             one
         } else if of_data > T::lit(SCALE_OBSERVED) {
-            (one / (one - (s * T::lit(3.0)).min(T::lit(MOST_OF_SCALE))) - one) / s
+            (one / (one - (s * T::lit(SIGMAS_OF_SCALE)).min(T::lit(MOST_OF_SCALE))) - one) / s
         } else {
             one / ((one - s) * (one - s))
         };
