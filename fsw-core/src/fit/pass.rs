@@ -227,6 +227,10 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
     /// Takes in the next block.
     #[inline(never)]
     pub fn take(&mut self, span: &Span<T, W>) {
+        if self.is_broken() {
+            self.next += 1;
+            return;
+        }
         let has_field = self.trajectory.has_field();
         let is_torque_walking = groups_of(U) > 0 && self.torque_per_rad > T::zero();
         if is_torque_walking {
@@ -238,10 +242,6 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             half_turn = self.trajectory.half_turn(span);
             self.trajectory.turn_axes(&half_turn);
             self.trajectory.set_torque(&self.point);
-        }
-        if self.is_broken() {
-            self.next += 1;
-            return;
         }
         let crossing = self.trajectory.cross(span);
         let mean_rate_rad_s = self.trajectory.mean_rate_rad_s(&crossing);
