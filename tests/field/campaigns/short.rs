@@ -10,8 +10,8 @@ use super::super::scenarios::{Pyramid, built_in, racquet, source, throw};
 
 /// Lengths of the records, samples.
 const SAMPLES: [usize; 5] = [20, 40, 80, 150, 300];
-/// Runs of each length: a thousand per motion.
-const RUNS: u64 = 200;
+/// Runs of each length.
+const RUNS: u64 = 1000;
 /// Duration of the longest slew, s.
 const SLEW_S: f64 = 30.0;
 
