@@ -39,12 +39,12 @@ impl<T: Real, const U: usize> Solution<T, U> {
     ///
     /// The data are linear in κ, and the sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
-    /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to [`MOST_OF_SCALE`]. Both as far as the scale comes
-    /// from the data rather than from a prior of the elements.
+    /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to [`MOST_OF_SCALE`], times the `reach` of the trace.
+    /// Both as far as the scale comes from the data rather than from a prior of the elements.
     ///
     /// The sigma of an element from that of its ratio n goes with the trace t: `var(n t) = t² var(n) +
     /// n² var(t) + var(n) var(t)`. The last term is not negligible where the data know the scale, but badly.
-    fn add_curvature(&mut self, alone: &Self, has_scale: bool) {
+    fn add_curvature(&mut self, alone: &Self, has_scale: bool, reach: T) {
         let relative = |of: &Self| of.root.at(5, 5) / of.point.scale();
         let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
@@ -52,7 +52,8 @@ impl<T: Real, const U: usize> Solution<T, U> {
             // Nothing but the range of any body.
             one
         } else if of_data > T::lit(SCALE_OBSERVED) {
-            (one / (one - (s * T::lit(SIGMAS_OF_SCALE)).min(T::lit(MOST_OF_SCALE))) - one) / s
+            let share = (s * T::lit(SIGMAS_OF_SCALE)).min(T::lit(MOST_OF_SCALE));
+            reach * (one / (one - share) - one) / s
         } else {
             one / ((one - s) * (one - s))
         };
@@ -62,7 +63,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
             *self.root.at_mut(5, 5) *= factor;
         }
         if has_scale && of_data > T::lit(SCALE_OBSERVED) {
-            self.spread = relative(self).min(T::lit(MOST_SPREAD));
+            self.spread = relative(self).min(reach * T::lit(MOST_SPREAD));
         }
     }
 
@@ -101,14 +102,13 @@ impl<T: Real, const U: usize> Solution<T, U> {
         }
     }
 
-    /// Replaces an inverse trace κ below its sigma by that of a body of unit trace, if that is smaller, 1/(kg m²). The
-    /// data permit any trace above `1 / (κ + 3 σ)` then, and the most likely one is arbitrary, as without torque. A
-    /// larger κ is kept: for short records it agrees with that of a batch fit.
-    fn limit_scale(&mut self) {
+    /// How far a trace reaches beyond that of the solution: to that of a body of unit trace, where the inverse trace κ is below
+    /// its sigma. The data permit any trace above `1 / (κ + 3 σ)` then, as without torque. κ itself is kept: for short records
+    /// it agrees with that of a batch fit.
+    fn reach(&self) -> T {
         let (scale, unit_trace) = (self.point.scale(), T::one() / self.unit_per_kg_m2);
-        if scale < self.root.at(5, 5) && unit_trace < scale {
-            self.point.set_scale(unit_trace);
-        }
+        let is_weak = scale < self.root.at(5, 5) && unit_trace < scale;
+        if is_weak { scale / unit_trace } else { T::one() }
     }
 
     /// Inertia and covariance, for the solution of the data alone, with or without a prior of the elements.
@@ -119,12 +119,10 @@ impl<T: Real, const U: usize> Solution<T, U> {
         (has_scale, has_prior): (bool, bool),
         estimate: &mut Estimate<T>,
     ) {
-        if has_scale && !has_prior {
-            self.limit_scale();
-        }
+        let reach = if has_prior { T::one() } else { self.reach() };
         let trace = self.trace_kg_m2();
         estimate.inertia = Inertia::new(self.point.over_trace().map(|n| n * trace));
-        self.add_curvature(alone, has_scale);
+        self.add_curvature(alone, has_scale, reach);
         self.of_elements(&mut estimate.covariance_kg2_m4);
     }
 
@@ -160,10 +158,11 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Inverse trace of 200 1/(kg m²): replaced where its sigma is larger and there is no prior.
+    /// Inverse trace of 200 1/(kg m²): where its sigma is larger and there is no prior, the sigma of the trace is that of a
+    /// body of unit trace, and the trace is kept.
     #[test]
-    fn scale_below_its_sigma_is_that_of_unit_trace() {
-        let trace_kg_m2 = |sigma: f64, has_prior: bool| {
+    fn trace_of_a_scale_below_its_sigma_reaches_to_unit_trace() {
+        let relative = |sigma: f64, has_prior: bool| {
             let solution = || {
                 let mut solution = Solution::<f64, 6>::blank();
                 solution.point.set_scale(200.0);
@@ -173,11 +172,13 @@ mod tests {
             };
             let mut estimate = Estimate::of_nothing();
             solution().report(&solution(), (true, has_prior), &mut estimate);
-            estimate.inertia.trace_kg_m2()
+            let trace_kg_m2 = estimate.inertia.trace_kg_m2();
+            assert!((trace_kg_m2 - 0.005).abs() < 1e-12);
+            estimate.covariance_kg2_m4.fixed_view::<3, 3>(0, 0).sum().sqrt() / trace_kg_m2
         };
-        assert!((trace_kg_m2(201.0, false) - 1.0).abs() < 1e-12);
-        assert!((trace_kg_m2(199.0, false) - 0.005).abs() < 1e-12);
-        assert!((trace_kg_m2(201.0, true) - 0.005).abs() < 1e-12);
+        assert!((relative(201.0, false) / (19.0 * 200.0) - 1.0).abs() < 0.01);
+        assert!((relative(199.0, false) / 19.0 - 1.0).abs() < 0.01);
+        assert!((relative(201.0, true) / 19.0 - 1.0).abs() < 0.01);
     }
 
     proptest! {

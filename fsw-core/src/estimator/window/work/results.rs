@@ -10,10 +10,13 @@ use crate::fit::front::{Fit, Front};
 use crate::fit::pass::Pass;
 use crate::math::scalar::Real;
 use crate::math::square_root_information::SquareRootInformation;
+use crate::monitor::whiteness::chi_square;
 use crate::trajectory::unknowns::{Belief, GROUPS, Group, groups_of};
 
-/// Residual over noise above which a model does not explain the blocks.
+/// Residual over noise above which a model does not explain the blocks, and normal quantile of the square that chance leaves
+/// in few of them: once in 30,000 fits. It is the larger of both up to 140 degrees of freedom.
 const EXPLAINED: f64 = 1.3;
+const BY_CHANCE_SIGMA: f64 = 4.0;
 /// Share of the range of the shape below which it is observed.
 const SHAPE_OBSERVED: f64 = 0.5;
 /// Contradiction of an assumed absence of drag: chi-square of three degrees of freedom exceeds it once
@@ -32,8 +35,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     pub(in super::super) fn is_explained(&self, pass: &Pass<T, W, U, M>) -> bool {
         let at_point = pass.residuals.typical(pass.unit_rad_s);
         let typical = at_point.min(crate::estimator::window::report::rms(&pass.residuals, U));
-        let most = self.reference_rad_s() * T::lit(EXPLAINED);
-        typical * typical <= most * most + self.explained(pass)
+        let degrees = pass.residuals.degrees(U as u32).max(1);
+        let by_chance = chi_square::<T>(degrees, BY_CHANCE_SIGMA) / T::count(degrees);
+        let most = by_chance.max(T::lit(EXPLAINED * EXPLAINED));
+        let reference = self.reference_rad_s();
+        typical * typical <= most * (reference * reference) + self.explained(pass)
             && !pass.residuals.has_many_low()
             && pass.is_finite()
     }
