@@ -206,13 +206,15 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.begin_pass(&point, unit);
     }
 
-    /// Inverse trace without help of the data: of earlier windows, of the prior, or of before, 1/(kg m²).
+    /// Inverse trace without help of the present blocks: of earlier windows, of the prior, or of the fit before, 1/(kg m²).
     fn known_scale(&self) -> T {
         let trace = |j: &[T; 6]| j[0] + j[1] + j[2];
         match (&self.past, &self.config.prior) {
             (Some(past), _) => past.per_kg_m2,
             (None, Some(prior)) => T::one() / trace(&prior.inertia_kg_m2),
-            (None, None) => T::one(),
+            (None, None) => self.front.as_ref().map_or(T::one(), |Front { pass, .. }| {
+                pass.unit_per_kg_m2 * pass.point.scale()
+            }),
         }
     }
 
