@@ -156,7 +156,7 @@ cargo test --workspace --no-fail-fast -- --include-ignored 2>&1 | tee "$log"
 
 if has_python; then
     heading "Python package: wheel, tests, notebook"
-    tests/python.sh
+    HOST_SIM=${CARGO_TARGET_DIR:-target}/debug/host-sim tests/python.sh # built for the tests above
 
     heading "Ground systems: XTCE, flight image through Yamcs"
     tests/ground.sh
@@ -184,19 +184,25 @@ else
 fi
 heading "Other processors: fsw-core and its C interface"
 # Debian's compiler builds their core library from source; an ambient toolchain is used where it has the target.
+with_library=() from_source=()
 for other in thumbv6m-none-eabi thumbv7m-none-eabi thumbv7em-none-eabi thumbv8m.main-none-eabihf \
     riscv32imac-unknown-none-elf; do
     if [ -d "$(rustc --print sysroot)/lib/rustlib/$other/lib" ]; then
-        cargo check --package fsw-core --package fsw-core-c --target "$other"
+        with_library+=(--target "$other")
     elif debian_ready; then
-        env -u RUSTUP_TOOLCHAIN -u CARGO -u RUSTDOC RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 \
-            /usr/bin/cargo check -Zbuild-std=core --package fsw-core --package fsw-core-c \
-            --target "$other"
+        from_source+=(--target "$other")
     else
         skipped="$skipped $other"
         echo "skipped: no core library for $other (rustup target add $other)"
     fi
 done
+if [ ${#with_library[@]} != 0 ]; then
+    cargo check --package fsw-core --package fsw-core-c "${with_library[@]}"
+fi
+if [ ${#from_source[@]} != 0 ]; then
+    env -u RUSTUP_TOOLCHAIN -u CARGO -u RUSTDOC RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 \
+        /usr/bin/cargo check -Zbuild-std=core --package fsw-core --package fsw-core-c "${from_source[@]}"
+fi
 
 heading "Documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps

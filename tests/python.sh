@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The Python package: wheel, its metadata, and its tests and notebook in an empty environment, against the program.
 #
-# Arguments are those of `cargo build`, as --release. Needs Python 3.10 or later and PyPI.
+# Arguments are those of `cargo build`, as --release. HOST_SIM: the program, where it has been built. Needs Python 3.10 or later
+# and PyPI.
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
@@ -9,7 +10,11 @@ target=${CARGO_TARGET_DIR:-target}
 profile=debug
 for argument in "$@"; do [ "$argument" = --release ] && profile=release; done
 
-cargo build --package host-sim "$@"
+if [ -z "${HOST_SIM:-}" ]; then
+    cargo build --package host-sim "$@"
+    HOST_SIM=$target/$profile/host-sim
+fi
+HOST_SIM=$(realpath "$HOST_SIM")
 
 rm -rf "$target/python"
 mkdir -p "$target/python"
@@ -22,4 +27,4 @@ python3 -m venv "$folder/build"
 python3 -m venv "$folder/empty"
 wheel=$(echo "$folder"/wheel/*.whl)
 "$folder/empty/bin/pip" install --quiet "${wheel}[test]"
-HOST_SIM="$(cd "$target/$profile" && pwd)/host-sim" "$folder/empty/bin/pytest" --quiet host-sim/python/tests
+HOST_SIM=$HOST_SIM "$folder/empty/bin/pytest" --quiet host-sim/python/tests
