@@ -10,13 +10,11 @@ use crate::trajectory::unknowns::Point;
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
 /// Sigmas by which the inverse trace of a scale that is not observed may be too large, for one sigma of the trace: exceeded by
-/// chance once in 700.
-const SIGMAS_OF_SCALE: f64 = 3.0;
-/// Largest share of the inverse trace by which it may be too large: it may be that of a body twenty times as
-/// heavy.
-const MOST_OF_SCALE: f64 = 0.95;
-/// Largest relative sigma of the trace that enters the sigma of a product: that of [`MOST_OF_SCALE`].
-const MOST_SPREAD: f64 = 1.0 / (1.0 - MOST_OF_SCALE) - 1.0;
+/// chance once in 30,000.
+const SIGMAS_OF_SCALE: f64 = 5.0;
+/// Least inverse trace that it may have instead, over its own or that of a body of unit trace: that of one twenty times
+/// as heavy.
+const LEAST_OF_SCALE: f64 = 0.05;
 
 /// Shape and scale with their information.
 pub(super) struct Solution<T: Real, const U: usize> {
@@ -39,12 +37,13 @@ impl<T: Real, const U: usize> Solution<T, U> {
     ///
     /// The data are linear in κ, and the sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
-    /// is not observed has the sigma `1 / (κ − 3 s κ) − 1 / κ`, with 3 s up to [`MOST_OF_SCALE`], times the `reach` of the trace.
-    /// Both as far as the scale comes from the data rather than from a prior of the elements.
+    /// is not observed has the sigma `1 / max(κ − 4 s κ, κ₀) − 1 / κ`. κ₀ is [`LEAST_OF_SCALE`] times κ or, without a prior, the
+    /// inverse trace of a body of unit trace, if that is smaller: the data permit any trace then, as without torque. Both as far
+    /// as the scale comes from the data rather than from a prior of the elements.
     ///
     /// The sigma of an element from that of its ratio n goes with the trace t: `var(n t) = t² var(n) +
     /// n² var(t) + var(n) var(t)`. The last term is not negligible where the data know the scale, but badly.
-    fn add_curvature(&mut self, alone: &Self, has_scale: bool, reach: T) {
+    fn add_curvature(&mut self, alone: &Self, has_scale: bool, has_prior: bool) {
         let relative = |of: &Self| of.root.at(5, 5) / of.point.scale();
         let (s, of_data) = (relative(self), relative(alone));
         let one = T::one();
@@ -52,8 +51,10 @@ impl<T: Real, const U: usize> Solution<T, U> {
             // Nothing but the range of any body.
             one
         } else if of_data > T::lit(SCALE_OBSERVED) {
-            let share = (s * T::lit(SIGMAS_OF_SCALE)).min(T::lit(MOST_OF_SCALE));
-            reach * (one / (one - share) - one) / s
+            let of_unit_trace = one / (self.unit_per_kg_m2 * self.point.scale());
+            let least = if has_prior { one } else { of_unit_trace.min(one) };
+            let share = (one - s * T::lit(SIGMAS_OF_SCALE)).max(least * T::lit(LEAST_OF_SCALE));
+            (one / share - one) / s
         } else {
             one / ((one - s) * (one - s))
         };
@@ -63,7 +64,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
             *self.root.at_mut(5, 5) *= factor;
         }
         if has_scale && of_data > T::lit(SCALE_OBSERVED) {
-            self.spread = relative(self).min(reach * T::lit(MOST_SPREAD));
+            self.spread = relative(self);
         }
     }
 
@@ -102,15 +103,6 @@ impl<T: Real, const U: usize> Solution<T, U> {
         }
     }
 
-    /// How far a trace reaches beyond that of the solution: to that of a body of unit trace, where the inverse trace κ is below
-    /// its sigma. The data permit any trace above `1 / (κ + 3 σ)` then, as without torque. κ itself is kept: for short records
-    /// it agrees with that of a batch fit.
-    fn reach(&self) -> T {
-        let (scale, unit_trace) = (self.point.scale(), T::one() / self.unit_per_kg_m2);
-        let is_weak = scale < self.root.at(5, 5) && unit_trace < scale;
-        if is_weak { scale / unit_trace } else { T::one() }
-    }
-
     /// Inertia and covariance, for the solution of the data alone, with or without a prior of the elements.
     #[inline(never)]
     pub fn report(
@@ -119,10 +111,9 @@ impl<T: Real, const U: usize> Solution<T, U> {
         (has_scale, has_prior): (bool, bool),
         estimate: &mut Estimate<T>,
     ) {
-        let reach = if has_prior { T::one() } else { self.reach() };
         let trace = self.trace_kg_m2();
         estimate.inertia = Inertia::new(self.point.over_trace().map(|n| n * trace));
-        self.add_curvature(alone, has_scale, reach);
+        self.add_curvature(alone, has_scale, has_prior);
         self.of_elements(&mut estimate.covariance_kg2_m4);
     }
 
@@ -158,15 +149,15 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Inverse trace of 200 1/(kg m²): where its sigma is larger and there is no prior, the sigma of the trace is that of a
-    /// body of unit trace, and the trace is kept.
+    /// Inverse trace of 200 1/(kg m²): the trace is kept. Its sigma reaches to a body of twenty times the unit trace where the
+    /// inverse trace is below four of its sigmas and there is no prior.
     #[test]
-    fn trace_of_a_scale_below_its_sigma_reaches_to_unit_trace() {
+    fn sigma_of_a_weak_scale_reaches_to_unit_trace() {
         let relative = |sigma: f64, has_prior: bool| {
             let solution = || {
                 let mut solution = Solution::<f64, 6>::blank();
                 solution.point.set_scale(200.0);
-                solution.root = Mat::identity() * 0.01;
+                solution.root = Mat::identity() * 1e-4;
                 *solution.root.at_mut(5, 5) = sigma;
                 solution
             };
@@ -176,9 +167,16 @@ mod tests {
             assert!((trace_kg_m2 - 0.005).abs() < 1e-12);
             estimate.covariance_kg2_m4.fixed_view::<3, 3>(0, 0).sum().sqrt() / trace_kg_m2
         };
-        assert!((relative(201.0, false) / (19.0 * 200.0) - 1.0).abs() < 0.01);
-        assert!((relative(199.0, false) / 19.0 - 1.0).abs() < 0.01);
-        assert!((relative(201.0, true) / 19.0 - 1.0).abs() < 0.01);
+        for (sigma, has_prior, expected) in [
+            (51.0, false, 20.0 * 200.0 - 1.0),
+            (51.0, true, 19.0),
+            (40.0, false, 4.0),
+            (40.0, true, 4.0),
+            (19.0, false, 0.095 / (0.905 * 0.905)),
+        ] {
+            let found = relative(sigma, has_prior);
+            assert!((found / expected - 1.0).abs() < 0.01, "{sigma} {has_prior}: {found}");
+        }
     }
 
     proptest! {
