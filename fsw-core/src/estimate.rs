@@ -59,6 +59,9 @@ pub struct Estimate<T: Real> {
     /// One sigma of each element by the noise alone, for hardware that is known exactly, kg m². `None` where the
     /// hardware is ideal, and the covariance is that of the noise.
     pub sigma_random_kg_m2: Option<[T; 6]>,
+    /// Relative sigma r of a badly known trace t that the covariance contains beside a ratio n, a term `var(n) r² t²` of their
+    /// product: zero where the trace is known well. Sigmas of ratios are without it ([`over_trace`](Self::over_trace)).
+    pub trace_spread: T,
     /// Directions that the data have made known.
     pub observed: Observed,
     /// Usability.
@@ -98,6 +101,7 @@ impl<T: Real> Estimate<T> {
             inertia: Inertia::new([T::zero(); 6]),
             covariance_kg2_m4: Mat::zeros(),
             sigma_random_kg_m2: None,
+            trace_spread: T::zero(),
             observed: Observed::default(),
             status: Status::Unobservable,
             disturbance_torque_n_m: None,
@@ -185,8 +189,10 @@ impl<T: Real> Estimate<T> {
             }
         }
         let covariance = jacobian * self.covariance_kg2_m4 * jacobian.transpose();
-        let sigma =
-            core::array::from_fn(|i| covariance.at(i, i).max(T::zero()).sqrt() * scale.abs());
+        let of_product = T::one() + self.trace_spread * self.trace_spread;
+        let sigma = core::array::from_fn(|i| {
+            (covariance.at(i, i).max(T::zero()) / of_product).sqrt() * scale.abs()
+        });
         (ratio, sigma)
     }
 }

@@ -233,6 +233,7 @@ impl<T: Real, const W: usize> Estimator<T, W> for Momentum<T, W> {
             inertia,
             covariance_kg2_m4,
             sigma_random_kg_m2: None,
+            trace_spread: T::zero(),
             observed: by_the_data,
             status: self.status(&by_the_data, &observed(&covariance_kg2_m4, range)),
             disturbance_torque_n_m: None,

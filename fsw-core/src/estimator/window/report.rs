@@ -269,7 +269,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             self.report_random(blocks, point, &all, &mut solution, estimate);
         }
         if let Some(systematic) = systematic {
-            estimate.covariance_kg2_m4 += systematic;
+            // As the random part of a ratio: times the trace, which may be known badly.
+            let of_product = T::one() + estimate.trace_spread * estimate.trace_spread;
+            estimate.covariance_kg2_m4 += systematic * of_product;
         }
         if is_considered {
             self.add_considered(estimate);
@@ -328,9 +330,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     #[inline(never)]
     fn add_considered(&self, estimate: &mut Estimate<T>) {
         let scale = self.config.considered_scale();
+        let of_product = T::one() + estimate.trace_spread * estimate.trace_spread;
         let by = Mat::<T, 6, 1>::from(estimate.inertia.elements_kg_m2()) * scale;
         estimate.covariance_kg2_m4 += by * by.transpose();
         for (axis, sigma) in self.config.hardware.mount_rad.into_iter().enumerate() {
+            let sigma = sigma * of_product.sqrt();
             let by = Mat::<T, 6, 1>::from(turned_by(&estimate.inertia, axis)) * sigma;
             estimate.covariance_kg2_m4 += by * by.transpose();
         }

@@ -10,8 +10,8 @@ use crate::trajectory::unknowns::Point;
 /// Sigma of the inverse trace over itself above which the scale is not observed, as of any direction.
 const SCALE_OBSERVED: f64 = 0.1;
 /// Sigmas by which the inverse trace of a scale that is not observed may be too large, for one sigma of the trace: exceeded by
-/// chance once in 3,000,000.
-const SIGMAS_OF_SCALE: f64 = 5.0;
+/// chance once in 30,000.
+const SIGMAS_OF_SCALE: f64 = 4.0;
 /// Least inverse trace that it may have instead, over its own or that of a body of unit trace: that of one twenty times
 /// as heavy.
 const LEAST_OF_SCALE: f64 = 0.05;
@@ -37,7 +37,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
     ///
     /// The data are linear in κ, and the sigma of the trace goes with `1 / κ²`: an estimate of κ that is large
     /// by its sigma s, in units of κ, reports a sigma too small by `(1 − s)²`. It is divided by that. A scale that
-    /// is not observed has the sigma `1 / max(κ − 5 s κ, κ₀) − 1 / κ`. κ₀ is [`LEAST_OF_SCALE`] times κ or, without a prior, the
+    /// is not observed has the sigma `1 / max(κ − 4 s κ, κ₀) − 1 / κ`. κ₀ is [`LEAST_OF_SCALE`] times κ or, without a prior, the
     /// inverse trace of a body of unit trace, if that is smaller: the data permit any trace then, as without torque. Both as far
     /// as the scale comes from the data rather than from a prior of the elements.
     ///
@@ -114,6 +114,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
         let trace = self.trace_kg_m2();
         estimate.inertia = Inertia::new(self.point.over_trace().map(|n| n * trace));
         self.add_curvature(alone, has_scale, has_prior);
+        estimate.trace_spread = self.spread;
         self.of_elements(&mut estimate.covariance_kg2_m4);
     }
 
@@ -150,7 +151,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Inverse trace of 200 1/(kg m²): the trace is kept. Its sigma reaches to a body of twenty times the unit trace where the
-    /// inverse trace is below five of its sigmas and there is no prior.
+    /// inverse trace is below four of its sigmas and there is no prior.
     #[test]
     fn sigma_of_a_weak_scale_reaches_to_unit_trace() {
         let relative = |sigma: f64, has_prior: bool| {
@@ -170,12 +171,40 @@ mod tests {
         for (sigma, has_prior, expected) in [
             (51.0, false, 20.0 * 200.0 - 1.0),
             (51.0, true, 19.0),
-            (32.0, false, 4.0),
-            (32.0, true, 4.0),
+            (40.0, false, 4.0),
+            (40.0, true, 4.0),
             (19.0, false, 0.095 / (0.905 * 0.905)),
         ] {
             let found = relative(sigma, has_prior);
             assert!((found / expected - 1.0).abs() < 0.01, "{sigma} {has_prior}: {found}");
+        }
+    }
+
+    /// Ratios of the shape alone, whatever the trace: as with a trace that is known.
+    #[test]
+    fn sigma_of_a_ratio_is_that_of_the_shape() {
+        let sigmas = |of_scale: f64| {
+            let solution = || {
+                let mut solution = Solution::<f64, 6>::blank();
+                solution.point.set_shape(&[0.1, -0.05, 0.02, 0.03, -0.01]);
+                solution.point.set_scale(200.0);
+                solution.root =
+                    Mat::from_fn(|i, k| if i <= k { 0.01 / (1 + i + k) as f64 } else { 0.0 });
+                for row in 0..5 {
+                    *solution.root.at_mut(row, 5) = 0.0;
+                }
+                *solution.root.at_mut(5, 5) = of_scale;
+                solution
+            };
+            let mut estimate = Estimate::of_nothing();
+            solution().report(&solution(), (true, false), &mut estimate);
+            estimate.over_trace().1
+        };
+        let known = sigmas(1e-3);
+        for of_scale in [30.0, 45.0, 300.0] {
+            for (found, known) in sigmas(of_scale).into_iter().zip(known) {
+                assert!((found / known - 1.0).abs() < 1e-6, "{of_scale}: {found} {known}");
+            }
         }
     }
 

@@ -212,9 +212,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         match (&self.past, &self.config.prior) {
             (Some(past), _) => past.per_kg_m2,
             (None, Some(prior)) => T::one() / trace(&prior.inertia_kg_m2),
-            (None, None) => self.front.as_ref().map_or(T::one(), |Front { pass, .. }| {
-                pass.unit_per_kg_m2 * pass.point.scale()
-            }),
+            (None, None) => self
+                .front
+                .as_ref()
+                .map_or(T::one(), |Front { pass, .. }| pass.unit_per_kg_m2 * pass.point.scale()),
         }
     }
 
