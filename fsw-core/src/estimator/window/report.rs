@@ -361,7 +361,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             return;
         }
         solution.root *= all.noise_rad_s;
-        solution.spread = T::zero();
+        if solution.spread > T::zero() {
+            // A badly known trace: as in the sigma of all, which its range dominates.
+            *solution.root.at_mut(5, 5) *= solution.curvature;
+        }
         let mut covariance = Mat::<T, 6, 6>::zeros();
         solution.of_elements(&mut covariance);
         let total = &estimate.covariance_kg2_m4;

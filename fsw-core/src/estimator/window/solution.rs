@@ -24,13 +24,16 @@ pub(super) struct Solution<T: Real, const U: usize> {
     pub root: Mat<T, 6, 6>,
     /// Relative sigma of the trace that enters the sigma of a product of ratio and trace; zero where the scale is known well.
     pub spread: T,
+    /// Sigma of the scale over that of the linear problem.
+    pub curvature: T,
 }
 
 impl<T: Real, const U: usize> Solution<T, U> {
     /// Place for a solution.
     pub fn blank() -> Self {
         let point = Point::sphere(Vec3::zeros());
-        Self { point, unit_per_kg_m2: T::one(), root: Mat::zeros(), spread: T::zero() }
+        let (one, spread) = (T::one(), T::zero());
+        Self { point, unit_per_kg_m2: one, root: Mat::zeros(), spread, curvature: one }
     }
 
     /// The solution with the curvature of `tr(J) = 1 / κ` in the sigma of a weakly observed scale.
@@ -62,6 +65,7 @@ impl<T: Real, const U: usize> Solution<T, U> {
         let factor = one + (curved - one) * share * share;
         if factor.is_finite() {
             *self.root.at_mut(5, 5) *= factor;
+            self.curvature = factor;
         }
         if has_scale && of_data > T::lit(SCALE_OBSERVED) {
             self.spread = relative(self);
