@@ -112,6 +112,12 @@ impl<T: Real> Estimate<T> {
         }
     }
 
+    /// Variance that a ratio has in the covariance of the elements, over its own: `1 + r²`, with r the
+    /// [`trace_spread`](Self::trace_spread).
+    pub(crate) fn spread_of_variance(&self) -> T {
+        T::one() + self.trace_spread * self.trace_spread
+    }
+
     /// Observed directions and status, as in [`of_inertia`](Self::of_inertia).
     pub(crate) fn judge(&mut self, range_kg_m2: &[T; 6]) {
         let range_kg_m2 = range_before_data(&self.inertia, range_kg_m2);
@@ -189,9 +195,9 @@ impl<T: Real> Estimate<T> {
             }
         }
         let covariance = jacobian * self.covariance_kg2_m4 * jacobian.transpose();
-        let of_product = T::one() + self.trace_spread * self.trace_spread;
+        let spread = self.spread_of_variance();
         let sigma = core::array::from_fn(|i| {
-            (covariance.at(i, i).max(T::zero()) / of_product).sqrt() * scale.abs()
+            (covariance.at(i, i).max(T::zero()) / spread).sqrt() * scale.abs()
         });
         (ratio, sigma)
     }

@@ -269,9 +269,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             self.report_random(blocks, point, &all, &mut solution, estimate);
         }
         if let Some(systematic) = systematic {
-            // As the random part of a ratio: times the trace, which may be known badly.
-            let of_product = T::one() + estimate.trace_spread * estimate.trace_spread;
-            estimate.covariance_kg2_m4 += systematic * of_product;
+            // An error of a ratio enters its product with a trace that may be known badly.
+            estimate.covariance_kg2_m4 += systematic * estimate.spread_of_variance();
         }
         if is_considered {
             self.add_considered(estimate);
@@ -330,12 +329,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     #[inline(never)]
     fn add_considered(&self, estimate: &mut Estimate<T>) {
         let scale = self.config.considered_scale();
-        let of_product = T::one() + estimate.trace_spread * estimate.trace_spread;
+        let spread = estimate.spread_of_variance().sqrt();
         let by = Mat::<T, 6, 1>::from(estimate.inertia.elements_kg_m2()) * scale;
         estimate.covariance_kg2_m4 += by * by.transpose();
         for (axis, sigma) in self.config.hardware.mount_rad.into_iter().enumerate() {
-            let sigma = sigma * of_product.sqrt();
-            let by = Mat::<T, 6, 1>::from(turned_by(&estimate.inertia, axis)) * sigma;
+            let by = Mat::<T, 6, 1>::from(turned_by(&estimate.inertia, axis)) * (sigma * spread);
             estimate.covariance_kg2_m4 += by * by.transpose();
         }
     }
@@ -362,7 +360,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         solution.root *= all.noise_rad_s;
         if solution.spread > T::zero() {
-            // A badly known trace: as in the sigma of all, which its range dominates.
+            // The range of a badly known trace is that of the noise too.
             *solution.root.at_mut(5, 5) *= solution.curvature;
         }
         let mut covariance = Mat::<T, 6, 6>::zeros();
