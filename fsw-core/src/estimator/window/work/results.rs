@@ -26,6 +26,13 @@ const DRAG_SHOWN: f64 = 26.0;
 /// steady error of the gyro look alike, and consumer gyros have 1 deg/s of it.
 const BIAS_WITH_DRAG_RAD_S: f64 = 0.02;
 
+/// Largest square of the residual over the noise that a model explains, for this number of degrees of freedom.
+fn most_explained<T: Real>(degrees: u32) -> T {
+    let degrees = degrees.max(1);
+    let by_chance = chi_square::<T>(degrees, BY_CHANCE_SIGMA) / T::count(degrees);
+    by_chance.max(T::lit(EXPLAINED * EXPLAINED))
+}
+
 impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
     Window<T, W, N, U, C, M>
 {
@@ -35,9 +42,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     pub(in super::super) fn is_explained(&self, pass: &Pass<T, W, U, M>) -> bool {
         let at_point = pass.residuals.typical(pass.unit_rad_s);
         let typical = at_point.min(crate::estimator::window::report::rms(&pass.residuals, U));
-        let degrees = pass.residuals.degrees(U as u32).max(1);
-        let by_chance = chi_square::<T>(degrees, BY_CHANCE_SIGMA) / T::count(degrees);
-        let most = by_chance.max(T::lit(EXPLAINED * EXPLAINED));
+        let most = most_explained::<T>(pass.residuals.degrees(U as u32));
         let reference = self.reference_rad_s();
         typical * typical <= most * (reference * reference) + self.explained(pass)
             && !pass.residuals.has_many_low()
@@ -282,5 +287,33 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         beliefs.add_of_window(window, &pass.point);
         window.eliminate(self.groups.first_kept::<U>());
         sigma
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator::test_hardware::normal;
+
+    /// Residuals of white noise in windows of 5 to 20 blocks and 9 unknowns: chance exceeds 1.3 times the noise in one of ten
+    /// windows of five blocks, and four sigmas of chi-square in at most two of 8,000. Twice the noise over 20 blocks is
+    /// not explained, and the limit of many blocks is 1.3.
+    #[test]
+    fn chance_alone_is_explained() {
+        let mut normal = normal(1);
+        let mut beyond = [0, 0];
+        for blocks in [5, 8, 13, 20] {
+            let degrees = 3 * blocks - 9;
+            let most = most_explained::<f64>(degrees);
+            for _ in 0..2000 {
+                let square: f64 = (0..degrees).map(|_| normal().powi(2)).sum();
+                let mean = square / f64::from(degrees);
+                beyond[0] += u32::from(blocks == 5 && mean > EXPLAINED * EXPLAINED);
+                beyond[1] += u32::from(mean > most);
+            }
+        }
+        assert!((150..300).contains(&beyond[0]) && beyond[1] <= 2, "{beyond:?}");
+        assert!(most_explained::<f64>(51) < 4.0);
+        assert_eq!(most_explained::<f64>(171), EXPLAINED * EXPLAINED);
     }
 }
