@@ -23,3 +23,4 @@ pub mod run;
 pub mod scenarios;
 pub mod table;
 pub mod tumble;
+pub mod varying;

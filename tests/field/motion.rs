@@ -8,6 +8,7 @@ use host_sim::campaign::{Truth, Truths};
 use host_sim::input::Scenario;
 
 use super::tumble::Tumbles;
+use super::varying::Varying;
 
 /// Number of scenarios whose truths are kept, for the campaigns that follow.
 const KEPT: usize = 3;
@@ -19,6 +20,8 @@ pub enum Source {
     Scenario(Box<Scenario>),
     /// A body, a gyro and a tumble of its own for each seed, without bound.
     Tumbles(Box<Tumbles>),
+    /// A scenario, with an inertia that varies in its own way for each seed.
+    Varying(Box<Varying>),
 }
 
 /// Truths of a campaign, simulated once.
@@ -27,6 +30,8 @@ pub enum Motions {
     Simulated(Box<Scenario>, Arc<Truths>),
     /// Drawn with the run.
     Drawn(Box<Tumbles>),
+    /// With a course of the inertia that is drawn with the run.
+    Varied(Box<Varying>),
 }
 
 /// Scenario and truth of one run.
@@ -53,6 +58,10 @@ impl Motions {
                 let (scenario, truth) = tumbles.draw(seed);
                 Ok(Motion { scenario, truth: Cow::Owned(truth) })
             }
+            Self::Varied(varying) => {
+                let (scenario, truth) = varying.draw(seed)?;
+                Ok(Motion { scenario, truth: Cow::Owned(truth) })
+            }
         }
     }
 }
@@ -71,6 +80,7 @@ impl Library {
     pub fn motions(&mut self, source: &Source) -> Result<Motions> {
         let scenario = match source {
             Source::Tumbles(tumbles) => return Ok(Motions::Drawn(tumbles.clone())),
+            Source::Varying(varying) => return Ok(Motions::Varied(varying.clone())),
             Source::Scenario(scenario) => scenario,
         };
         let known = self.kept.iter().find(|(kept, _)| kept == scenario.as_ref());

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use anyhow::Result;
 use host_sim::input::Scenario;
-use host_sim::input::scenario::change::SuddenChange;
 
 use super::motion::Source;
 
@@ -167,20 +166,4 @@ pub fn free_wheels(
          [spacecraft]\ninertia_kg_m2 = {CUBESAT}\nrate_rad_s = [0.05, -0.04, 0.06]\n{tables}\
          [gyro]\nrate_hz = {rate_hz:?}\nnoise_rad_s = {noise_rad_s:?}\n"
     ))
-}
-
-/// `scenario` with a tensor that oscillates by `share` about its initial value, in steps of
-/// `step_s`.
-pub fn periodic(scenario: Scenario, share: f64, period_s: f64, step_s: f64) -> Scenario {
-    let initial = scenario.spacecraft.inertia_kg_m2;
-    let steps = (scenario.duration_s / step_s).ceil() as usize;
-    let mut changed = scenario;
-    changed.changes.sudden = (1..steps)
-        .map(|step| {
-            let time_s = step as f64 * step_s;
-            let factor = 1.0 + share * (std::f64::consts::TAU * time_s / period_s).sin();
-            SuddenChange { time_s, inertia_kg_m2: initial.map(|j| j * factor) }
-        })
-        .collect();
-    changed
 }

@@ -144,7 +144,7 @@ impl<T: Real, const U: usize> Past<T, U> {
     }
 
     /// Row `index` of the information as one on the unknowns of a fit at `point`.
-    fn row(&self, index: usize, point: &Point<T, U>, unit: T) -> ([T; U], T, T) {
+    pub(super) fn row(&self, index: usize, point: &Point<T, U>, unit: T) -> ([T; U], T, T) {
         let index = index.min(scale_of(U));
         let factor = &self.information.factor[index];
         let (mut row, mut y) = ([T::zero(); U], self.information.right_hand_side[index]);
@@ -183,6 +183,8 @@ pub struct Beliefs<'a, T: Real, const U: usize> {
     pub bias_walked_rad_s: T,
     /// True where the last pass of a descent lets the torque walk.
     pub has_varying_torque: bool,
+    /// True where the inertia walks in the last passes.
+    pub has_varying_inertia: bool,
 }
 
 impl<T: Real, const U: usize> Beliefs<'_, T, U> {
@@ -481,6 +483,7 @@ mod tests {
             holds_modes: false,
             bias_walked_rad_s: 0.0,
             has_varying_torque: false,
+            has_varying_inertia: false,
         }
     }
 
@@ -585,6 +588,7 @@ mod tests {
                 holds_modes: false,
                 bias_walked_rad_s: 0.0,
                 has_varying_torque: false,
+                has_varying_inertia: false,
             };
             let point = Point::<f32, U>::sphere(crate::math::Vec3::zeros());
             beliefs.each_of_places(0..2, &point, &mut |row, y, weight| {

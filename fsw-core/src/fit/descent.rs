@@ -47,6 +47,8 @@ const MOST_PASSES: u8 = 25;
 const MODE_SHOWN: f64 = 26.1;
 /// Passes with the hardware held at most.
 const MOST_HELD_PASSES: u8 = 12;
+/// Passes in which the inertia walks at most.
+const MOST_WALKING_PASSES: u8 = 6;
 /// First damping, as a share of each column's norm, and the largest one.
 const FIRST_DAMPING: f64 = 0.01;
 const LARGEST_DAMPING: f64 = 1e4;
@@ -189,7 +191,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
     ) -> Next<T, U> {
         self.passes = self.passes.saturating_add(1);
         if self.has_walk {
-            return Next::End { is_settled: true };
+            return self.after_walk(beliefs, wheels);
         }
         self.holds_hardware &= beliefs.groups.has_hardware();
         let (holds_hardware, holds_modes) = (self.holds_hardware, self.pass.holds_modes);
@@ -230,6 +232,29 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             self.last_decrement = decrement;
         }
         self.is_repeated = false;
+        self.step(step, beliefs, wheels)
+    }
+
+    /// Lets torque and inertia walk from the next pass on.
+    pub fn let_walk(&mut self) {
+        self.has_walk = true;
+        self.passes = 0;
+    }
+
+    /// Decides after a pass in which torque or inertia walk. A torque walks about the solution for a constant one, to first
+    /// order. About the inertia at the end of the blocks the motion is linear for the blocks that still count.
+    fn after_walk(&mut self, beliefs: &Beliefs<'_, T, U>, wheels: &Momenta<T, W>) -> Next<T, U> {
+        if !beliefs.has_varying_inertia {
+            return Next::End { is_settled: true };
+        }
+        let Some((step, decrement)) = solve(&self.pass, beliefs, T::zero()) else {
+            return Next::End { is_settled: false };
+        };
+        (self.pass.decrement, self.pass.offset) = (decrement, step);
+        let is_settled = decrement < T::lit(NEAR);
+        if is_settled || self.passes >= MOST_WALKING_PASSES {
+            return Next::End { is_settled };
+        }
         self.step(step, beliefs, wheels)
     }
 
@@ -300,8 +325,8 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             // Once more, with weights.
             return Some(Next::Pass(self.pass.point));
         }
-        if is_settled && beliefs.has_varying_torque {
-            self.has_walk = true;
+        if is_settled && (beliefs.has_varying_torque || beliefs.has_varying_inertia) {
+            self.let_walk();
             return Some(Next::Pass(self.pass.point));
         }
         if is_rounded && !is_at_minimum && !self.is_final {

@@ -1,4 +1,4 @@
-//! Gyro bias and disturbance torque that walk: process noise of two groups of unknowns, and residuals without the bias.
+//! Gyro bias, disturbance torque and inertia that walk: process noise of groups of unknowns, and residuals without the bias.
 //!
 //! The bias `b` of each axis takes independent steps of variance `q² Δt` from block to block, with q in (rad/s)/√s.
 //! A reading is linear in the bias and the motion does not depend on it, so that one nominal bias serves the whole
@@ -49,6 +49,24 @@
 //!
 //! The model of the motion has a constant torque otherwise. A descent therefore ends with the solution for that, and the torque
 //! walks in one more pass about it, to first order.
+//!
+//! # Inertia
+//!
+//! Shape q and scale x walk as the elements do, each by independent steps: variances `κ² σ²` of a moment's coordinate, `2 κ² σ²`
+//! of a product's, `3 κ² σ² x²` of the scale. The momentum of the body is continuous, and its rate jumps by `−n⁻¹ δn ω`. As
+//! for the torque,
+//!
+//! ```text
+//! q = q' − w,   m₀ = m' + S w,   S = (∂m/∂m₀)⁻¹ ∂m/∂q
+//! x = x' − w,   S = (∂m/∂m₀)⁻¹ (∂m/∂x − m/x)
+//! ```
+//!
+//! since `m = κ h` follows the trace at constant h. The mean reading of a block sees a walk w over the block with the
+//! covariance `⟨w̄ w⟩ = ⟨w²⟩ / 2`: half of the walk comes before its rows, half after.
+//!
+//! A pass with a walk is about the inertia at its end. Blocks from which the inertia has moved are predicted worse, and count for
+//! less. Earlier windows walk too: a pass begins with them, since an end value that both inform about would have
+//! the same walk twice.
 //!
 //! # Residuals at the point
 //!

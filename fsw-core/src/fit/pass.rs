@@ -6,6 +6,7 @@
 //! The robust weight of a block and the watch for a change (`monitor::residuals`) are of its residuals, or of its
 //! innovations where the bias walks (module `drift`).
 
+use super::belief::{Past, WALKED};
 use super::drift::{Drift, turn_against_field};
 use crate::blocks::span::Span;
 use crate::blocks::stretch::Rest;
@@ -52,6 +53,12 @@ pub struct Pass<T: Real, const W: usize, const U: usize, const M: usize> {
     /// Walk of the torque over the trace, in units of `unit_rad_s` squared: variance for each radian of turn, 1/s². Zero
     /// for a constant torque.
     pub torque_per_rad: T,
+    /// Walk of the inertia, in units of `unit_rad_s` squared: variance of a moment over the trace for each second, s.
+    /// Zero for a constant inertia.
+    pub inertia_per_s: T,
+    /// Time since the inertia walked, s: a half of the last block. The mean of a walk over a block has its end's covariance
+    /// with half of it.
+    unwalked_s: T,
     /// Mean square of a residual that errors of the considered hardware explain, one sigma, rad²/s².
     pub explained: T,
     /// True where the modes are held without inertia.
@@ -60,7 +67,7 @@ pub struct Pass<T: Real, const W: usize, const U: usize, const M: usize> {
 
 crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Pass<T, W, U, M> {
     point, offset, trajectory, factor, residuals, next, unit_per_kg_m2, unit_rad_s, scale_rad_s,
-    watch_rad_s, decrement, curvature_per_sigma2, drift, torque_per_rad, explained, holds_modes
+    watch_rad_s, decrement, curvature_per_sigma2, drift, torque_per_rad, inertia_per_s, unwalked_s, explained, holds_modes
 } if |this| [this.unit_rad_s, this.scale_rad_s, this.watch_rad_s].iter().all(|x| *x > T::zero()));
 
 impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
@@ -81,6 +88,8 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             curvature_per_sigma2: T::MAX,
             drift: Drift::none(),
             torque_per_rad: T::zero(),
+            inertia_per_s: T::zero(),
+            unwalked_s: T::zero(),
             explained: T::zero(),
             holds_modes: M > 0,
         }
@@ -100,6 +109,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
     ) -> bool {
         self.point = *point;
         self.offset = [T::zero(); U];
+        self.unwalked_s = T::zero();
         self.seed(groups);
         self.residuals = Residuals::from_block(from);
         self.next = from;
@@ -121,6 +131,16 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             }
         }
         true
+    }
+
+    /// Begins with the information of earlier windows on the unknowns from `first` on, where the inertia walks from there.
+    #[inline(never)]
+    pub fn begin_with(&mut self, past: &Past<T, U>, first: usize) {
+        let variance = self.unit_rad_s * self.unit_rad_s;
+        for index in first..U {
+            let (row, y, weight) = past.row(index, &self.point, self.unit_per_kg_m2);
+            self.factor.fold(&row, y, weight * variance);
+        }
     }
 
     /// The bias of each axis changes by a step of this variance, σ² of a sample.
@@ -174,23 +194,43 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         }
     }
 
-    /// The torque of each axis changes by a step over a turn, from now on.
-    ///
-    /// With the torque d' after the step w, and the momentum m' at the start of the window that leads to the present one
-    /// under d', `d = d' − w` and `m₀ = m' + S w` ([`start_for_torque`](Trajectory::start_for_torque)).
+    /// Torque, shape and scale change by a step over a block, from now on.
     #[inline(never)]
-    fn walk_torque(&mut self, turn_rad: T) {
-        let Some((first, start)) = self.trajectory.start_for_torque() else { return };
-        let variance = self.torque_per_rad * turn_rad;
-        for (axis, start) in start.iter().enumerate() {
+    fn walk(&mut self, span: &Span<T, W>, has_field: bool) {
+        if groups_of(U) > 0 && self.torque_per_rad > T::zero() {
+            let turn = if has_field { T::zero() } else { span.block.turn_square().sqrt() };
+            let turn_rad = turn_against_field(turn, span.block.duration_s);
+            if let Some(first) = self.trajectory.model.offset_of(Group::Torque) {
+                self.walk_along([T::one(); 3], first, self.torque_per_rad * turn_rad);
+            }
+        }
+        if self.inertia_per_s > T::zero() {
+            let scale = self.point.scale();
+            let mut times = WALKED.map(T::count);
+            times[5] *= scale * scale;
+            let half_s = span.block.duration_s * T::lit(0.5);
+            let since_s = core::mem::replace(&mut self.unwalked_s, half_s);
+            self.walk_along(times, shape_of(U), self.inertia_per_s * (since_s + half_s));
+        }
+    }
+
+    /// Consecutive unknowns change by steps of these variances times a common one.
+    ///
+    /// With the unknown θ' after the step w, and the momentum m' at the start of the window that leads to the present one
+    /// under θ', `θ = θ' − w` and `m₀ = m' + S w`, with `S = (∂m/∂m₀)⁻¹ ∂m/∂θ` ([`push_of`](Trajectory::push_of)).
+    #[inline(never)]
+    fn walk_along<const K: usize>(&mut self, times: [T; K], first: usize, variance: T) {
+        let Some(back_to_start) = self.trajectory.back_to_start() else { return };
+        for (index, times) in (first..).zip(times) {
+            let start = back_to_start.of(&self.trajectory.push_of(index));
             let mut along = [T::zero(); U];
             for (of_momentum, s) in along.iter_mut().zip(start.as_slice()) {
                 *of_momentum = -*s;
             }
-            if let Some(of_torque) = along.get_mut(first + axis) {
-                *of_torque = T::one();
+            if let Some(of_index) = along.get_mut(index) {
+                *of_index = T::one();
             }
-            self.factor.walk_along(&along, first + axis, variance);
+            self.factor.walk_along(&along, index, variance * times);
         }
     }
 
@@ -232,10 +272,9 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             return;
         }
         let has_field = self.trajectory.has_field();
-        let is_torque_walking = groups_of(U) > 0 && self.torque_per_rad > T::zero();
-        if is_torque_walking {
-            let turn = if has_field { T::zero() } else { span.block.turn_square().sqrt() };
-            self.walk_torque(turn_against_field(turn, span.block.duration_s));
+        let is_walking = self.torque_per_rad > T::zero() || self.inertia_per_s > T::zero();
+        if is_walking {
+            self.walk(span, has_field);
         }
         let mut half_turn = Vec3::zeros();
         if has_field {
@@ -266,7 +305,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         let n = span.block.weight;
         self.advance_bias(span.block.duration_s);
         let (judged, of_innovation) = self.drift.innovation(&judged, n);
-        let square = if is_torque_walking {
+        let square = if is_walking {
             self.square_by_factor(&rows, &apart, n)
         } else {
             judged.dot(&judged) * of_innovation
@@ -277,8 +316,8 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         let before = self.residuals.squares;
         let value = self.fold(&rows, &apart, weight);
         self.residuals.whiteness.add_value(&value);
-        // At the solution, where the torque does not walk: a fit that follows the blocks takes up a part of a slow error.
-        let of_fit = if is_torque_walking {
+        // At the solution, where nothing walks: a fit that follows the blocks takes up a part of a slow error.
+        let of_fit = if is_walking {
             value
         } else {
             judged * ((of_innovation * robust).sqrt() / self.unit_rad_s)

@@ -392,6 +392,25 @@ mod tests {
         }
     }
 
+    /// A step of torque, shape and scale with the momentum at the start that compensates it: the momentum of the body now is
+    /// that of before, and over the trace in proportion to the scale.
+    #[test]
+    fn a_step_with_its_start_leaves_the_momentum_as_it_is() {
+        const STEP: f64 = 1e-5;
+        let spans = spans(0.5, 40);
+        let (end, _) = fly(&point(), &spans);
+        let back_to_start = end.back_to_start().unwrap();
+        for c in (3..6).chain(45..UNKNOWNS) {
+            let start = back_to_start.of(&end.push_of(c)) * STEP;
+            let mut next = moved(&point(), c, STEP);
+            next.set_momentum(&(next.momentum() - start));
+            let (stepped, _) = fly(&next, &spans);
+            let expected = end.momentum * (next.scale() / point().scale());
+            let error = (stepped.momentum - expected).norm() / STEP;
+            assert!(error < END_OF_FORCING * end.push_of(c).norm().max(1.0), "{c}: {error}");
+        }
+    }
+
     /// Wheels that swing by 2 rad in a block, of a body that turns little: the mean of the ends of a block is half of the
     /// mean over it.
     #[test]

@@ -188,19 +188,34 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         }
     }
 
-    /// Change of the momentum at the start of the window that has the effect, from now on, of a change of the unknown
-    /// torque by one along each axis until now: `S = (∂m/∂m₀)⁻¹ ∂m/∂d`, s, by columns. The place of the torque among
-    /// the unknowns comes first; none where the torque is no unknown.
-    pub fn start_for_torque(&self) -> Option<(usize, [Vec3<T>; 3])> {
-        let first = self.model.offset_of(Group::Torque)?;
+    /// Effect of a change of the momentum now on that at the start of the window; none where the numbers leave their range.
+    pub fn back_to_start(&self) -> Option<BackToStart<T>> {
         let [a, b, c] = *self.sensitivity.get(MOMENTUM..)?.first_chunk()?;
         let (by_a, by_b, by_c) = (b.cross(&c), c.cross(&a), a.cross(&b));
         let one_over = T::one() / a.dot(&by_a);
-        let columns = [0, 1, 2].map(|i| {
-            let d = self.sensitivity.get(first + i).copied().unwrap_or(Vec3::zeros());
-            Vec3::new(by_a.dot(&d), by_b.dot(&d), by_c.dot(&d)) * one_over
-        });
-        one_over.is_finite().then_some((first, columns))
+        one_over.is_finite().then_some(BackToStart { rows: [by_a, by_b, by_c], one_over })
+    }
+
+    /// `∂m/∂θ` of an unknown, from now on continuous in the momentum of the body: that of the scale is without `m / x`,
+    /// the momentum over the trace of a trace that changes by itself.
+    pub fn push_of(&self, index: usize) -> Vec3<T> {
+        let by = self.sensitivity.get(index).copied().unwrap_or(Vec3::zeros());
+        if index == scale_of(U) { by - self.momentum / self.model.scale } else { by }
+    }
+}
+
+/// `(∂m/∂m₀)⁻¹`: change of the momentum at the start of the window that makes a change of the momentum now.
+pub struct BackToStart<T: Real> {
+    /// Rows of the inverse times the determinant, and one over that.
+    rows: [Vec3<T>; 3],
+    one_over: T,
+}
+
+impl<T: Real> BackToStart<T> {
+    /// Momentum at the start for this one now.
+    pub fn of(&self, now: &Vec3<T>) -> Vec3<T> {
+        let [a, b, c] = &self.rows;
+        Vec3::new(a.dot(now), b.dot(now), c.dot(now)) * self.one_over
     }
 }
 

@@ -5,7 +5,9 @@ use anyhow::Result;
 use host_sim::input::scenario::change::SuddenChange;
 
 use super::super::campaign::{Campaign, Check, Limits, MAX_WRONG_S};
-use super::super::scenarios::{Pyramid, built_in, periodic, source};
+use super::super::motion::Source;
+use super::super::scenarios::{Pyramid, built_in, source};
+use super::super::varying::{Course, Varying};
 
 /// Motion, s.
 const MOTION_S: f64 = 180.0;
@@ -15,8 +17,8 @@ const SLEW_CHANGE_S: f64 = 30.0;
 const SPIN_UP_CHANGE_S: f64 = 300.0;
 /// Mean moment of the CubeSat, kg m².
 const MEAN_MOMENT_KG_M2: f64 = 0.0933;
-/// Period of the periodic inertia, s, and step of its approximation, s.
-const PERIOD_S: [f64; 2] = [60.0, 0.5];
+/// Period of the periodic inertia, s.
+const PERIOD_S: f64 = 60.0;
 
 /// Runs of each campaign.
 const RUNS: u64 = 200;
@@ -67,8 +69,8 @@ const SUDDEN: Limits = Limits {
     ..Limits::HONEST
 };
 
-/// Linear drift of 1 to 5 %, and a periodic one of 3 %, within a manoeuvre of two minutes, with the
-/// random walk that reaches as far in that time.
+/// Within a manoeuvre of two minutes: linear drift of 1 to 5 %, random walk of 1 to 5 %, each with the stated walk that
+/// reaches as far in that time, and a periodic drift of 3 % from any phase.
 fn gradual() -> Result<Vec<Campaign>> {
     let duration_s = 120.0;
     let hours = duration_s / 3600.0;
@@ -76,24 +78,31 @@ fn gradual() -> Result<Vec<Campaign>> {
         let walk = share * MEAN_MOMENT_KG_M2 / f64::sqrt(hours);
         format!("[filter]\ninertia_walk_kg_m2_sqrt_hour = {walk:?}\n")
     };
-    let mut scenarios = Vec::new();
+    let mut sources = Vec::new();
     for percent in [1.0, 2.0, 5.0] {
         let share = percent / 100.0;
         let tables =
             format!("[drift]\ninertia_rate_per_hour = {:?}\n{}", [share / hours; 6], walk(share));
         let flight = Pyramid { motion_s: duration_s, tables: &tables, ..Pyramid::PLAIN };
-        scenarios.push((format!("drift/linear-{percent}%"), flight.scenario()?));
+        sources.push((format!("drift/linear-{percent}%"), source(flight.scenario()?)));
+    }
+    let varying = |share: f64, course| -> Result<Source> {
+        let tables = walk(share);
+        let flight = Pyramid { motion_s: duration_s, tables: &tables, ..Pyramid::PLAIN };
+        Ok(Source::Varying(Box::new(Varying { base: flight.scenario()?, course })))
+    };
+    for percent in [1.0, 2.0, 5.0] {
+        let share = percent / 100.0;
+        let walk = Course::Walk(share * MEAN_MOMENT_KG_M2 / f64::sqrt(duration_s));
+        sources.push((format!("drift/walk-{percent}%"), varying(share, walk)?));
     }
     // Three per cent within a quarter of the period.
-    let tables = walk(0.03 * f64::sqrt(4.0 * duration_s / PERIOD_S[0]));
-    let flight = Pyramid { motion_s: duration_s, tables: &tables, ..Pyramid::PLAIN };
-    let [period_s, step_s] = PERIOD_S;
-    let oscillating = periodic(flight.scenario()?, 0.03, period_s, step_s);
-    scenarios.push(("drift/periodic-3%".to_owned(), oscillating));
-    let one = |(name, scenario)| Campaign {
+    let share = 0.03 * f64::sqrt(4.0 * duration_s / PERIOD_S);
+    sources.push(("drift/periodic-3%".to_owned(), varying(share, Course::Swing(0.03, PERIOD_S))?));
+    let one = |(name, source)| Campaign {
         small: 4,
         limits: Limits { diverged: Some(0.0), nees: Some([0.8, 1.3]), ..Limits::HONEST },
-        ..Campaign::new(9, name, source(scenario), RUNS)
+        ..Campaign::new(9, name, source, RUNS)
     };
-    Ok(scenarios.into_iter().map(one).collect())
+    Ok(sources.into_iter().map(one).collect())
 }

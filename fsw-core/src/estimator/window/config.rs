@@ -175,6 +175,11 @@ impl<T: Real, const W: usize> Config<T, W> {
     }
 
     /// # Errors
+    /// True where the inertia walks.
+    pub(super) fn is_walking(&self) -> bool {
+        self.inertia_walk_kg_m2_sqrt_s > T::zero()
+    }
+
     /// Names a walk that is out of its range, or whose unknown is not asked for: it begins at a value of that sigma.
     fn validate_walks(&self) -> Result<(), ConfigError> {
         not_negative("varying_torque_n_m", self.varying_torque_n_m)?;

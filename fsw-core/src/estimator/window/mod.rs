@@ -126,9 +126,8 @@ pub struct Window<
     schedule: Schedule,
     inquiry: Option<Inquiry>,
     steadiness: Steadiness<T>,
-    /// Information of earlier windows, and the time since it was current, s.
+    /// Information of earlier windows, after its random walk up to the motion of the present one.
     past: Option<Past<T, U>>,
-    past_age_s: T,
     /// Information from before a contradiction that may be a change: kept, but not used. It is doubtful once
     /// the blocks after the contradiction are a window of their own.
     doubted: Option<Past<T, U>>,
@@ -148,7 +147,7 @@ pub struct Window<
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize] Window<T, W, N, U, C, M> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, considered, blocks,
-    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, steadiness, past, past_age_s, doubted, is_doubtful, is_known_white, recurrence, has_prior, ended, event, has_refused,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, steadiness, past, doubted, is_doubtful, is_known_white, recurrence, has_prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -283,7 +282,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.inquiry = None;
         self.steadiness = Steadiness::none();
         self.past = None;
-        self.past_age_s = T::zero();
         self.doubted = None;
         self.is_doubtful = false;
         self.is_known_white = true;
@@ -329,7 +327,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             inquiry: None,
             steadiness: Steadiness::none(),
             past: None,
-            past_age_s: T::zero(),
             doubted: None,
             is_doubtful: false,
             is_known_white: true,
@@ -448,14 +445,20 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         Beliefs {
             groups: &self.groups,
             prior: self.known_prior(),
-            past: self.past.as_ref(),
+            past: self.past_beside(),
             unit_per_kg_m2,
             noise_rad_s: self.noise_rad_s(),
             holds_hardware: false,
             holds_modes: false,
             bias_walked_rad_s: self.bias_walked_rad_s(),
             has_varying_torque: self.config.varying_torque_n_m > T::zero(),
+            has_varying_inertia: self.config.is_walking(),
         }
+    }
+
+    /// Earlier windows as knowledge beside the blocks; none where the inertia walks: passes begin with them then.
+    fn past_beside(&self) -> Option<&Past<T, U>> {
+        self.past.as_ref().filter(|_| !self.config.is_walking())
     }
 
     /// One sigma of the gyro bias' walk over the present window, rad/s.
@@ -539,9 +542,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.largest_rad_s = self.largest_rad_s.max(largest_component(&reading.rate_rad_s));
         self.intervals = self.intervals.saturating_add(1);
         self.period_s += (elapsed_s - self.period_s) / T::count(self.intervals.min(1000));
-        if self.past.is_some() {
-            self.past_age_s += elapsed_s;
-        }
         let limits = Limits {
             samples,
             turn_rad: self.config.block_turn_rad,
@@ -606,6 +606,19 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.schedule.count(self.samples_of_block(), usual);
         self.open.note(block);
         self.blocks.push(block);
+        if self.is_quiet && self.closing.is_none() {
+            self.age_past(block.duration_s);
+        }
+    }
+
+    /// Earlier windows forget by the random walk of the inertia over this time, s.
+    fn age_past(&mut self, duration_s: T) {
+        let walk = self.config.inertia_walk_kg_m2_sqrt_s;
+        if self.config.is_walking() {
+            for past in [&mut self.past, &mut self.doubted].into_iter().flatten() {
+                past.walk(walk * duration_s.max(T::zero()).sqrt());
+            }
+        }
     }
 
     /// True where the turn in this window exceeds the limit that rounding of the tensor sets.

@@ -167,7 +167,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     fn report_pass(&self, pass: &Pass<T, W, U, M>, of: Source, estimate: &mut Estimate<T>) -> bool {
         let sigma = self.sigma_of_sample(pass);
         let at = (&pass.point, pass.unit_per_kg_m2);
-        self.report_inertia(Some(pass), at, (sigma, of), self.past.as_ref(), estimate)
+        self.report_inertia(Some(pass), at, (sigma, of), self.past_beside(), estimate)
     }
 
     /// Estimate of earlier windows; false where it is not finite.
@@ -212,38 +212,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// unit of its scale, with a sigma of a sample, rad/s.
     #[inline(never)]
     fn report_inertia(
-        &self,
-        blocks: Option<&Pass<T, W, U, M>>,
-        at: (&Point<T, U>, T),
-        of: (T, Source),
-        past: Option<&Past<T, U>>,
-        estimate: &mut Estimate<T>,
-    ) -> bool {
-        let walk = self.walk_kg_m2();
-        match past.filter(|_| walk > T::zero()) {
-            Some(past) => self.report_walked(blocks, at, of, past, estimate),
-            None => self.report_with(blocks, at, of, past, estimate),
-        }
-    }
-
-    /// As [`report_inertia`](Self::report_inertia), with earlier windows after their random walk. Apart: it takes a
-    /// copy of them.
-    #[inline(never)]
-    fn report_walked(
-        &self,
-        blocks: Option<&Pass<T, W, U, M>>,
-        at: (&Point<T, U>, T),
-        of: (T, Source),
-        past: &Past<T, U>,
-        estimate: &mut Estimate<T>,
-    ) -> bool {
-        let mut walked = *past;
-        walked.walk(self.walk_kg_m2());
-        self.report_with(blocks, at, of, Some(&walked), estimate)
-    }
-
-    #[inline(never)]
-    fn report_with(
         &self,
         blocks: Option<&Pass<T, W, U, M>>,
         (point, unit_per_kg_m2): (&Point<T, U>, T),
@@ -551,11 +519,6 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
                 _ => {}
             }
         }
-    }
-
-    /// Random walk of each element since the past was current, one sigma, kg m².
-    pub(super) fn walk_kg_m2(&self) -> T {
-        self.config.inertia_walk_kg_m2_sqrt_s * self.past_age_s.max(T::zero()).sqrt()
     }
 
     /// One sigma of a sample for the covariance, rad/s: stated or measured noise and residuals, weighted by

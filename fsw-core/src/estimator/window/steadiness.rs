@@ -140,7 +140,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// Counts a block of the front, and compares its estimate with earlier ones where that is due.
     #[inline(never)]
     pub(super) fn watch_steadiness(&mut self) {
-        if !self.steadiness.count() {
+        if self.config.is_walking() || !self.steadiness.count() {
             return;
         }
         if let Some((present, variance)) = self.snapshot() {

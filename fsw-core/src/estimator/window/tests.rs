@@ -295,7 +295,7 @@ fn without_data_the_estimate_is_the_prior() {
     }
 }
 
-/// 1e-3 kg m² after a second. A window ends before its mean is no longer the value; at rest the variance grows by 1e-6 kg² m⁴
+/// 1e-3 kg m² after a second. A window ends where its first blocks no longer count; at rest the variance grows by 1e-6 kg² m⁴
 /// in a second, and by up to half of that more: the coordinates of shape and scale walk, without their correlation.
 #[test]
 fn an_inertia_that_walks_is_known_for_less_long() {

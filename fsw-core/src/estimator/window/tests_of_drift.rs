@@ -1,6 +1,7 @@
-//! Consistency with a bias that walks and with a torque that varies as the body turns.
+//! Consistency with a bias that walks, with a torque that varies as the body turns, and with an inertia that walks.
 
 use super::*;
+use crate::Inertia;
 use crate::estimator::test_flight::{TestFlight, tumbling_torque_n_m};
 use crate::math::Mat;
 use std::vec::Vec;
@@ -74,11 +75,20 @@ fn config() -> Config<f32, 0> {
 
 /// Mean NEES over its degrees of freedom, and share of flights that are not white.
 fn campaign(config: Config<f32, 0>, walk: f64, field_n_m: f64) -> (f64, f64) {
+    campaign_of(config, |seed| (fly(seed, walk, field_n_m), INERTIA))
+}
+
+/// The same of flights with their true inertia at the end.
+fn campaign_of(
+    config: Config<f32, 0>,
+    flight: impl Fn(u64) -> (Vec<Sample<f32, 0>>, [f64; 6]),
+) -> (f64, f64) {
     let (mut sum, mut flagged) = (0.0, 0.0);
     for seed in 0..FLIGHTS {
-        let estimate = estimate(config, &fly(seed, walk, field_n_m));
+        let (samples, truth) = flight(seed);
+        let estimate = estimate(config, &samples);
         let error = Mat::<f64, 6, 1>::from_fn(|i, _| {
-            f64::from(estimate.inertia.elements_kg_m2()[i]) - INERTIA[i]
+            f64::from(estimate.inertia.elements_kg_m2()[i]) - truth[i]
         });
         let covariance = estimate.covariance_kg2_m4.map(f64::from);
         sum += (error.transpose() * covariance.try_inverse().unwrap() * error)[0] / 6.0;
@@ -117,4 +127,50 @@ fn a_stated_torque_of_fields_is_covered_and_white() {
     // In 300 flights 1.15 and 0.48.
     let (unstated, _) = campaign(config(), 0.0, FIELD_N_M);
     assert!(unstated > 1.8 * nees, "{unstated} {nees}");
+}
+
+/// 2 % of a moment over the flight, kg m²/√s.
+const INERTIA_WALK: f64 = 3e-3;
+/// Samples between two steps of it.
+const STEADY: u64 = 5;
+
+/// Tumbling flight with a random walk of each element, and the inertia at its end. The momentum is continuous.
+fn fly_walking(seed: u64) -> (Vec<Sample<f32, 0>>, [f64; 6]) {
+    let mut normal = normal(seed);
+    let step = INERTIA_WALK * (STEADY as f64 * PERIOD_S).sqrt();
+    let (mut inertia, mut rate) = (INERTIA, Vec3::new(0.01, -0.02, 0.03));
+    let mut samples: Vec<Sample<f32, 0>> = Vec::new();
+    for part in 0..SAMPLES / STEADY {
+        let start_us = part * STEADY * 100_000;
+        let of_part = TestFlight {
+            inertia_kg_m2: inertia,
+            initial_rate_rad_s: rate,
+            wheels: WheelArray::new([], []).unwrap(),
+            period_us: 100_000,
+            samples: STEADY + 1,
+        };
+        let mut flown = of_part.fly(|_| [], |t| tumbling_torque_n_m(t + start_us as f64 * 1e-6));
+        let end = flown.pop().unwrap();
+        samples.extend(flown.into_iter().map(|sample| {
+            let noise = Vec3::from_fn(|_, _| (NOISE_RAD_S * normal()) as f32);
+            let time_us = sample.time_us + start_us;
+            Sample { time_us, rate_rad_s: sample.rate_rad_s + noise, ..sample }
+        }));
+        if part + 1 < SAMPLES / STEADY {
+            let matrix = |elements| Inertia::new(elements).matrix_kg_m2();
+            let momentum = matrix(inertia) * end.rate_rad_s.map(f64::from);
+            inertia = inertia.map(|element| element + step * normal());
+            rate = matrix(inertia).try_inverse().unwrap() * momentum;
+        }
+    }
+    (samples, inertia)
+}
+
+#[test]
+fn a_stated_walk_of_the_inertia_is_consistent_and_white() {
+    let stated = Config { inertia_walk_kg_m2_sqrt_s: INERTIA_WALK as f32, ..config() };
+    let (nees, flagged) = campaign_of(stated, fly_walking);
+    assert!(CONSISTENT.contains(&nees) && flagged < 0.1, "{nees} {flagged}");
+    let (_, flagged) = campaign_of(config(), fly_walking);
+    assert!(flagged > 0.95, "{flagged}");
 }

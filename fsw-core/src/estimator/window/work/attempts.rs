@@ -45,7 +45,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let beliefs = Beliefs { holds_modes, ..self.beliefs(unit) };
         let (step, decrement) = front.pass.solution(&beliefs)?;
         let mut point = front.pass.point_after(&step, &wheels, &self.groups);
-        if stretch.rest.weight > T::zero() {
+        if stretch.rest.weight > T::zero() && !self.config.is_walking() {
             // The window may begin later now: at the end of its rest.
             let drive = axes_at(&point, &self.groups, self.wheels.axes()) * wheels;
             point.set_momentum(&momentum_of(&point, &stretch.rest.rate_rad_s, &drive));
@@ -250,12 +250,17 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             _ => noise * T::lit(crate::fit::descent::UNKNOWN_SCALE),
         };
         let walked = self.bias_walked_rad_s();
-        let torque_per_rad = if *has_walk { self.torque_per_rad(point, unit) } else { T::zero() };
+        let (torque_per_rad, inertia_per_s) = if *has_walk {
+            (self.torque_per_rad(point, unit), self.inertia_per_s(point, unit))
+        } else {
+            (T::zero(), T::zero())
+        };
         let rest_s = stretch.rest.weight * self.period_s;
         let of_pass = (C > 0).then(|| self.groups_of_pass(*considering));
         let groups = of_pass.as_ref().unwrap_or(&self.groups);
+        let past = self.past.as_ref().filter(|_| inertia_per_s > T::zero() && *from == 0);
         let Work::Descent(Descent { pass, from, end, .. }) = &mut self.work else { return };
-        pass.torque_per_rad = torque_per_rad;
+        (pass.torque_per_rad, pass.inertia_per_s) = (torque_per_rad, inertia_per_s);
         pass.drift = Drift::new(walked, noise, stretch.duration_s, rest_s);
         let (scale, explained) = (typical.max(noise), pass.explained * T::lit(EXPLAINED_SQUARE));
         let watch = scale.max(reference);
@@ -268,6 +273,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if !pass.begin(point, groups, axes, *from, &stretch.rest, &wheels) {
             pass.next = *end;
             pass.residuals.cost = T::MAX;
+        } else if let Some(past) = past {
+            pass.begin_with(past, groups.first_kept::<U>());
         }
     }
 
@@ -281,6 +288,13 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         share * share * per_rad(turn_against_field(turn_rad, stretch.duration_s))
     }
 
+    /// Walk of a moment over the trace at a point, over the noise: variance for each second, s.
+    fn inertia_per_s(&self, point: &Point<T, U>, unit: T) -> T {
+        let share =
+            self.config.inertia_walk_kg_m2_sqrt_s * unit * point.scale() / self.noise_rad_s();
+        share * share
+    }
+
     /// Present task, and all knowledge beside the blocks.
     fn task(&mut self, unit_per_kg_m2: T) -> (Beliefs<'_, T, U>, &mut Work<T, W, U, M>) {
         let noise_rad_s = self.noise_rad_s();
@@ -288,7 +302,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let bias_walked_rad_s = self.bias_walked_rad_s();
         let Self { groups, config, past, work, .. } = self;
         let prior = config.prior.as_ref().filter(|_| has_prior);
-        let past = past.as_ref();
+        let is_in_pass =
+            matches!(work, Work::Descent(Descent { has_walk: true, .. })) && config.is_walking();
+        let past = past.as_ref().filter(|_| !is_in_pass);
         let beliefs = Beliefs {
             groups,
             prior,
@@ -299,6 +315,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             holds_modes: false,
             bias_walked_rad_s,
             has_varying_torque: config.varying_torque_n_m > T::zero(),
+            has_varying_inertia: config.is_walking(),
         };
         (beliefs, work)
     }

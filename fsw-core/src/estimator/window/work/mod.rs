@@ -91,8 +91,9 @@ const GROUP: u32 = 16;
 /// Slices after which [`finish`](Window::finish) gives up: no work is that long. Four attempts of 25
 /// passes over 512 blocks, twice for a trial of the blocks since a change, and again for drag.
 const MOST_SLICES: u32 = 400_000;
-/// Mean square of the walk within a window, over its variance.
-const MOST_WALKED: f64 = 3.0;
+/// Mean square of the walk within a window, over the variance of its end: the first blocks weigh a thirtieth there, and the next
+/// window has their information.
+const MOST_WALKED: f64 = 30.0;
 
 impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize>
     Window<T, W, N, U, C, M>
@@ -294,8 +295,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         true
     }
 
-    /// True where the inertia may have walked by more than the sigma of a window since it began: its mean over
-    /// the window is no longer its value.
+    /// True where the inertia may have walked by many sigmas of a window since it began: its first blocks no longer count.
     ///
     /// The expected square of the walk in sigmas is `Σ Iᵢᵢ σᵢ²(t)` over the six coordinates, with I the
     /// information of the window.
@@ -358,6 +358,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
                     descent.pass.holds_modes = pass.holds_modes;
                     descent.pass.curvature_per_sigma2 = pass.curvature_per_sigma2;
                     descent.last_decrement = decrement;
+                    if self.config.is_walking() {
+                        descent.let_walk();
+                    }
                 }
                 self.begin_pass(&point, unit);
             }

@@ -196,16 +196,12 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if !is_good {
             return;
         }
-        let walk = self.walk_kg_m2();
-        if let Some(past) = &mut self.past {
-            past.walk(walk);
-        }
         self.drop_contradicted();
         self.reconsider(false);
         self.is_known_white &= self.ended.is_white();
         if self.replace_past() {
-            // The mean over the window is a third of it away from its end in variance.
-            self.past_age_s = self.stretch().duration_s * T::lit(1.0 / 3.0);
+            let rest_s = if self.is_quiet { self.open.duration_s } else { T::zero() };
+            self.age_past(rest_s);
         }
     }
 
@@ -217,7 +213,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let mut window = SquareRootInformation::default();
         self.information(pass, &mut window);
         let unit = pass.unit_per_kg_m2;
-        if let Some(past) = &self.past {
+        if let Some(past) = self.past_beside() {
             past.add_to(&mut window, &pass.point, unit);
         }
         let (scale, sigma) = (pass.point.scale(), self.sigma_of_sample(pass));
@@ -266,7 +262,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         beliefs.noise_rad_s = self.window_alone(pass, &mut window);
         beliefs.add_hardware(&mut window, &pass.point);
         if C > 0 {
-            let past = self.past.as_ref().map(|past| (past, &self.considered.past));
+            let past = self.past_beside().map(|past| (past, &self.considered.past));
             self.widen(&mut window, (pass.unit_per_kg_m2, beliefs.noise_rad_s), past);
         }
         beliefs.contradiction(&mut window, &pass.point) > beliefs.contradicted()
