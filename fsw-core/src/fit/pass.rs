@@ -201,7 +201,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             let turn = if has_field { T::zero() } else { span.block.turn_square().sqrt() };
             let turn_rad = turn_against_field(turn, span.block.duration_s);
             if let Some(first) = self.trajectory.model.offset_of(Group::Torque) {
-                self.walk_along([T::one(); 3], first, self.torque_per_rad * turn_rad);
+                self.walk_along(&[T::one(); 3], first, self.torque_per_rad * turn_rad);
             }
         }
         if self.inertia_per_s > T::zero() {
@@ -210,7 +210,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             times[5] *= scale * scale;
             let half_s = span.block.duration_s * T::lit(0.5);
             let since_s = core::mem::replace(&mut self.unwalked_s, half_s);
-            self.walk_along(times, shape_of(U), self.inertia_per_s * (since_s + half_s));
+            self.walk_along(&times, shape_of(U), self.inertia_per_s * (since_s + half_s));
         }
     }
 
@@ -219,7 +219,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
     /// With the unknown θ' after the step w, and the momentum m' at the start of the window that leads to the present one
     /// under θ', `θ = θ' − w` and `m₀ = m' + S w`, with `S = (∂m/∂m₀)⁻¹ ∂m/∂θ` ([`push_of`](Trajectory::push_of)).
     #[inline(never)]
-    fn walk_along<const K: usize>(&mut self, times: [T; K], first: usize, variance: T) {
+    fn walk_along(&mut self, times: &[T], first: usize, variance: T) {
         let Some(back_to_start) = self.trajectory.back_to_start() else { return };
         for (index, times) in (first..).zip(times) {
             let start = back_to_start.of(&self.trajectory.push_of(index));
@@ -230,7 +230,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
             if let Some(of_index) = along.get_mut(index) {
                 *of_index = T::one();
             }
-            self.factor.walk_along(&along, index, variance * times);
+            self.factor.walk_along(&along, index, variance * *times);
         }
     }
 
