@@ -84,10 +84,8 @@ fn shares(report: &ReplayReport, which: &[usize]) -> String {
 
 /// Kind of hardware error that limits the result; the noise where its part is larger.
 fn limit(report: &ReplayReport) -> String {
-    let square = |sigma: &[f64; 6]| sigma.iter().map(|s| s * s).sum::<f64>();
-    let by_hardware = square(&report.sigma_systematic_kg_m2) > square(&report.sigma_random_kg_m2);
     match &report.largest_systematic {
-        Some(kind) if by_hardware => format!(", limited by the {kind}"),
+        Some(kind) if report.is_limited_by_hardware() => format!(", limited by the {kind}"),
         _ => ", limited by the gyro noise".to_owned(),
     }
 }

@@ -10,6 +10,7 @@ use super::explanation::ExplanationReport;
 use super::hardware::HardwareResult;
 use super::tensor::{elements, percent};
 use crate::campaign::Reference;
+use crate::estimation::squared_norm;
 
 /// Result of `replay`: the estimate from a log.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -169,6 +170,11 @@ impl ReplayReport {
     /// The residuals differ from the noise: they are not white, or the status is `diverged`.
     pub fn is_unexplained(&self) -> bool {
         self.status == Status::Diverged || self.residuals_white == Some(false)
+    }
+
+    /// The systematic sigma of all elements exceeds the random one.
+    pub fn is_limited_by_hardware(&self) -> bool {
+        squared_norm(&self.sigma_systematic_kg_m2) > squared_norm(&self.sigma_random_kg_m2)
     }
 
     /// Number of rejected samples.

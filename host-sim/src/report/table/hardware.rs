@@ -12,8 +12,8 @@ const SOLVED: f64 = 0.9;
 /// Cosine between a shift and the tensor above which the shift is one of scale.
 const ALONG_TENSOR: f64 = 0.9;
 
-/// Line on the largest systematic error, as `scale to 1.1 %: wheel spin inertia, assumed 1 %`; none for ideal
-/// hardware.
+/// Line on the largest systematic error, as `scale to 1.1 %: wheel spin inertia, assumed 1 %`, or as `less than the noise: …`;
+/// none for ideal hardware.
 pub(super) fn systematic(report: &ReplayReport) -> String {
     let of_kind =
         report.hardware.iter().filter(|p| report.largest_systematic.as_ref() == Some(&p.kind));
@@ -23,7 +23,12 @@ pub(super) fn systematic(report: &ReplayReport) -> String {
     };
     let origin = if largest.assumed { "assumed" } else { "stated" };
     let stated = format!("{}, {origin} {}", largest.kind, in_words(largest.stated, &largest.unit));
-    heading("systematic", &format!("{}: {stated}", reach(report, &largest.effect_kg_m2)))
+    let reach = if report.is_limited_by_hardware() {
+        reach(report, &largest.effect_kg_m2)
+    } else {
+        "less than the noise".to_owned()
+    };
+    heading("systematic", &format!("{reach}: {stated}"))
 }
 
 /// The scale with its sigma for a shift along the tensor; else the element with the largest systematic sigma.
@@ -115,6 +120,11 @@ mod tests {
         assert_eq!(
             systematic(&products),
             "systematic          jzz to 0.118 kg m²: gyro axes, stated 0.1°\n"
+        );
+        products.sigma_random_kg_m2 = products.sigma_systematic_kg_m2.map(|sigma| 3.0 * sigma);
+        assert_eq!(
+            systematic(&products),
+            "systematic          less than the noise: gyro axes, stated 0.1°\n"
         );
         assert_eq!(systematic(&examples::replay()), "");
     }
