@@ -99,8 +99,10 @@ fn gradual() -> Result<Vec<Campaign>> {
     // Three per cent within a quarter of the period.
     let share = 0.03 * f64::sqrt(4.0 * duration_s / PERIOD_S);
     sources.push(("drift/periodic-3%".to_owned(), varying(share, Course::Swing(0.03, PERIOD_S))?));
-    let one = |(name, source)| Campaign {
-        small: 4,
+    // A straight drift and a swing in step have other steps than the stated walk.
+    let one = |(name, source): (String, Source)| Campaign {
+        held: matches!(&source, Source::Varying(of) if matches!(of.course, Course::Walk(_))),
+        small: 40,
         limits: Limits { diverged: Some(0.0), nees: Some([0.8, 1.3]), ..Limits::HONEST },
         ..Campaign::new(9, name, source, RUNS)
     };
