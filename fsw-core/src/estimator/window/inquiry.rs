@@ -329,7 +329,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     fn forget_doubted(&mut self) {
         self.doubted = None;
         self.is_doubtful = false;
-        self.has_prior = false;
+        self.prior = None;
         self.is_known_white = true;
         self.recurrence.is_discarded = true;
         self.event = Some(Reset::Changed);

@@ -136,8 +136,8 @@ pub struct Window<
     is_known_white: bool,
     /// Contradictions that recur.
     recurrence: Recurrence,
-    /// False once data have contradicted the prior.
-    has_prior: bool,
+    /// Prior of the configuration after its random walk; none once data have contradicted it.
+    prior: Option<Prior<T>>,
     ended: Ended<T>,
     /// Reset that the next step reports, and whether a reading was refused since the last one.
     event: Option<Reset>,
@@ -147,7 +147,7 @@ pub struct Window<
 
 crate::persist!([T: Real, const W: usize, const N: usize, const U: usize, const C: usize, const M: usize] Window<T, W, N, U, C, M> {
     config, groups, gate, outliers, averager, excitation, is_quiet, period_s, intervals, largest_rad_s, considered, blocks,
-    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, steadiness, past, doubted, is_doubtful, is_known_white, recurrence, has_prior, ended, event, has_refused,
+    open, closing, waiting, unit_per_kg_m2, front, work, schedule, inquiry, steadiness, past, doubted, is_doubtful, is_known_white, recurrence, prior, ended, event, has_refused,
     rate_rad_s; unchanged wheels
 } if |this| this.is_within());
 
@@ -287,7 +287,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.is_known_white = true;
         self.recurrence = Recurrence::NONE;
         self.considered = Considered::NOTHING;
-        self.has_prior = true;
+        self.prior = config.prior;
         self.ended = Ended::nothing();
         self.event = None;
         self.has_refused = false;
@@ -331,7 +331,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             is_doubtful: false,
             is_known_white: true,
             recurrence: Recurrence::NONE,
-            has_prior: true,
+            prior: None,
             ended: Ended::nothing(),
             event: None,
             has_refused: false,
@@ -437,7 +437,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
 
     /// Prior, unless data have contradicted it or may have.
     fn known_prior(&self) -> Option<&Prior<T>> {
-        self.config.prior.as_ref().filter(|_| self.has_prior && !self.is_doubtful)
+        self.prior.as_ref().filter(|_| !self.is_doubtful)
     }
 
     /// All knowledge beside the blocks.
@@ -606,8 +606,22 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.schedule.count(self.samples_of_block(), usual);
         self.open.note(block);
         self.blocks.push(block);
+        if self.config.is_walking() {
+            self.age(block.duration_s);
+        }
+    }
+
+    /// The prior forgets by the random walk of the inertia over a block, and earlier windows between two motions: those of a
+    /// motion walk in its passes.
+    #[inline(never)]
+    fn age(&mut self, duration_s: T) {
+        let walk = self.config.inertia_walk_kg_m2_sqrt_s;
+        for sigma in self.prior.iter_mut().flat_map(|prior| &mut prior.sigma_kg_m2) {
+            let aged = (*sigma * *sigma + walk * walk * duration_s).sqrt();
+            *sigma = if aged < T::MAX { aged } else { *sigma };
+        }
         if self.is_quiet && self.closing.is_none() {
-            self.age_past(block.duration_s);
+            self.age_past(duration_s);
         }
     }
 

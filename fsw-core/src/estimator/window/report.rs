@@ -200,7 +200,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// Prior where nothing has been found.
     #[inline(never)]
     fn report_nothing(&self, estimate: &mut Estimate<T>) {
-        let prior = self.config.prior.filter(|_| self.has_prior).unwrap_or(Prior::unknown());
+        let prior = self.prior.unwrap_or(Prior::unknown());
         *estimate = Estimate::of_nothing();
         estimate.inertia = Inertia::new(prior.inertia_kg_m2);
         for i in 0..6 {

@@ -295,6 +295,26 @@ fn without_data_the_estimate_is_the_prior() {
     }
 }
 
+/// A body at rest for a minute with a walk of 0.01 kg m² after a second: the prior has aged by a minute. The ranges of any rigid
+/// body add up to 3 % of its information.
+#[test]
+fn a_prior_ages_by_the_walk_of_the_inertia() {
+    let walk = 0.01f32;
+    let prior = Prior { inertia_kg_m2: [1.4, 1.3, 1.6, 0.1, 0.0, -0.1], sigma_kg_m2: [0.05; 6] };
+    let config =
+        Config { prior: Some(prior), inertia_walk_kg_m2_sqrt_s: walk, ..config(NOISE_RAD_S) };
+    let mut still = tumble(601);
+    for sample in &mut still {
+        sample.rate_rad_s = Vec3::zeros();
+        sample.torque_n_m = Vec3::zeros();
+    }
+    let estimate = fly::<64>(config, &noisy(still, NOISE_RAD_S));
+    for (sigma, stated) in estimate.sigma_kg_m2().iter().zip(prior.sigma_kg_m2) {
+        let walked_s = (sigma * sigma - stated * stated) / (walk * walk);
+        assert!((55.0..60.1).contains(&walked_s), "{walked_s}");
+    }
+}
+
 /// 1e-3 kg m² after a second. A window ends where its first blocks no longer count; at rest the variance grows by 1e-6 kg² m⁴
 /// in a second, and by up to half of that more: the coordinates of shape and scale walk, without their correlation.
 #[test]

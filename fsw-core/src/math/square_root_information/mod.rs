@@ -419,9 +419,14 @@ impl<T: Real, const N: usize> SquareRootInformation<T, N> {
     /// let covariance = known.covariance().unwrap();
     /// assert_eq!((covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]), (2.0, 2.0, 5.0));
     /// ```
+    ///
+    /// A variance outside the range of numbers, or with an inverse outside it, changes nothing.
     #[inline(never)]
     pub fn walk_along(&mut self, along: &[T; N], last: usize, variance: T) {
         let mut weight = T::one() / variance;
+        if !(variance < T::MAX && weight < T::MAX) {
+            return;
+        }
         let (mut of_change, mut y) = ([T::zero(); N], T::zero());
         let last = last.min(N.saturating_sub(1));
         for i in (0..last + 1).rev() {

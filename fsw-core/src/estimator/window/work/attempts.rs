@@ -298,10 +298,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// Present task, and all knowledge beside the blocks.
     fn task(&mut self, unit_per_kg_m2: T) -> (Beliefs<'_, T, U>, &mut Work<T, W, U, M>) {
         let noise_rad_s = self.noise_rad_s();
-        let has_prior = self.has_prior && !self.is_doubtful;
+        let is_doubtful = self.is_doubtful;
         let bias_walked_rad_s = self.bias_walked_rad_s();
-        let Self { groups, config, past, work, .. } = self;
-        let prior = config.prior.as_ref().filter(|_| has_prior);
+        let Self { groups, config, prior, past, work, .. } = self;
+        let prior = prior.as_ref().filter(|_| !is_doubtful);
         let is_in_pass =
             matches!(work, Work::Descent(Descent { has_walk: true, .. })) && config.is_walking();
         let past = past.as_ref().filter(|_| !is_in_pass);
