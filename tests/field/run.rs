@@ -263,11 +263,7 @@ impl Flown<'_> {
         };
         let reference = double.estimate(rows, &mut Extra::default())?.estimate;
         extra.squares = self.squares(estimate, &reference);
-        let (found, expected) =
-            (estimate.inertia.elements_kg_m2(), reference.inertia.elements_kg_m2());
-        let sigma = reference.sigma_kg_m2();
-        let agrees = |i: usize| (found[i] - expected[i]).abs() <= AGREEMENT_SIGMAS * sigma[i];
-        extra.disagrees = estimate.status != reference.status || !(0..6).all(agrees);
+        extra.disagrees = estimate.status != reference.status || !agree(estimate, &reference);
         Ok(())
     }
 
@@ -318,6 +314,17 @@ impl Flown<'_> {
         }
         Ok(())
     }
+}
+
+/// True where two estimates of one log agree: ratios by the smaller sigma, elements by the larger one. A scale that nothing
+/// shows may be any, and the sigma of the elements is in proportion to it.
+fn agree(one: &Estimate<f64>, other: &Estimate<f64>) -> bool {
+    let of_elements = [one, other].map(|of| (of.inertia.elements_kg_m2(), of.sigma_kg_m2()));
+    let of_ratios = [one, other].map(Estimate::over_trace);
+    let within = |[(a, of_a), (b, of_b)]: [([f64; 6], [f64; 6]); 2], pick: fn(f64, f64) -> f64| {
+        (0..6).all(|i| (a[i] - b[i]).abs() <= AGREEMENT_SIGMAS * pick(of_a[i], of_b[i]))
+    };
+    within(of_elements, f64::max) && within(of_ratios, f64::min)
 }
 
 /// Square, at most that of [`MOST_SIGMAS`]; also for NaN.
