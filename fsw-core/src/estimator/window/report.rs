@@ -524,7 +524,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// One sigma of a sample for the covariance, rad/s: stated or measured noise and residuals, weighted by
     /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
     /// block to block, so that fewer of them are independent;
-    /// and by the distance to the minimum that rounding leaves.
+    /// and by the distance to the minimum that rounding leaves. At least the noise where the inertia walks: innovations below it
+    /// show that it has walked by less than stated.
     #[inline(never)]
     pub(super) fn sigma_of_sample(&self, pass: &Pass<T, W, U, M>) -> T {
         let residuals = &pass.residuals;
@@ -540,6 +541,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let explained = (self.explained(pass) * rows).min(beyond);
         let variance =
             (noise * noise * weight + residuals.squares - explained) / (weight + degrees);
+        let least = if self.config.is_walking() { noise * noise } else { T::zero() };
+        let variance = variance.max(least);
         let rho = residuals.correlation_beyond(explained).min(T::lit(MOST_CORRELATED));
         let inflation = if rho > largest_correlation(residuals.rows) {
             (T::one() + rho) / (T::one() - rho)
