@@ -601,6 +601,17 @@ mod tests {
     use crate::math::Mat;
     use proptest::prelude::*;
 
+    /// Variances without an inverse within the range of numbers, and without a value there.
+    #[test]
+    fn a_walk_outside_the_range_of_numbers_changes_nothing() {
+        let mut known = SquareRootInformation::of_each([2.0f32, 3.0], [4.0, 1.0]);
+        let before = known.equations();
+        for variance in [0.0, 1e-40, f32::INFINITY, f32::NAN] {
+            known.walk_along(&[0.5, 1.0], 1, variance);
+            assert_eq!(known.equations(), before, "{variance}");
+        }
+    }
+
     proptest! {
         /// Solution, sum of squared residuals and covariance against the normal equations in double
         /// precision. Bound: 1e-9 of the largest element of the covariance, which itself is below
