@@ -316,15 +316,16 @@ impl Flown<'_> {
     }
 }
 
-/// True where two estimates of one log agree: ratios by the smaller sigma, elements by the larger one. A scale that nothing
-/// shows may be any, and the sigma of the elements is in proportion to it.
+/// True where two estimates of one log agree, by the smaller sigma. Where one does not observe the scale, elements agree by the
+/// larger sigma, which is in proportion to an arbitrary scale.
 fn agree(one: &Estimate<f64>, other: &Estimate<f64>) -> bool {
     let of_elements = [one, other].map(|of| (of.inertia.elements_kg_m2(), of.sigma_kg_m2()));
     let of_ratios = [one, other].map(Estimate::over_trace);
     let within = |[(a, of_a), (b, of_b)]: [([f64; 6], [f64; 6]); 2], pick: fn(f64, f64) -> f64| {
         (0..6).all(|i| (a[i] - b[i]).abs() <= AGREEMENT_SIGMAS * pick(of_a[i], of_b[i]))
     };
-    within(of_elements, f64::max) && within(of_ratios, f64::min)
+    let has_scale = one.observed.scale && other.observed.scale;
+    within(of_elements, if has_scale { f64::min } else { f64::max }) && within(of_ratios, f64::min)
 }
 
 /// Square, at most that of [`MOST_SIGMAS`]; also for NaN.
