@@ -1,4 +1,4 @@
-//! The inertia of a scenario varies, in steps small enough to be a course, each seed with a course of its own.
+//! Scenarios whose inertia varies in small steps, on a course that is drawn for each seed.
 
 use std::f64::consts::TAU;
 
@@ -29,7 +29,7 @@ pub enum Course {
 pub struct Varying {
     /// Scenario with the initial inertia.
     pub base: Scenario,
-    /// Course of it.
+    /// Course of the inertia.
     pub course: Course,
 }
 

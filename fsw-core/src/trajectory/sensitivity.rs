@@ -196,8 +196,8 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         one_over.is_finite().then_some(BackToStart { rows: [by_a, by_b, by_c], one_over })
     }
 
-    /// `∂m/∂θ` of an unknown, from now on continuous in the momentum of the body: that of the scale is without `m / x`,
-    /// the momentum over the trace of a trace that changes by itself.
+    /// `∂m/∂θ` of an unknown at constant momentum h of the body. For the scale it is `∂m/∂x − m/x`, since `m = κ h` is in
+    /// proportion to x.
     pub fn push_of(&self, index: usize) -> Vec3<T> {
         let by = self.sensitivity.get(index).copied().unwrap_or(Vec3::zeros());
         if index == scale_of(U) { by - self.momentum / self.model.scale } else { by }

@@ -126,7 +126,7 @@ pub struct Window<
     schedule: Schedule,
     inquiry: Option<Inquiry>,
     steadiness: Steadiness<T>,
-    /// Information of earlier windows, after its random walk up to the motion of the present one.
+    /// Information of earlier windows, with the random walk of the inertia up to the start of the present motion.
     past: Option<Past<T, U>>,
     /// Information from before a contradiction that may be a change: kept, but not used. It is doubtful once
     /// the blocks after the contradiction are a window of their own.

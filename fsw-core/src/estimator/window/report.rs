@@ -524,8 +524,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     /// One sigma of a sample for the covariance, rad/s: stated or measured noise and residuals, weighted by
     /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
     /// block to block, so that fewer of them are independent;
-    /// and by the distance to the minimum that rounding leaves. At least the noise where the inertia walks: innovations below it
-    /// show that it has walked by less than stated.
+    /// and by the distance to the minimum that rounding leaves. At least the noise where the inertia walks: smaller innovations
+    /// are then the sign of a walk that is stated too large.
     #[inline(never)]
     pub(super) fn sigma_of_sample(&self, pass: &Pass<T, W, U, M>) -> T {
         let residuals = &pass.residuals;
