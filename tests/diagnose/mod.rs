@@ -95,22 +95,21 @@ pub fn fly(
     let scenario = Scenario::load(scenario_name)?;
     let errors = planted(&scenario).into_iter().filter(|error| is_selected(error.name));
     let flight = Flight::simulate(&scenario)?;
+    let mut craft = scenario.craft();
+    if with_prior {
+        craft.prior = Some(prior(&scenario.spacecraft.inertia_kg_m2));
+    }
+    let seeds: Vec<u64> = (seed..seed + runs).collect();
+    let of_clean = |seed: &u64| estimate(&craft, &log_of(&scenario, &flight, *seed));
+    let clean: Vec<_> = seeds.par_iter().map(of_clean).collect::<Result<_>>()?;
     let mut rows = Vec::new();
     for error in errors {
         let own = error.flight(&scenario)?;
-        let outcomes = (seed..seed + runs)
-            .into_par_iter()
-            .map(|seed| {
-                fly_one(
-                    &scenario,
-                    own.as_ref().unwrap_or(&flight),
-                    &flight,
-                    &error,
-                    seed,
-                    with_prior,
-                )
-            })
-            .collect::<Result<_>>()?;
+        let own = own.as_ref().unwrap_or(&flight);
+        let fly = |(seed, clean): (&u64, _)| {
+            fly_one(log_of(&scenario, own, *seed), craft.clone(), &error, *seed, clean)
+        };
+        let outcomes = seeds.par_iter().zip(&clean).map(fly).collect::<Result<_>>()?;
         rows.push(Row {
             scenario: scenario_name,
             error: error.name,
@@ -121,20 +120,14 @@ pub fn fly(
     Ok(rows)
 }
 
+/// Plants the error in a log and its craft, and diagnoses it. `clean` is the estimate without error.
 fn fly_one(
-    scenario: &Scenario,
-    flight: &Flight,
-    clean: &Flight,
+    mut log: Vec<LogRow>,
+    mut craft: Craft,
     error: &Planted,
     seed: u64,
-    with_prior: bool,
+    clean: &EstimationResult,
 ) -> Result<Outcome> {
-    let mut craft = scenario.craft();
-    if with_prior {
-        craft.prior = Some(prior(&scenario.spacecraft.inertia_kg_m2));
-    }
-    let reference = estimate(&craft, &log_of(scenario, clean, seed))?;
-    let mut log = log_of(scenario, flight, seed);
     let expected = error.plant(&mut log, &mut craft, seed);
     let found = estimate(&craft, &log)?;
     let diagnosis = diagnose(&craft, &log);
@@ -142,7 +135,7 @@ fn fly_one(
     let first = explanations.first();
     let is_first = first.is_some_and(|e| e.name == expected);
     Ok(Outcome {
-        shows: shows(&reference, &found),
+        shows: shows(clean, &found),
         is_first,
         is_named: is_first || first.is_some_and(|e| e.same_as.contains(&expected)),
         first: first.map_or("nothing".to_owned(), |e| e.name.clone()),

@@ -69,6 +69,16 @@ pub(super) fn of_elements(w: &Vector3<f64>) -> Matrix3x6<f64> {
     )
 }
 
+/// `m v`, in the caller: nalgebra's product of this size is a call.
+#[inline(always)]
+fn product(m: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(
+        m.m11 * v.x + m.m12 * v.y + m.m13 * v.z,
+        m.m21 * v.x + m.m22 * v.y + m.m23 * v.z,
+        m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
+    )
+}
+
 /// Motion and sensitivities of one segment.
 pub(super) struct Trajectory<'a> {
     record: &'a Record,
@@ -104,7 +114,7 @@ impl<'a> Trajectory<'a> {
     }
 
     fn rate(&self, row: usize) -> Vector3<f64> {
-        self.inverse * (self.momentum - self.drive.momentum.at[row])
+        product(&self.inverse, &(self.momentum - self.drive.momentum.at[row]))
     }
 
     /// Moves to the next row: momentum by the classical Runge-Kutta rule, sensitivities by the transition matrix at
@@ -115,7 +125,7 @@ impl<'a> Trajectory<'a> {
         let (h, torque) = (&drive.momentum, &drive.torque);
         let middle_torque = (torque[row] + torque[row + 1]) * 0.5;
         let slope = |momentum: &Vector3<f64>, wheels: &Vector3<f64>, torque: &Vector3<f64>| {
-            torque - (self.inverse * (momentum - wheels)).cross(momentum)
+            torque - product(&self.inverse, &(momentum - wheels)).cross(momentum)
         };
         let now = self.momentum;
         let half_s = 0.5 * step_s;
@@ -136,22 +146,22 @@ impl<'a> Trajectory<'a> {
         let transition = Matrix3::identity() + a + a * a * 0.5;
         let input = (Matrix3::identity() + a * 0.5) * step_s;
         let by_momentum = -(input * by_rate);
-        self.sensitivity.iter_mut().for_each(|column| *column = transition * *column);
-        let by_inertia = by_momentum * of_elements(&rate);
+        self.sensitivity.iter_mut().for_each(|column| *column = product(&transition, column));
+        let direct = of_elements(&rate);
         for i in 0..INERTIA {
-            self.sensitivity[LOCAL + i] += by_inertia.column(i);
+            self.sensitivity[LOCAL + i] += product(&by_momentum, &direct.column(i).into_owned());
         }
         for (i, column) in drive.columns.iter().enumerate() {
             let sensitivity = &mut self.sensitivity[LOCAL + INERTIA + i];
             match column {
                 Column::Driven(signal, torque) => {
-                    *sensitivity += by_momentum * signal.middle[row];
+                    *sensitivity += product(&by_momentum, &signal.middle[row]);
                     if let Some(torque) = torque {
-                        *sensitivity += input * (torque[row] + torque[row + 1]) * 0.5;
+                        *sensitivity += product(&input, &(torque[row] + torque[row + 1])) * 0.5;
                     }
                 }
                 Column::Torque(torque) => {
-                    *sensitivity += input * (torque[row] + torque[row + 1]) * 0.5;
+                    *sensitivity += product(&input, &(torque[row] + torque[row + 1])) * 0.5;
                 }
                 Column::Reading(..) | Column::Bias(_) => {}
             }
@@ -172,7 +182,7 @@ impl<'a> Trajectory<'a> {
             if let Some(Column::Driven(signal, _)) = column {
                 of_momentum -= signal.at[row];
             }
-            *out = to_reading * of_momentum;
+            *out = product(&to_reading, &of_momentum);
             match column {
                 Some(Column::Reading(i, about)) => out[*i] += rate[*about],
                 Some(Column::Bias(i)) => out[*i] += 1.0,
