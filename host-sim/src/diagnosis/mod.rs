@@ -39,8 +39,9 @@ use record::{MARGIN, MOST_COARSE_ROWS, MOST_ROWS, Record};
 
 /// Fewest rows of a diagnosis.
 const FEWEST_ROWS: usize = 4 * MARGIN;
-/// Score from which on an explanation is reported: far above the scatter of chi-square of a few degrees of freedom.
-const LEAST_SCORE: f64 = 25.0;
+/// Decrease of chi-square from which on an explanation of positive score is reported: chance reaches it once in 200,000 logs
+/// with four unknowns (chi-square), and the score asks for more of those with five or more.
+const LEAST_DECREASE: f64 = 30.0;
 /// Share of the excess that an explanation must account for.
 const LEAST_SHARE: f64 = 0.02;
 /// Difference of scores below which two explanations are not distinguished.
@@ -133,7 +134,7 @@ pub fn diagnose(craft: &Craft, rows: &[LogRow]) -> Option<Diagnosis> {
 
 /// Sorted by score, with those named that do not differ.
 fn ranked(mut all: Vec<Explanation>) -> Vec<Explanation> {
-    all.retain(|e| e.score > LEAST_SCORE && e.share > LEAST_SHARE);
+    all.retain(|e| e.score > 0.0 && e.chi_square > LEAST_DECREASE && e.share > LEAST_SHARE);
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     all.truncate(MOST);
     let scores: Vec<(String, f64)> = all.iter().map(|e| (e.name.clone(), e.score)).collect();
@@ -280,7 +281,9 @@ impl<'a> Reference<'a> {
     fn of_mode(&self) -> Option<Explanation> {
         const UNKNOWNS: f64 = 8.0;
         let null = self.null.as_ref()?;
-        if self.chi_square_used() - self.readings < LEAST_SCORE {
+        // No cause can explain that much, to two standard errors of chi-square.
+        let scatter = 2.0 * (2.0 * self.readings).sqrt();
+        if self.chi_square_used() - self.readings < LEAST_DECREASE - scatter {
             return None;
         }
         let record = self.record.averaged(MOST_ROWS);
