@@ -266,10 +266,10 @@
 //!
 //! Statistics:
 //!
-//! * \[Box1970\] G. E. P. Box, D. A. Pierce, *Distribution of residual autocorrelations in autoregressive-integrated
-//!   moving average time series models*, J. Am. Stat. Assoc. 65, 1509-1526, 1970.
 //! * \[Brown1975\] R. L. Brown, J. Durbin, J. M. Evans, *Techniques for testing the constancy of
 //!   regression relationships over time*, J. R. Stat. Soc. B 37, 149-192, 1975.
+//! * \[Davies1977\] R. B. Davies, *Hypothesis testing when a nuisance parameter is present only under the
+//!   alternative*, Biometrika 64, 247-254, 1977.
 //! * \[Knuth1997\] D. E. Knuth, *The Art of Computer Programming, Volume 2: Seminumerical
 //!   Algorithms*, 3rd edition, Addison-Wesley, 1997.
 //! * \[Laurent2000\] B. Laurent, P. Massart, *Adaptive estimation of a quadratic functional by model

@@ -31,7 +31,7 @@
 //!
 //! // Four wheels, single precision, bytes.
 //! assert!(size_of::<Window<f32, 4, 512, 9>>() <= 45 * 1024);
-//! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 50_304);
+//! assert!(size_of::<Window<f32, 4, 512, 18>>() <= 50_496);
 //! assert!(size_of::<JointEkfUd<f32, 4>>() <= 2880);
 //! assert!(size_of::<JointEkfUd<f32, 4, 24>>() <= 6336);
 //! assert!(size_of::<EkfSgf<f32, 4>>() <= 2048);

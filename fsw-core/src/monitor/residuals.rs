@@ -42,8 +42,13 @@ const CONTRADICTED: f64 = 75.0;
 const ALARMED: f64 = 40.0;
 /// Levels of groups: up to 256 blocks, which is half of a storage of 512.
 const LEVELS: usize = 5;
-/// Blocks over which residuals are tested for correlation: a period of a mode at the usual eight blocks or fewer.
-pub const LAGS: usize = 6;
+/// Blocks over which residuals are tested for correlation: one and a half periods of a mode at the usual eight blocks, two at
+/// six.
+const LAGS: usize = 12;
+/// Frequencies of the test up to half the rate of blocks, and cosine and sine of their spacing π/48: a quarter of the width
+/// of a line that 12 lags resolve.
+const FREQUENCIES: usize = 47;
+const SPACING: [f64; 2] = [0.997_858_923_238_603_5, 0.065_403_129_230_143_06];
 /// Statistics of the residuals of a fit. Squares are in rad²/s² of one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residuals<T: Real> {
@@ -164,19 +169,42 @@ impl<T: Real> Residuals<T> {
     /// otherwise, rad²/s².
     pub fn correlation_beyond(&self, explained: T) -> T {
         let [products, ..] = self.products;
-        let beyond = products - products.max(-explained).min(explained);
+        let beyond = beyond(products, explained);
         if self.squares > T::zero() { beyond / self.squares } else { T::zero() }
     }
 
-    /// Number of rows times the sum of squared correlations over [`LAGS`] blocks \[Box1970\], with sums of products up to
-    /// `explained` explained otherwise, rad²/s²: chi-square of LAGS degrees of freedom if white.
-    pub fn correlations_beyond(&self, explained: T) -> T {
-        let sum = self.products.iter().fold(T::zero(), |sum, products| {
-            let beyond = *products - products.max(-explained).min(explained);
-            sum + beyond * beyond
-        });
-        let squares = self.squares * self.squares;
-        if squares > T::zero() { sum * T::count(self.rows) / squares } else { T::zero() }
+    /// Largest line of the spectrum of correlations ρ of k = 1 to [`LAGS`] blocks, over its sampling error, with sums of
+    /// products up to `explained` explained otherwise, rad²/s²:
+    ///
+    /// ```text
+    /// √rows · max over φ of Σ ρ_k cos kφ / √(Σ cos² kφ)
+    /// ```
+    ///
+    /// An oscillation of the phase φ per block has `ρ_k ∝ cos kφ`. Limit: [`largest_line`](super::whiteness::largest_line).
+    #[inline(never)]
+    pub fn line_beyond(&self, explained: T) -> T {
+        let beyond = self.products.map(|products| beyond(products, explained));
+        let [cosine, sine] = SPACING.map(T::lit);
+        let (mut cos, mut sin, mut largest) = (cosine, sine, T::zero());
+        for _ in 0..FREQUENCIES {
+            let (mut sum, mut squares) = (T::zero(), T::zero());
+            let (mut before, mut of_lag) = (T::one(), cos);
+            for beyond in &beyond {
+                sum += *beyond * of_lag;
+                squares += of_lag * of_lag;
+                // cos (k + 1)φ = 2 cos φ cos kφ − cos (k − 1)φ.
+                let next = (cos + cos) * of_lag - before;
+                (before, of_lag) = (of_lag, next);
+            }
+            // The sum of squares is (L − 1) / 2 or more.
+            largest = largest.max(sum / squares.sqrt());
+            (cos, sin) = (cos * cosine - sin * sine, sin * cosine + cos * sine);
+        }
+        if self.squares > T::zero() {
+            largest * T::count(self.rows).sqrt() / self.squares
+        } else {
+            T::zero()
+        }
     }
 
     /// True where more blocks are at reduced weight than outliers explain.
@@ -258,10 +286,17 @@ impl<T: Real> Residuals<T> {
     }
 }
 
+/// A sum of products less what may be explained otherwise, either sign.
+#[inline(never)]
+fn beyond<T: Real>(products: T, explained: T) -> T {
+    products - products.max(-explained).min(explained)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::estimator::test_hardware::normal;
+    use crate::monitor::whiteness::{largest_line, line_of};
 
     const SIGMA_RAD_S: f64 = 1e-3;
 
@@ -339,9 +374,10 @@ mod tests {
         }
     }
 
-    /// Square wave of a period of four blocks on one axis: no correlation from block to block, −1 over two blocks.
+    /// Square wave of a period of four blocks on one axis: no correlation from block to block, −1 over two blocks, a line at
+    /// `φ = π / 2`.
     #[test]
-    fn correlations_are_those_over_each_number_of_blocks() {
+    fn correlation_is_that_of_each_number_of_blocks() {
         const BLOCKS: u32 = 400;
         let wave = |weight: f64| {
             let mut residuals = Residuals::from_block(0);
@@ -355,19 +391,19 @@ mod tests {
             residuals
         };
         assert_eq!(Residuals::<f64>::from_block(0).correlation_beyond(0.0), 0.0);
-        assert_eq!(Residuals::<f64>::from_block(0).correlations_beyond(0.0), 0.0);
+        assert_eq!(Residuals::<f64>::from_block(0).line_beyond(0.0), 0.0);
         for residuals in [wave(1.0), wave(4.0)] {
             assert_eq!((residuals.rows, residuals.degrees(12)), (3 * BLOCKS, 3 * BLOCKS - 12));
             let total = f64::from(BLOCKS) * SIGMA_RAD_S * SIGMA_RAD_S;
             assert!((residuals.squares / total - 1.0).abs() < 1e-9);
             assert!(residuals.correlation_beyond(0.0).abs() < 0.01);
-            // Lags 2, 4 and 6: each one, less the first blocks.
-            let sum = residuals.correlations_beyond(0.0) / f64::from(3 * BLOCKS);
-            assert!((sum - 3.0).abs() < 0.1, "{sum}");
-            // All of a correlation of 1, either sign, is explained by the sum of squares; half of it leaves a quarter of the squares.
-            assert_eq!(residuals.correlations_beyond(total), 0.0);
-            let rest = residuals.correlations_beyond(0.5 * total) / f64::from(3 * BLOCKS);
-            assert!((rest - 0.75).abs() < 0.1, "{rest}");
+            // Lags 2, 4, … 12 are ±1, less the first blocks: Σ ρ cos / √Σ cos² = √6.
+            let line = residuals.line_beyond(0.0) / f64::from(3 * BLOCKS).sqrt();
+            assert!((line / 6f64.sqrt() - 1.0).abs() < 0.03, "{line}");
+            // All of a correlation of 1, either sign, is explained by the sum of squares; half of it leaves half.
+            assert_eq!(residuals.line_beyond(total), 0.0);
+            let rest = residuals.line_beyond(0.5 * total) / f64::from(3 * BLOCKS).sqrt();
+            assert!((rest / line - 0.5).abs() < 0.03, "{rest}");
         }
         let constant = |sign: f64| {
             let mut residuals = Residuals::from_block(0);
@@ -384,5 +420,43 @@ mod tests {
             let (all, half) = constant(sign);
             assert!((all - sign).abs() < 0.01 && (half - sign / 2.0).abs() < 0.01, "{all} {half}");
         }
+    }
+
+    /// Residuals of unit variance and a sine of this amplitude on one axis, `phase` radians per block.
+    fn with_sine(seed: u64, amplitude: f64, phase: f64) -> Residuals<f64> {
+        let (mut residuals, mut noise) = (Residuals::from_block(0), normal(seed + 1));
+        for k in 0..150 {
+            for axis in 0..3 {
+                let sine = amplitude * (phase * f64::from(k)).sin();
+                let value = noise() + if axis == 0 { sine } else { 0.0 };
+                residuals.add(axis, RecursiveResidual { value, weight: 1.0 });
+            }
+        }
+        residuals
+    }
+
+    /// Twice the noise on one axis of three, at frequencies between those of the test and close to its ends; white residuals
+    /// stay below the limit.
+    #[test]
+    fn an_oscillation_is_a_line() {
+        let most = largest_line::<f64>(450);
+        let found = |amplitude, phase| {
+            (0..100)
+                .filter(|seed| with_sine(*seed, amplitude, phase).line_beyond(0.0) > most)
+                .count()
+        };
+        assert_eq!(found(0.0, 1.0), 0);
+        for phase in [0.05, 0.3, 1.1, 1.6, 2.5, 3.09] {
+            assert!(found(2.0, phase) >= 99, "{phase}: {}", found(2.0, phase));
+        }
+    }
+
+    /// Of 4,000 records with 450 rows `12 / (2 √3) · exp(−u² / 2)` = 1 % exceed the line of u = 3.42, within four sampling
+    /// errors.
+    #[test]
+    fn chance_exceeds_a_line_as_rarely_as_stated() {
+        let lines = (0..4000).map(|seed| with_sine(seed, 0.0, 1.0).line_beyond(0.0));
+        let share = lines.filter(|line| *line > line_of(450, 3.42)).count() as f64 / 4000.0;
+        assert!((share - 0.01).abs() < 4.0 * (0.01f64 / 4000.0).sqrt(), "{share}");
     }
 }

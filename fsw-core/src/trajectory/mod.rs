@@ -87,6 +87,11 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         }
     }
 
+    /// Inverse of the tensor over its unit.
+    pub fn inverse(&self) -> &Mat<T, 3, 3> {
+        &self.model.inverse
+    }
+
     /// Starts at a point, for wheels with these axes and momenta, modes at rest relative to the body; false where its
     /// tensor has no inverse.
     pub fn start(

@@ -16,10 +16,8 @@ use crate::math::square_root_information::{SquareRootInformation, unit_row};
 use crate::math::{Entries, Mat, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::monitor::observability::Observed;
-use crate::monitor::residuals::{LAGS, Residuals};
-use crate::monitor::whiteness::{
-    ENOUGH_ROWS, largest_correlation, largest_correlations, largest_rms,
-};
+use crate::monitor::residuals::Residuals;
+use crate::monitor::whiteness::{ENOUGH_ROWS, largest_correlation, largest_line, largest_rms};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
 use crate::trajectory::unknowns::{Belief, FIRST_GROUP, Group, Point, groups_of, shape_of};
@@ -568,9 +566,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let is_small = rms * rms <= most * most + explained;
         let rows = T::count(residuals.rows);
         let correlation = residuals.correlation_beyond(explained * rows);
-        let correlations = residuals.correlations_beyond(explained * rows);
         let is_correlated = correlation.abs() > largest_correlation(residuals.rows)
-            || correlations > largest_correlations(residuals.rows, LAGS as u32);
+            || residuals.line_beyond(explained * rows) > largest_line(residuals.rows);
         let contradiction = self.contradictions(pass);
         let shows_torque = contradiction.iter().any(|x| *x > T::lit(TORQUE_SHOWN));
         let is_found = !is_correlated && !shows_torque && !residuals.is_alarmed();
@@ -583,7 +580,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let explained = self.explained(pass) / (pass.unit_rad_s * pass.unit_rad_s);
         let Residuals { rows, whiteness, curvature, .. } = &pass.residuals;
         whiteness.is_white_beside(share * share, explained) != Some(false)
-            && curvature.is_white(*rows, share * share, explained)
+            && curvature.is_white(pass.trajectory.inverse(), *rows, share * share, explained)
     }
 
     /// Statistics of a window that ends with this front.
