@@ -135,7 +135,7 @@ impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
 
     /// Adds the direct derivatives by wheels and time offset, `−b V`, for momentum of the wheels, its slope,
     /// rad/s², and the impulse beyond a ramp.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn add_drives<const U: usize>(
         &self,
         row: &mut [T; U],
@@ -166,7 +166,7 @@ impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
     }
 
     /// Adds the derivatives by the gyro's errors, for a mean rate ω: `∂zᵢ/∂Mᵢⱼ = ωⱼ`.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn add_gyro<const U: usize>(&self, row: &mut [T; U], axis: usize, rate: &Vec3<T>) {
         for place in 0..groups_of(U) {
             // Components of a group that act on this axis, and the axes that they take the rate from.

@@ -18,7 +18,7 @@ struct Propagation<T: Real> {
 
 impl<T: Real> Propagation<T> {
     /// Effect of V and V' on the momentum. Not inlined, as `rotated`.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn of_drive(&self, mean: &Vec3<T>, change: &Vec3<T>) -> Vec3<T> {
         let by = self.by_drive_change.as_ref();
         let by_change = by.map_or(Vec3::zeros(), |by| rotated(by, change));
@@ -36,7 +36,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     ///
     /// `V = G(ω) B E_q + (wᵤ − gᵤ) E_x`, and adds D₀ + D₁ to a sum. A step of 0.3 rad errs by 1e-5. Of
     /// torque and drag, small as they are, the means suffice.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn differentiate(&mut self, crossing: &mut Crossing<T, W, U>) {
         let step = self.propagation(crossing);
         let Propagation { carry, series, .. } = &step;
@@ -114,7 +114,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     /// Momentum δh that the wheels have beyond the assumed one adds `V = x δh`: `x hᵢ aᵢ` per share of a spin inertia,
     /// `x hᵢ eⱼ` per angle of a tilt, `−x ḣ` per second of the time offset. A share of the known torque pushes like
     /// that torque.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn differentiate_by_hardware(
         &mut self,
         crossing: &mut Crossing<T, W, U>,
@@ -220,7 +220,7 @@ impl<T: Real> BackToStart<T> {
 }
 
 /// Carries a column of D, and adds both of its ends to a sum.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 fn carry_column<T: Real>(
     carry: &Mat<T, 3, 3>,
     pushed: &Vec3<T>,

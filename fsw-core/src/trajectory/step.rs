@@ -59,7 +59,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     ///
     /// where nothing but m goes beyond the parabola. The sums of the low and of the high orders are kept apart.
     /// [`differentiate`](Self::differentiate) follows.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn move_on(&mut self, crossing: &mut Crossing<T, W, U>) {
         let part = |k: usize| T::one() / T::count(k as u32);
         let (half, third) = (part(2), part(3));
@@ -203,7 +203,7 @@ impl<T: Real> Sums<T> {
     }
 }
 /// Coefficient of the product of two polynomials, `Σᵢ pₖ₋ᵢ × uᵢ`, for p up to pₖ.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn product<'a, T: Real>(
     p: core::iter::Take<core::slice::Iter<'a, Vec3<T>>>,
     u: &[Vec3<T>],

@@ -319,7 +319,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     }
 
     /// First scales, by the readings in the queue.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn start_scales(&mut self) {
         let number = self.queue.len();
         let (mut readings, mut count) = self.queue.readings(true);
@@ -334,7 +334,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     }
 
     /// Verdict on the next sample.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn judge_next(&mut self) {
         let Some((elapsed_s, reading)) = self.queue.next() else {
             return;
@@ -398,7 +398,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
 
     /// Squared limit of six scales on each axis, rad²/s²; not below that of the known noise and of
     /// the reading's rounding. An unknown scale has none.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn limits(&self, scale: &Scale<T>, rate_rad_s: &Vec3<T>) -> Vec3<T> {
         let known = self.floor_rad_s * self.floor_rad_s;
         Vec3::from_fn(|axis, _| {
@@ -431,7 +431,7 @@ impl<T: Real, P: Copy + Blank> OutlierGate<T, P> {
     }
 
     /// True for a reading beyond the limit from the reference of [`is_blank`](Self::is_blank).
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn is_far(&self, rate_rad_s: &Vec3<T>) -> bool {
         let latest = self.history.latest().map(|latest| latest.rate_rad_s);
         let reference = latest.or_else(|| self.queue.first_rate(|rate| !is_uniform(rate)));

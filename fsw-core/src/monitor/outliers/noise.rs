@@ -118,7 +118,7 @@ impl<T: Real> Noise<T> {
 
 impl<T: Real> Mean<T> {
     /// `m ← m + (s − m) / n`, s the mean over the axes of the clipped squares, `n ≤ 512`.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     fn add(&mut self, squares: &Vec3<T>, variance: &Vec3<T>) {
         let mut sum = T::zero();
         for axis in 0..3 {

@@ -34,13 +34,13 @@ pub(super) struct Offset<T: Real> {
 
 impl<T: Real> Offset<T> {
     /// Line through two readings, minus `about`, rad/s. `None` where the times are equal.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn of_line(two: [&Reading<T>; 2], about: &Vec3<T>) -> Option<Self> {
         Self::through(two, about)
     }
 
     /// Cubic through four readings, minus `about`, rad/s. `None` where two times are equal.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn of_cubic(four: [&Reading<T>; 4], about: &Vec3<T>) -> Option<Self> {
         Self::through(four, about)
     }

@@ -175,7 +175,7 @@ impl<T: Real, P: Copy + Blank> Queue<T, P> {
 
     /// Takes the first sample, if it is judged and, where it was refused, two samples after it are
     /// accepted. `must` takes it in any case.
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn take(&mut self, must: bool) -> Option<Judged<T, P>> {
         let judged = self.judged();
         if judged == 0 && !must {
@@ -229,7 +229,7 @@ fn collect<'a, T: Real, P: 'a, const N: usize>(
 
 /// Rate at time zero by accepted neighbours, rad/s: a cubic through two on each side, a line
 /// through one on each side, the nearest one where a side has none. True where its error is about that of a reading.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 fn bridged<T: Real>(
     before: &History<T>,
     after: &[Reading<T>; 2],

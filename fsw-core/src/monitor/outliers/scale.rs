@@ -52,7 +52,7 @@ impl<T: Real> Scale<T> {
     }
 
     /// Follows the squared error on each axis, rad²/s².
-    #[inline(never)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn follow(&mut self, squared_error: &Vec3<T>, samples: u8) {
         for axis in 0..3 {
             let median = self.squared_median[axis];
@@ -65,7 +65,7 @@ impl<T: Real> Scale<T> {
 ///
 /// An error of exactly zero is a repeated reading and not a measure of the noise: it is left out, so
 /// that the scale of quantised readings stays at a quantum.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 fn followed<T: Real>(median: T, squared_error: T, samples: u8) -> T {
     let is_positive = |x: T| x > T::zero() && x < T::MAX;
     if !is_positive(squared_error) {
@@ -113,7 +113,7 @@ pub(super) fn first_variance<T: Real>(readings: &[Reading<T>]) -> T {
 }
 
 /// Sum of the first `count` squares without `left_out` from `spoilt` on.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 fn sum_without<T: Real>(squares: &[T], count: usize, spoilt: usize, left_out: usize) -> T {
     let mut sum = T::zero();
     for (i, square) in squares.iter().enumerate().take(count) {
@@ -126,7 +126,7 @@ fn sum_without<T: Real>(squares: &[T], count: usize, spoilt: usize, left_out: us
 
 /// Reading minus the line through its two neighbours, squared and normalised to the variance of a
 /// reading, sum of the axes, rad²/s². Zero where two times are equal.
-#[inline(never)]
+#[cfg_attr(target_os = "none", inline(never))]
 fn squared_second_difference<T: Real>(three: &[Reading<T>]) -> T {
     let [before, at, after] = three else {
         return T::zero();
