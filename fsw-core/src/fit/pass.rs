@@ -113,7 +113,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         self.seed(groups);
         self.residuals = Residuals::from_block(from);
         self.next = from;
-        if !self.trajectory.start(point, groups, axes, wheels) {
+        if !self.trajectory.start(point, groups, axes) {
             return false;
         }
         if rest.weight > T::zero() {

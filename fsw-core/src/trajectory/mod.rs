@@ -92,15 +92,8 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         &self.model.inverse
     }
 
-    /// Starts at a point, for wheels with these axes and momenta, modes at rest relative to the body; false where its
-    /// tensor has no inverse.
-    pub fn start(
-        &mut self,
-        point: &Point<T, U>,
-        groups: &Groups<T>,
-        axes: &Mat<T, 3, W>,
-        wheels: &Momenta<T, W>,
-    ) -> bool {
+    /// Starts at a point, for wheels with these axes; false where its tensor has no inverse.
+    pub fn start(&mut self, point: &Point<T, U>, groups: &Groups<T>, axes: &Mat<T, 3, W>) -> bool {
         let Some(model) = Model::new(point, groups, axes) else { return false };
         self.model = model;
         self.momentum = point.momentum();
@@ -111,9 +104,6 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
             *self.sensitivity[MOMENTUM + i].at_mut(i, 0) = T::one();
         }
         self.start_axes();
-        if M > 0 {
-            self.start_modes(wheels);
-        }
         true
     }
 
@@ -126,10 +116,13 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         self.modes = [Deflection::none(); M];
     }
 
-    /// Crosses a block.
+    /// Crosses a block. Modes are at rest relative to the body at the first sample of the first block.
     #[inline(never)]
     pub fn cross(&mut self, span: &Span<T, W>) -> Crossing<T, W, U> {
         let mut crossing = self.enter(span);
+        if M > 0 && self.last_torque.is_none() {
+            self.start_modes(&crossing);
+        }
         self.shift_torque(&crossing);
         while crossing.done < crossing.steps {
             if M > 0 {
@@ -316,7 +309,7 @@ mod tests {
         spans: &[Span<f64, 3>],
     ) -> (Trajectory<f64, 3, UNKNOWNS, 0>, Vec<Prediction>) {
         let mut trajectory = Trajectory::blank();
-        assert!(trajectory.start(point, &all(), &Mat::identity(), &spans[0].wheels_at_start));
+        assert!(trajectory.start(point, &all(), &Mat::identity()));
         let mut cross = |span: &Span<f64, 3>| {
             // At one attitude for all points: C has no derivatives.
             let half_turn = Vec3::new(0.1, -0.06, 0.08) * (span.block.duration_s * 0.5);

@@ -13,7 +13,7 @@
 //! which is the hybrid-coordinate equation of \[Likins1970\] for `μ = D Dᵀ / tr J`.
 //! The unknown errors f of frequency and z of damping have `c = 2 ζ Ω (1 + f)(1 + z)`, `k = Ω² (1 + f)²`.
 //!
-//! Assumptions: small deflections; body and mode at rest relative to one another at the start of a window; the modal
+//! Assumptions: small deflections; body and mode at rest relative to one another at the first sample of a window; the modal
 //! inertia moves with the body.
 //!
 //! # Sensitivities
@@ -339,15 +339,25 @@ impl<T: Real, const W: usize, const M: usize> Instant<T, W, M> {
 }
 
 impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U, M> {
-    /// Modes at rest relative to the body, for these momenta of the wheels: `u = ω`, `D_u = S`.
+    /// Modes at rest relative to the body at the first sample, half of its interval after the start of the block: `u = ω`,
+    /// `D_u = S` there, and q such that it is zero there. At the start itself the wheels are extrapolated: a motor that begins
+    /// with the record has not turned the body yet.
     #[inline(never)]
-    pub(super) fn start_modes(&mut self, wheels: &Momenta<T, W>) {
-        let rate = self.model.rate_rad_s(&self.momentum, wheels);
+    pub(super) fn start_modes(&mut self, crossing: &Crossing<T, W, U>) {
+        let half = T::lit(0.5);
+        let share = half / crossing.samples;
+        let since_s = crossing.duration_s * share;
+        let [at_start, by_share, by_square] = crossing.of_wheel;
+        let wheels = at_start + (by_share + by_square * share) * share;
+        let before = self.model.rate_rad_s(&self.momentum, &at_start);
+        let change = self.momentum.cross(&before) + crossing.torque;
+        let rate = self.model.rate_rad_s(&(self.momentum + change * since_s), &wheels);
         let rows: [[T; U]; 3] =
-            core::array::from_fn(|axis| self.rate_at_start(&rate, wheels, axis));
+            core::array::from_fn(|axis| self.rate_at_start(&rate, &wheels, axis));
         let [x, y, z] = &rows;
         for mode in &mut self.modes {
             *mode = Deflection { absolute: rate, ..Deflection::none() };
+            mode.angle = (before - rate) * (since_s * half);
             let columns = x.iter().zip(y).zip(z);
             for (by, ((x, y), z)) in mode.by_absolute.iter_mut().zip(columns) {
                 *by = Vec3::new(*x, *y, *z);
@@ -641,7 +651,7 @@ mod tests {
     fn fly(point: &Point<f64, UNKNOWNS>) -> (Trajectory<f64, 1, UNKNOWNS, 1>, Vec<Prediction>) {
         let (spans, mut trajectory) = (spans(), Trajectory::blank());
         let axes = Mat::<f64, 3, 1>::new(1.0, 0.0, 0.0);
-        assert!(trajectory.start(point, &groups(), &axes, &spans[0].wheels_at_start));
+        assert!(trajectory.start(point, &groups(), &axes));
         let mut predictions = Vec::new();
         for span in &spans {
             let crossing = trajectory.cross(span);
@@ -722,6 +732,39 @@ mod tests {
         }
     }
 
+    /// A wheel that begins to turn the body at the first sample, extrapolated to half an interval before it: there the body
+    /// turns backwards, and a mode that is slow beside the interval is at rest in space, not with the body.
+    #[test]
+    fn modes_are_at_rest_at_the_first_sample() {
+        const SAMPLE_S: f64 = 0.1;
+        const SLOPE: f64 = 0.01;
+        let mut point = Point::<f64, UNKNOWNS>::sphere(Vec3::zeros());
+        point.set_place(0, &Vec3::new(0.02, 0.0, 0.0));
+        let mut trajectory = Trajectory::<f64, 1, UNKNOWNS, 1>::blank();
+        assert!(trajectory.start(&point, &groups(), &Mat::<f64, 3, 1>::new(1.0, 0.0, 0.0)));
+        let momenta = |t: f64| Momenta::<f64, 1>::from_element(SLOPE * t);
+        let span = Span {
+            block: Block {
+                duration_s: 5.0 * SAMPLE_S,
+                wheels_n_m_s: momenta(2.0 * SAMPLE_S),
+                wheels_end_n_m_s: momenta(4.5 * SAMPLE_S),
+                ..Block::empty()
+            },
+            wheels_at_start: momenta(-0.5 * SAMPLE_S),
+            samples: 5.0,
+            before: None,
+            after: None,
+        };
+        let crossing = trajectory.enter(&span);
+        trajectory.start_modes(&crossing);
+        let mode = &trajectory.modes[0];
+        // At the first sample wheel and body are at rest. Half an interval before, a sphere of trace 1 turns by 3 h x.
+        assert!(mode.absolute.norm() < 1e-15, "{}", mode.absolute);
+        let backwards = 3.0 * SLOPE * 0.5 * SAMPLE_S * point.scale();
+        let angle = 0.5 * backwards * 0.5 * SAMPLE_S;
+        assert!((mode.angle - Vec3::new(angle, 0.0, 0.0)).norm() < 1e-12, "{}", mode.angle);
+    }
+
     /// A mode without inertia leaves motion and sensitivities as they are without modes, torque that bends included.
     #[test]
     fn mode_without_inertia_changes_nothing() {
@@ -732,9 +775,8 @@ mod tests {
             Trajectory::<f64, 1, UNKNOWNS, 1>::blank(),
             Trajectory::<f64, 1, UNKNOWNS, 0>::blank(),
         );
-        let wheels = spans()[0].wheels_at_start;
-        assert!(flexible.start(&point, &groups(), &axes, &wheels));
-        assert!(rigid.start(&point, &groups(), &axes, &wheels));
+        assert!(flexible.start(&point, &groups(), &axes));
+        assert!(rigid.start(&point, &groups(), &axes));
         let mut largest = [0.0f64; 2];
         for mut span in spans() {
             span.block.beyond_ramp_n_m_s = Vec3::new(2e-4, -1e-4, 3e-4);
