@@ -173,7 +173,7 @@ impl<T: Real> Residuals<T> {
         if self.squares > T::zero() { beyond / self.squares } else { T::zero() }
     }
 
-    /// Largest line of the spectrum of correlations ρ of k = 1 to [`LAGS`] blocks, over its sampling error, with sums of
+    /// Largest line of the spectrum of correlations ρ of k = 1 to 12 blocks, over its sampling error, with sums of
     /// products up to `explained` explained otherwise, rad²/s²:
     ///
     /// ```text
