@@ -273,7 +273,8 @@ mod tests {
     }
 
     /// Appendages along axes of the set and between them, below and above the frequency of the mode: z reaches a part of the
-    /// length of the effect in sigmas. What lies along the rate is taken out of x, and cos² 27° is left between axes.
+    /// length of the effect in sigmas. What lies along the rate is taken out of x (measured: 0.72 to 0.84 are left), and between
+    /// axes the square of the cosine.
     #[test]
     fn an_appendage_is_found_along_any_axis() {
         let response = inverse_tensor();
@@ -292,7 +293,7 @@ mod tests {
         for axis in [[1.0, 0.0, 0.0], [0.0, 1.0, 1.0], [1.0, -1.0, 1.0], [0.9, 0.4, 0.2]] {
             for gain in [-2e3, 2e3] {
                 let (found, whole) = along(axis, gain);
-                assert!(found > 0.5 * whole && found < 1.1 * whole, "{axis:?}: {found} {whole}");
+                assert!(found > 0.65 * whole && found < 1.1 * whole, "{axis:?}: {found} {whole}");
             }
         }
     }
