@@ -242,6 +242,8 @@
 //!   79-85, 1957.
 //! * \[BarShalom2001\] Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to
 //!   Tracking and Navigation*, Wiley, 2001.
+//! * \[Huang2010\] G. P. Huang, A. I. Mourikis, S. I. Roumeliotis, *Observability-based rules for designing consistent
+//!   EKF SLAM estimators*, Int. J. Robotics Res. 29, 502-528, 2010.
 //! * \[Kay1993\] S. M. Kay, *Fundamentals of Statistical Signal Processing: Estimation Theory*,
 //!   Prentice Hall, 1993.
 //! * \[Kelley1960\] J. E. Kelley, *The cutting-plane method for solving convex programs*, J. SIAM 8,

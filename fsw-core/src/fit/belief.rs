@@ -128,37 +128,63 @@ impl<T: Real, const U: usize> Past<T, U> {
     pub fn add_to(
         &self,
         window: &mut SquareRootInformation<T, U>,
+        groups: &Groups<T>,
         point: &Point<T, U>,
         unit_per_kg_m2: T,
     ) {
         for index in FIRST_GROUP..U {
-            let (row, y, weight) = self.row(index, point, unit_per_kg_m2);
+            let (row, y, weight) = self.row(index, groups, point, unit_per_kg_m2);
             window.fold(&row, y, weight);
         }
     }
 
     /// Joins the information of other windows, in place.
-    pub fn join(&mut self, other: &Self) {
+    pub fn join(&mut self, other: &Self, groups: &Groups<T>) {
         // The scale of the reference is one: both its unit and its value stay.
-        other.add_to(&mut self.information, &self.point, self.per_kg_m2);
+        other.add_to(&mut self.information, groups, &self.point, self.per_kg_m2);
     }
 
     /// Row `index` of the information as one on the unknowns of a fit at `point`.
-    pub(super) fn row(&self, index: usize, point: &Point<T, U>, unit: T) -> ([T; U], T, T) {
-        let index = index.min(scale_of(U));
+    ///
+    /// # Common scale of body and drive
+    ///
+    /// Spin inertias, known torque and tensor times a common factor show in no motion: the information is zero along
+    /// `g = (1 + s, 1 + t, −ξ)`, for shares s and t of the drive and ξ the inverse trace over that of the reference. But it is so along the g of its reference, and g is
+    /// another one at `point`. Along a difference of `Δs`, information of a relative σ would show the factor to `σ / Δs`. Column
+    /// ξ is therefore such that a row has the same product with g at both:
+    ///
+    /// `u'_ξ = u_ξ + u · (g_reference − g) / −ξ = u_ξ + (Σ u_s Δs − u_ξ Δξ) / ξ`
+    ///
+    /// \[Huang2010\]. Information that a motion does give, where a drive is known exactly, stays as it is. The
+    /// right-hand side takes the mean of both columns, which leaves an error of third order in the distance.
+    #[inline(never)]
+    pub(super) fn row(
+        &self,
+        index: usize,
+        groups: &Groups<T>,
+        point: &Point<T, U>,
+        unit_per_kg_m2: T,
+    ) -> ([T; U], T, T) {
+        let (index, last) = (index.min(scale_of(U)), scale_of(U));
+        let (to_relative, half) = (unit_per_kg_m2 / self.per_kg_m2, T::lit(0.5));
         let factor = &self.information.factor[index];
         let (mut row, mut y) = ([T::zero(); U], self.information.right_hand_side[index]);
-        for k in index..U {
+        let mut by_drive = T::zero();
+        for k in index..last {
             let u = if k == index { T::one() } else { factor[k] };
-            let is_scale = k == scale_of(U);
-            row[k] = if is_scale { u * unit / self.per_kg_m2 } else { u };
-            let away = if is_scale {
-                point.scale() * unit / self.per_kg_m2 - T::one()
-            } else {
-                point.value(k) - self.point.value(k)
-            };
-            y -= u * away;
+            let away = u * (point.value(k) - self.point.value(k));
+            row[k] = u;
+            y -= away;
+            if groups.is_share_of_drive(k) {
+                by_drive += away;
+            }
         }
+        let u = if index == last { T::one() } else { factor[last] };
+        let relative = point.scale() * to_relative;
+        let away = relative - T::one();
+        let turned = (by_drive - u * away) / relative;
+        row[last] = (u + turned) * to_relative;
+        y -= (u + turned * half) * away;
         (row, y, factor[index])
     }
 }
@@ -363,7 +389,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         let variance = self.noise_rad_s * self.noise_rad_s;
         if let Some(past) = self.past {
             for index in self.groups.first_kept::<U>()..U {
-                let (row, y, weight) = past.row(index, point, self.unit_per_kg_m2);
+                let (row, y, weight) = past.row(index, self.groups, point, self.unit_per_kg_m2);
                 add(&row, y, weight * variance);
             }
         }
@@ -526,6 +552,73 @@ mod tests {
         for (k, times) in [1.0, 1.0, 2.0, 2.0, 2.0, 3.0].into_iter().enumerate() {
             assert!((variances[3 + k] - 1e-4 - times * share).abs() < 1e-12);
         }
+    }
+
+    /// Earlier windows that know all but a common scale of body and drive to 1e-6, seen from a point with other shares: of
+    /// the scale they know nothing there either, and a point that differs by the scale alone fits them as well. With the columns of
+    /// the reference they would know it to 1e-4.
+    #[test]
+    fn earlier_windows_show_no_scale_of_body_and_drive_at_any_point() {
+        const U: usize = 18;
+        const SIGMA: f64 = 1e-6;
+        let mut groups = Groups::none();
+        groups.hardware = 0;
+        let places = [Group::Wheel(0), Group::Wheel(1), Group::Common];
+        for (place, group) in groups.place.iter_mut().zip(places) {
+            *place = Some((group, Belief::Within([0.01; 3])));
+        }
+        let shares = [3, 6, 10, 11];
+        let mut reference = Point::<f64, U>::sphere(crate::math::Vec3::zeros());
+        for (k, share) in shares.into_iter().zip([0.008, -0.005, 0.02, 0.003]) {
+            reference.set_value(k, share);
+        }
+        // Along `g`: the factor of each wheel by its own error, of all by the common one, of the torque by its error.
+        let along = |point: &Point<f64, U>, scale: f64| {
+            let mut g = [0.0; U];
+            (g[3], g[6]) = (point.value(3), point.value(6));
+            (g[10], g[11]) = (1.0 + point.value(10), 1.0 + point.value(11));
+            g[scale_of(U)] = -scale;
+            g
+        };
+        let mut normal = crate::estimator::test_hardware::normal(1);
+        let g = along(&reference, 1.0);
+        let mut information = SquareRootInformation::<f64, U>::default();
+        for _ in 0..40 {
+            let mut row: [f64; U] = core::array::from_fn(|k| if k < 3 { 0.0 } else { normal() });
+            row[scale_of(U)] += row.iter().zip(&g).map(|(u, g)| u * g).sum::<f64>();
+            information.fold(&row, 0.0, 1.0 / (SIGMA * SIGMA));
+        }
+        let past = Past { point: reference, per_kg_m2: UNIT, information };
+        let knows = |point: &Point<f64, U>| {
+            let scale = point.scale();
+            let (mut of_scale, mut cost) = (0.0, 0.0);
+            for index in FIRST_GROUP..U {
+                let (row, y, weight) = past.row(index, &groups, point, UNIT);
+                let along = along(point, scale);
+                let product: f64 = row.iter().zip(along).map(|(u, g)| u * g).sum();
+                of_scale += product * product * weight;
+                cost += y * y * weight;
+            }
+            (of_scale.sqrt().recip(), cost)
+        };
+        // The same motion: all shares times a factor.
+        let factor = 1.005;
+        let mut scaled = reference;
+        for k in [3, 6] {
+            scaled.set_value(k, reference.value(k) * factor);
+        }
+        for k in [10, 11] {
+            scaled.set_value(k, (1.0 + reference.value(k)) * factor - 1.0);
+        }
+        scaled.set_scale(1.0 / factor);
+        let (sigma, cost) = knows(&scaled);
+        assert!(sigma > 1e3 && cost < 1.0, "{sigma} {cost}");
+        // Another motion, which they exclude.
+        let mut other = scaled;
+        other.set_value(3, 0.02);
+        other.set_scale(0.98);
+        let (sigma, cost) = knows(&other);
+        assert!(sigma > 1e3 && cost > 1e6, "{sigma} {cost}");
     }
 
     /// Rows on hardware with a clock's error are the inverse of the covariance `diag(σ²) + C a aᵀ`.

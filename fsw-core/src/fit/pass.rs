@@ -133,12 +133,12 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Pass<T, W, U, M> {
         true
     }
 
-    /// Begins with the information of earlier windows on the unknowns from `first` on, where the inertia walks from there.
+    /// Begins with the information of earlier windows on what lasts, where the inertia walks from there.
     #[inline(never)]
-    pub fn begin_with(&mut self, past: &Past<T, U>, first: usize) {
+    pub fn begin_with(&mut self, past: &Past<T, U>, groups: &Groups<T>) {
         let variance = self.unit_rad_s * self.unit_rad_s;
-        for index in first..U {
-            let (row, y, weight) = past.row(index, &self.point, self.unit_per_kg_m2);
+        for index in groups.first_kept::<U>()..U {
+            let (row, y, weight) = past.row(index, groups, &self.point, self.unit_per_kg_m2);
             self.factor.fold(&row, y, weight * variance);
         }
     }

@@ -288,7 +288,7 @@ impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
             Group::Drag => torque = -unit.component_mul(&at.rate),
             Group::Wheel(wheel) => {
                 let momentum = of_wheel(&at.wheels, wheel) * self.scale;
-                on_momentum = self.directions(wheel).get(i).copied()? * momentum;
+                on_momentum = self.by_errors_of_wheel(wheel).get(i).copied()? * momentum;
             }
             Group::Common if i == 0 => on_momentum = -at.slope * self.scale,
             Group::Common if i == 1 => {
@@ -296,7 +296,7 @@ impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
                 on_momentum = -at.beyond * per_share;
                 torque = (known_torque + at.beyond.cross(&at.rate)) * per_share;
             }
-            Group::Common => on_momentum = self.axes * at.wheels * self.scale,
+            Group::Common => on_momentum = self.by_common_error(&at.wheels) * self.scale,
             Group::ModalMoments(mode) => {
                 on_momentum = unit.component_mul(&at.relative(usize::from(mode))?);
             }

@@ -6,7 +6,7 @@ use super::unknowns::{FIRST_GROUP, Group, MOMENTUM, by_shape, groups_of, scale_o
 use super::{Trajectory, WITHOUT_HARDWARE, of_wheel};
 use crate::dynamics::wheels::Momenta;
 use crate::hardware::tilt_directions;
-use crate::math::{Entries, Mat, Vec3, column, scalar::Real};
+use crate::math::{Entries, Mat, Vec3, column, norm, scalar::Real};
 
 impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U, M> {
     /// Mean reading predicted over the samples of a block that is crossed, bias included, rad/s.
@@ -126,11 +126,31 @@ impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
         row[scale_of(U)] -= b.dot(drive);
     }
 
-    /// The three directions of a wheel's errors: its axis and the two tilts.
-    pub(super) fn directions(&self, wheel: u8) -> [Vec3<T>; 3] {
-        let axis = column(&self.configured_axes, usize::from(wheel));
-        let [first, second] = tilt_directions(&axis);
-        [axis, first, second]
+    /// Derivatives of a wheel's axis `(1 + s + sᵢ) u` by its errors, with `u = t / |t|` for `t = a + θ₁ e₁ + θ₂ e₂`: u by
+    /// the share, and `(1 + s + sᵢ) / |t| (eⱼ − u (u · eⱼ))` by a tilt. Since a is normal to both e, `1 / |t| = u · a`.
+    ///
+    /// They are those at the point, as all others: derivatives of several points would show what no motion shows, such as a
+    /// common factor of wheels and body.
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub(super) fn by_errors_of_wheel(&self, wheel: u8) -> [Vec3<T>; 3] {
+        let configured = column(&self.configured_axes, usize::from(wheel));
+        let axis = column(&self.axes, usize::from(wheel));
+        let share = norm(&axis);
+        let unit = axis * (T::one() / share);
+        let by_tilt = share * unit.dot(&configured);
+        let [first, second] =
+            tilt_directions(&configured).map(|e| (e - unit * unit.dot(&e)) * by_tilt);
+        [unit, first, second]
+    }
+
+    /// Derivative of the wheels' momentum by a common error of their spin inertias: the sum along unit vectors.
+    pub(super) fn by_common_error(&self, momenta: &Momenta<T, W>) -> Vec3<T> {
+        let mut sum = Vec3::zeros();
+        for i in 0..W {
+            let axis = column(&self.axes, i);
+            sum += axis * (of_wheel(momenta, i as u8) / norm(&axis));
+        }
+        sum
     }
 
     /// Adds the direct derivatives by wheels and time offset, `−b V`, for momentum of the wheels, its slope,
@@ -148,10 +168,10 @@ impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
             let by = match self.group[place] {
                 Some(Group::Wheel(wheel)) => {
                     let h = of_wheel(wheels, wheel) * self.scale;
-                    self.directions(wheel).map(|e| -b.dot(&e) * h)
+                    self.by_errors_of_wheel(wheel).map(|e| -b.dot(&e) * h)
                 }
                 Some(Group::Common) => {
-                    let common = -b.dot(&(self.axes * wheels)) * self.scale;
+                    let common = -b.dot(&self.by_common_error(wheels)) * self.scale;
                     let by_torque = b.dot(beyond) * self.scale / self.torque_share;
                     [b.dot(slope) * self.scale, by_torque, common]
                 }

@@ -7,22 +7,114 @@ use super::unknowns::{
 use super::{Trajectory, WITHOUT_HARDWARE, of_wheel};
 use crate::math::{Entries, Mat, Vec3, column, rotated, scalar::Real, skew, times};
 
-/// Matrices that carry D across a step.
+/// Effect of V, linear over a step, on a column of D: of its mean and of its change.
+struct ByDrive<T: Real> {
+    by_mean: Mat<T, 3, 3>,
+    /// None where the step turns little.
+    by_change: Option<Mat<T, 3, 3>>,
+}
+
+impl<T: Real> ByDrive<T> {
+    /// Not inlined, as `rotated`.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn of(&self, mean: &Vec3<T>, change: &Vec3<T>) -> Vec3<T> {
+        let by_change = self.by_change.as_ref();
+        let by_change = by_change.map_or(Vec3::zeros(), |by| rotated(by, change));
+        rotated(&self.by_mean, mean) + by_change
+    }
+
+    /// Of `V = G(ω) B`, for the mean and the change of ω.
+    fn of_shape(&self, mean: &Vec3<T>, change: &Vec3<T>) -> [Vec3<T>; 5] {
+        let mut by = by_shape::<T, _>(&columns_of_the_regressor(&self.by_mean, mean));
+        if let Some(by_change) = &self.by_change {
+            let more = by_shape::<T, _>(&columns_of_the_regressor(by_change, change));
+            for (by, more) in by.iter_mut().zip(&more) {
+                *by += more;
+            }
+        }
+        by
+    }
+}
+
+/// Matrices that carry D across a step: to its end, and to twice its mean over the step.
 struct Propagation<T: Real> {
     carry: Mat<T, 3, 3>,
     series: Mat<T, 3, 3>,
-    /// φ times the factor of V and that of V'; none where the step turns little.
-    by_drive: Mat<T, 3, 3>,
-    by_drive_change: Option<Mat<T, 3, 3>>,
+    by_drive: ByDrive<T>,
+    /// None where the step turns little: the sum of both ends is twice the mean.
+    mean: Option<TwiceMean<T>>,
+}
+
+/// Twice the mean of D over a step, of D at its begin, of V, and of what else acts throughout the step, by its effect at the end.
+struct TwiceMean<T: Real> {
+    carry: Mat<T, 3, 3>,
+    by_drive: ByDrive<T>,
+    by_end: Mat<T, 3, 3>,
+}
+
+/// What acts on a column of D over a step: its effect at the end, and on twice the mean beyond that of both ends.
+#[derive(Clone, Copy)]
+struct Push<T: Real> {
+    end: Vec3<T>,
+    mean: Vec3<T>,
+}
+
+impl<T: Real> Push<T> {
+    fn nothing() -> Self {
+        Self { end: Vec3::zeros(), mean: Vec3::zeros() }
+    }
+}
+
+impl<T: Real> core::ops::Add for Push<T> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self { end: self.end + other.end, mean: self.mean + other.mean }
+    }
+}
+
+impl<T: Real> core::ops::Mul<T> for Push<T> {
+    type Output = Self;
+    fn mul(self, by: T) -> Self {
+        Self { end: self.end * by, mean: self.mean * by }
+    }
 }
 
 impl<T: Real> Propagation<T> {
-    /// Effect of V and V' on the momentum. Not inlined, as `rotated`.
+    /// Push of V.
     #[cfg_attr(target_os = "none", inline(never))]
-    fn of_drive(&self, mean: &Vec3<T>, change: &Vec3<T>) -> Vec3<T> {
-        let by = self.by_drive_change.as_ref();
-        let by_change = by.map_or(Vec3::zeros(), |by| rotated(by, change));
-        rotated(&self.by_drive, mean) + by_change
+    fn of_drive(&self, mean: &Vec3<T>, change: &Vec3<T>) -> Push<T> {
+        let of_mean = |of: &TwiceMean<T>| of.by_drive.of(mean, change);
+        Push {
+            end: self.by_drive.of(mean, change),
+            mean: self.mean.as_ref().map_or(Vec3::zeros(), of_mean),
+        }
+    }
+
+    /// Push of an impulse that acts throughout the step.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn of_impulse(&self, impulse: &Vec3<T>) -> Push<T> {
+        let end = rotated(&self.series, impulse);
+        let of_mean = |of: &TwiceMean<T>| rotated(&of.by_end, &end);
+        Push { end, mean: self.mean.as_ref().map_or(Vec3::zeros(), of_mean) }
+    }
+
+    /// Pushes of the five coordinates of the shape, for the mean and the change of ω.
+    fn of_shape(&self, mean: &Vec3<T>, change: &Vec3<T>) -> [Push<T>; 5] {
+        let end = self.by_drive.of_shape(mean, change);
+        let of_mean = |of: &TwiceMean<T>| of.by_drive.of_shape(mean, change);
+        let twice_mean = self.mean.as_ref().map_or([Vec3::zeros(); 5], of_mean);
+        core::array::from_fn(|k| Push { end: end[k], mean: twice_mean[k] })
+    }
+
+    /// Carries a column of D, and adds twice its mean to a sum.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn carry_column(&self, push: &Push<T>, column: &mut Vec3<T>, sum: &mut Vec3<T>) {
+        let before = *column;
+        *column = rotated(&self.carry, &before) + push.end;
+        *sum += match &self.mean {
+            Some(mean) => rotated(&mean.carry, &before) + push.mean,
+            None => before + *column,
+        };
     }
 }
 
@@ -34,39 +126,36 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     ///
     /// `F = Δ E_d − Δ ω E_c + Δ τᵤ E_x − (K + (A' K − A K') / 12) V − (K' − A K) / 12 V'`,
     ///
-    /// `V = G(ω) B E_q + (wᵤ − gᵤ) E_x`, and adds D₀ + D₁ to a sum. A step of 0.3 rad errs by 1e-5. Of
-    /// torque and drag, small as they are, the means suffice.
+    /// `V = G(ω) B E_q + (wᵤ − gᵤ) E_x`. Twice the mean, by the slopes of D at both ends (Hermite's rule), goes to a sum:
+    ///
+    /// `2 D̄ = D₀ + D₁ − (A (D₁ − D₀) + A' (D₀ + D₁) / 2 − K' V − K V') / 6`.
+    ///
+    /// A step of 0.3 rad errs by 1e-5, the mean by `turn⁴ / 720`, the same. Of torque and drag, small as they are, the means
+    /// suffice.
+    ///
+    /// The sum of both ends alone would err by `turn² / 12`, in each column by another share of it: a turn of all axes, which has no effect, would
+    /// seem to have one.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn differentiate(&mut self, crossing: &mut Crossing<T, W, U>) {
         let step = self.propagation(crossing);
-        let Propagation { carry, series, .. } = &step;
         let (w, duration_s) = (crossing.mean_rate, crossing.step_s);
         let sum = &mut crossing.sensitivity;
-        let mut put = |column: &mut Vec3<T>, c: usize, pushed: Vec3<T>| {
-            carry_column(carry, &pushed, column, &mut sum[c]);
-        };
-        for c in 0..3 {
-            put(&mut self.sensitivity[MOMENTUM + c], MOMENTUM + c, Vec3::zeros());
+        for c in MOMENTUM..FIRST_GROUP {
+            step.carry_column(&Push::nothing(), &mut self.sensitivity[c], &mut sum[c]);
         }
         for place in 0..groups_of(U) {
             let Some(group) = self.model.group[place] else { continue };
-            if may_hold_fields(U)
-                && let Group::Field(component) = group
-            {
-                for (i, torque) in self.torque_of_field(component).iter().enumerate() {
-                    let c = FIRST_GROUP + 3 * place + i;
-                    put(&mut self.sensitivity[c], c, series * (torque * duration_s));
+            let impulses = match group {
+                Group::Field(component) if may_hold_fields(U) => {
+                    self.torque_of_field(component).map(|torque| torque * duration_s)
                 }
-                continue;
-            }
-            let by_rate = match group {
-                Group::Torque => Vec3::repeat(duration_s),
-                Group::Drag => w * -duration_s,
+                Group::Torque => along_each_axis(&Vec3::repeat(duration_s)),
+                Group::Drag => along_each_axis(&(w * -duration_s)),
                 _ => continue,
             };
-            let columns = series.data.0.iter().zip(by_rate.as_slice());
-            for (c, (column, by)) in (FIRST_GROUP + 3 * place..).zip(columns) {
-                put(&mut self.sensitivity[c], c, Vec3::from(*column) * *by);
+            for (c, impulse) in (FIRST_GROUP + 3 * place..).zip(&impulses) {
+                let push = step.of_impulse(impulse);
+                step.carry_column(&push, &mut self.sensitivity[c], &mut sum[c]);
             }
         }
         if U > WITHOUT_HARDWARE {
@@ -83,29 +172,17 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         crossing: &mut Crossing<T, W, U>,
         step: &Propagation<T>,
     ) {
-        let Propagation { carry, series, by_drive, by_drive_change } = step;
         let (w, duration_s) = (crossing.mean_rate, crossing.step_s);
         let sum = &mut crossing.sensitivity;
-        let mut put = |column: &mut Vec3<T>, c: usize, pushed: Vec3<T>| {
-            carry_column(carry, &pushed, column, &mut sum[c]);
+        let mut put = |c: usize, push: &Push<T>| {
+            step.carry_column(push, &mut self.sensitivity[c], &mut sum[c]);
         };
-        let mut pushed = by_shape::<T, _>(&columns_of_the_regressor(by_drive, &w));
-        let mut by_scale = by_drive * crossing.mean_drive;
-        if let Some(by_change) = by_drive_change {
-            let more =
-                by_shape::<T, _>(&columns_of_the_regressor(by_change, &crossing.rate_change));
-            for k in 0..5 {
-                pushed[k] += more[k];
-            }
-            by_scale += by_change * crossing.drive_change;
-        }
-        for k in 0..5 {
-            let c = shape_of(U) + k;
-            put(&mut self.sensitivity[c], c, pushed[k]);
+        for (k, push) in step.of_shape(&w, &crossing.rate_change).iter().enumerate() {
+            put(shape_of(U) + k, push);
         }
         let torque = crossing.known_torque + crossing.mean_beyond.cross(&w);
-        let c = scale_of(U);
-        put(&mut self.sensitivity[c], c, by_scale + series * (torque * duration_s));
+        let by_drive = step.of_drive(&crossing.mean_drive, &crossing.drive_change);
+        put(scale_of(U), &(by_drive + step.of_impulse(&(torque * duration_s))));
     }
 
     /// Columns of gyro, wheels, time offset and torque across a step, as in
@@ -120,38 +197,33 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         crossing: &mut Crossing<T, W, U>,
         step: &Propagation<T>,
     ) {
-        let Propagation { carry, series, by_drive, by_drive_change } = step;
         let x = self.model.scale;
         let (mean, change) = crossing.wheels_in_step();
         let pushed_by = |mean: Vec3<T>, change: Vec3<T>| step.of_drive(&mean, &change) * x;
         for place in 0..groups_of(U) {
-            let pushed = match self.model.group[place] {
+            let pushes = match self.model.group[place] {
                 Some(Group::Wheel(wheel)) => {
                     let (mean, change) = (of_wheel(&mean, wheel), of_wheel(&change, wheel));
-                    self.model.directions(wheel).map(|e| pushed_by(e * mean, e * change))
+                    self.model.by_errors_of_wheel(wheel).map(|e| pushed_by(e * mean, e * change))
                 }
                 Some(Group::Common) => {
-                    let axes = &self.model.axes;
-                    let [slope, bend] = crossing.slope_of_drive(axes, &change);
-                    let common = pushed_by(axes * mean, axes * change);
-                    let mut by_torque = crossing.by_torque(series, by_drive);
-                    if let Some(by_change) = by_drive_change {
-                        by_torque -= by_change * crossing.beyond_change;
-                    }
-                    let per_share = x / self.model.torque_share;
-                    [pushed_by(slope, bend), by_torque * per_share, common]
+                    let [slope, bend] = crossing.slope_of_drive(&self.model.axes, &change);
+                    let [mean, change] =
+                        [&mean, &change].map(|momenta| self.model.by_common_error(momenta));
+                    let common = pushed_by(mean, change);
+                    // The same sums as of the scale: without wheels both columns are proportional to rounding.
+                    let torque =
+                        crossing.known_torque + crossing.mean_beyond.cross(&crossing.mean_rate);
+                    let of_beyond = step.of_drive(&-crossing.mean_beyond, &-crossing.beyond_change);
+                    let by_torque = of_beyond + step.of_impulse(&(torque * crossing.step_s));
+                    [pushed_by(slope, bend), by_torque * (x / self.model.torque_share), common]
                 }
                 _ => continue,
             };
-            for (i, pushed) in pushed.iter().enumerate() {
+            for (i, push) in pushes.iter().enumerate() {
                 let c = FIRST_GROUP + 3 * place + i;
                 if self.model.is_active(place, i) {
-                    carry_column(
-                        carry,
-                        pushed,
-                        &mut self.sensitivity[c],
-                        &mut crossing.sensitivity[c],
-                    );
+                    step.carry_column(push, &mut self.sensitivity[c], &mut crossing.sensitivity[c]);
                 }
             }
         }
@@ -168,24 +240,39 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
             }
         }
         let a = k - skew(&(crossing.mean_rate * crossing.step_s));
-        let (mut x, mut by_drive, mut by_drive_change) = (a, k, None);
-        if !crossing.is_slow {
+        // A' / 12 and K' / 12.
+        let changes = (!crossing.is_slow).then(|| {
             let twelfth = T::lit(1.0 / 12.0);
             let k_change = across(&(crossing.change * twelfth), &by_momentum);
-            let a_change = k_change - skew(&(crossing.rate_change * (crossing.step_s * twelfth)));
-            x += times(&a_change, &a) - times(&a, &a_change);
-            by_drive += times(&a_change, &k) - times(&a, &k_change);
-            by_drive_change = Some(times(&a, &k) * twelfth - k_change);
+            let rate_change = crossing.rate_change * (crossing.step_s * twelfth);
+            (k_change - skew(&rate_change), k_change)
+        });
+        let (mut x, mut by_mean, mut by_change) = (a, k, None);
+        if let Some((a_change, k_change)) = &changes {
+            x += times(a_change, &a) - times(&a, a_change);
+            by_mean += times(a_change, &k) - times(&a, k_change);
+            by_change = Some(times(&a, &k) * T::lit(1.0 / 12.0) - k_change);
         }
         let fourth = one * T::lit(1.0 / 24.0) + x * T::lit(1.0 / 120.0);
         let third = one * T::lit(1.0 / 6.0) + times(&x, &fourth);
         let series = one + times(&x, &(one * T::lit(0.5) + times(&x, &third)));
-        Propagation {
-            carry: one + times(&series, &x),
-            series,
-            by_drive: times(&series, &-by_drive),
-            by_drive_change: by_drive_change.map(|m| times(&series, &m)),
-        }
+        let carry = one + times(&series, &x);
+        let by_mean = times(&series, &-by_mean);
+        let by_change = by_change.map(|by| times(&series, &by));
+        let mean = changes.map(|(a_change, k_change)| {
+            let sixth = T::lit(1.0 / 6.0);
+            let by_begin = one - a_change + a * sixth;
+            let by_end = one - a_change - a * sixth;
+            TwiceMean {
+                carry: by_begin + times(&by_end, &carry),
+                by_drive: ByDrive {
+                    by_mean: times(&by_end, &by_mean) + k_change + k_change,
+                    by_change: by_change.map(|by| times(&by_end, &by) + k * sixth),
+                },
+                by_end,
+            }
+        });
+        Propagation { carry, series, by_drive: ByDrive { by_mean, by_change }, mean }
     }
 
     /// Effect of a change of the momentum now on that at the start of the window; none where the numbers leave their range.
@@ -219,17 +306,10 @@ impl<T: Real> BackToStart<T> {
     }
 }
 
-/// Carries a column of D, and adds both of its ends to a sum.
-#[cfg_attr(target_os = "none", inline(never))]
-fn carry_column<T: Real>(
-    carry: &Mat<T, 3, 3>,
-    pushed: &Vec3<T>,
-    column: &mut Vec3<T>,
-    sum: &mut Vec3<T>,
-) {
-    let after = carry * *column + pushed;
-    *sum += *column + after;
-    *column = after;
+/// Each component along its axis.
+fn along_each_axis<T: Real>(by: &Vec3<T>) -> [Vec3<T>; 3] {
+    let none = T::zero();
+    [Vec3::new(by.x, none, none), Vec3::new(none, by.y, none), Vec3::new(none, none, by.z)]
 }
 
 /// `v^× M`.

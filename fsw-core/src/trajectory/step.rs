@@ -142,14 +142,6 @@ impl<T: Real, const W: usize, const U: usize> Crossing<T, W, U> {
         [axes * change * (-T::one() / self.step_s), axes * self.of_wheel[2] * bend]
     }
 
-    /// Push of the known torque across the present step, without the change of the drive. The same sums as of the scale:
-    /// without wheels both columns are proportional to rounding.
-    #[inline(always)]
-    pub(super) fn by_torque(&self, series: &Mat<T, 3, 3>, by_drive: &Mat<T, 3, 3>) -> Vec3<T> {
-        let torque = self.known_torque + self.mean_beyond.cross(&self.mean_rate);
-        series * (torque * self.step_s) - by_drive * self.mean_beyond
-    }
-
     /// Coefficients of x w and x g in the step's share of time, `[w₀ w₁ w₂ g₀ g₁ g₂]`; notes mean, change
     /// and ends of the drive.
     pub(super) fn within_step(&mut self, scale: T) -> [Vec3<T>; 6] {

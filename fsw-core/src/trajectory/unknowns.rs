@@ -248,6 +248,17 @@ impl<T: Real> Groups<T> {
         }
     }
 
+    /// True for an unknown whose share one plus itself multiplies what drives the body: spin inertias and known torque.
+    pub fn is_share_of_drive(&self, column: usize) -> bool {
+        let Some(of_groups) = column.checked_sub(FIRST_GROUP) else { return false };
+        let (place, component) = (of_groups / 3, of_groups % 3);
+        match self.place.get(place) {
+            Some(Some((Group::Wheel(_), _))) => component == 0,
+            Some(Some((Group::Common, _))) => component > 0,
+            _ => false,
+        }
+    }
+
     /// Bits of the components that are unknowns.
     pub fn active_bits(&self, place: usize) -> u8 {
         (0..3).fold(0, |bits, i| bits | u8::from(self.is_active(place, i)) << i)

@@ -313,7 +313,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             self.doubt_past_cross();
         }
         match (&mut self.doubted, &self.past) {
-            (Some(doubted), Some(past)) => doubted.join(past),
+            (Some(doubted), Some(past)) => doubted.join(past, &self.groups),
             (Some(_), None) => {}
             (None, _) => self.doubted = self.past,
         }

@@ -274,7 +274,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             pass.next = *end;
             pass.residuals.cost = T::MAX;
         } else if let Some(past) = past {
-            pass.begin_with(past, groups.first_kept::<U>());
+            pass.begin_with(past, groups);
         }
     }
 

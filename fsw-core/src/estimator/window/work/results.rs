@@ -214,7 +214,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         self.information(pass, &mut window);
         let unit = pass.unit_per_kg_m2;
         if let Some(past) = self.past_beside() {
-            past.add_to(&mut window, &pass.point, unit);
+            past.add_to(&mut window, &self.groups, &pass.point, unit);
         }
         let (scale, sigma) = (pass.point.scale(), self.sigma_of_sample(pass));
         if C > 0 {
