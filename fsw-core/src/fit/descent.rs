@@ -52,6 +52,8 @@ const MOST_WALKING_PASSES: u8 = 6;
 /// First damping, as a share of each column's norm, and the largest one.
 const FIRST_DAMPING: f64 = 0.01;
 const LARGEST_DAMPING: f64 = 1e4;
+/// Steps from a point at most.
+const MOST_REFUSED: u8 = 8;
 /// Smallest principal moment over the trace of a point that is tried.
 const LEAST_MOMENT: f64 = 1e-5;
 
@@ -117,13 +119,15 @@ pub struct Descent<T: Real, const W: usize, const U: usize, const M: usize> {
     pub has_walk: bool,
     pub considering: Considering,
     passes: u8,
+    /// Steps from the point of the pass whose end no body has.
+    refused: u8,
     /// The fit once it has ended, with the pass of the descent.
     pub fit: Option<Fit>,
 }
 
 crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] Descent<T, W, U, M> {
     pass, from, end, attempt, linear, best, chosen, damping, last_decrement, typical_rad_s, is_near, holds_hardware, is_repeated, is_final, has_walk,
-    considering, passes, fit
+    considering, passes, refused, fit
 });
 
 /// Consequence of a completed pass.
@@ -134,6 +138,8 @@ pub enum Next<T: Real, const U: usize> {
     /// The same pass again, with residuals judged at the solution: at the step that is below the
     /// rounding of the point.
     Final,
+    /// The step from the point of the pass leads to no body: once more, with more damping.
+    Again,
     /// The descent has ended at the point of the pass, settled or not.
     End { is_settled: bool },
     /// The descent has ended, unsettled, and the point of the pass is not the best one.
@@ -161,6 +167,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             has_walk: false,
             considering: Considering::Not,
             passes: 0,
+            refused: 0,
             fit: None,
         }
     }
@@ -178,7 +185,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         self.is_final = false;
         self.has_walk = false;
         self.considering = Considering::Not;
-        self.passes = 0;
+        (self.passes, self.refused) = (0, 0);
         self.pass.holds_modes = M > 0;
     }
 
@@ -189,13 +196,18 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         beliefs: &Beliefs<'_, T, U>,
         wheels: &Momenta<T, W>,
     ) -> Next<T, U> {
+        self.holds_hardware &= beliefs.groups.has_hardware();
+        let (holds_hardware, holds_modes) = (self.holds_hardware, self.pass.holds_modes);
+        let held = &Beliefs { holds_hardware, holds_modes, ..*beliefs };
+        if self.refused > 0 {
+            let beliefs = if self.has_walk { beliefs } else { held };
+            return self.step(None, beliefs, wheels);
+        }
         self.passes = self.passes.saturating_add(1);
         if self.has_walk {
             return self.after_walk(beliefs, wheels);
         }
-        self.holds_hardware &= beliefs.groups.has_hardware();
-        let (holds_hardware, holds_modes) = (self.holds_hardware, self.pass.holds_modes);
-        let beliefs = &Beliefs { holds_hardware, holds_modes, ..*beliefs };
+        let beliefs = held;
         let cost = self.cost(beliefs);
         let variance = beliefs.noise_rad_s * beliefs.noise_rad_s;
         let is_worse = !self.pass.is_finite() || self.is_worse(cost, variance);
@@ -232,7 +244,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
             self.last_decrement = decrement;
         }
         self.is_repeated = false;
-        self.step(step, beliefs, wheels)
+        self.step(Some(step), beliefs, wheels)
     }
 
     /// Lets torque and inertia walk from the next pass on.
@@ -255,7 +267,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         if is_settled || self.passes >= MOST_WALKING_PASSES {
             return Next::End { is_settled };
         }
-        self.step(step, beliefs, wheels)
+        self.step(Some(step), beliefs, wheels)
     }
 
     /// True where the step from the point ends at the minimum: the decrement there is expected to be `λ₂⁴ / λ₁²`, for λ₁² of
@@ -385,29 +397,31 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Descent<T, W, U, M
         Next::Pass(point)
     }
 
-    /// The next point: by the undamped step, or by one with the present damping and more until its
-    /// tensor is positive definite.
+    /// The next point: by the undamped step `newton`, or by one with the present damping. More of it is needed where the
+    /// tensor there is not positive definite: one solution at a time, which bounds the work of a decision.
     fn step(
         &mut self,
-        newton: [T; U],
+        newton: Option<[T; U]>,
         beliefs: &Beliefs<'_, T, U>,
         wheels: &Momenta<T, W>,
     ) -> Next<T, U> {
-        let mut step = newton;
-        for _ in 0..8 {
-            if self.damping > T::zero()
-                && let Some((damped, _)) = solve(&self.pass, beliefs, self.damping)
-            {
-                step = damped;
-            }
-            let point = self.pass.point_after(&step, wheels, beliefs.groups);
-            if is_usable::<T, U, M>(&point, beliefs.groups) {
-                return Next::Pass(point);
-            }
-            let first = T::lit(FIRST_DAMPING);
-            self.damping = if self.damping < first { first } else { self.damping * T::lit(10.0) };
+        let damped = match newton {
+            Some(_) if self.damping <= T::zero() => newton,
+            _ => solve(&self.pass, beliefs, self.damping).map(|(step, _)| step).or(newton),
+        };
+        let point = damped.map(|step| self.pass.point_after(&step, wheels, beliefs.groups));
+        if let Some(point) = point.filter(|point| is_usable::<T, U, M>(point, beliefs.groups)) {
+            self.refused = 0;
+            return Next::Pass(point);
         }
-        Next::End { is_settled: false }
+        self.refused = self.refused.saturating_add(1);
+        if self.refused >= MOST_REFUSED {
+            self.refused = 0;
+            return Next::End { is_settled: false };
+        }
+        let first = T::lit(FIRST_DAMPING);
+        self.damping = if self.damping < first { first } else { self.damping * T::lit(10.0) };
+        Next::Again
     }
 
     /// Decrement that rounding of the unknowns and of the inverse tensor alone makes, σ².

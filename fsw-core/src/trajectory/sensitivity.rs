@@ -2,7 +2,8 @@
 
 use super::step::Crossing;
 use super::unknowns::{
-    FIRST_GROUP, Group, MOMENTUM, by_shape, groups_of, may_hold_fields, scale_of, shape_of,
+    FIRST_GROUP, Group, MOMENTUM, by_shape, groups_of, may_hold_all_axes, may_hold_fields,
+    scale_of, shape_of,
 };
 use super::{Trajectory, WITHOUT_HARDWARE, of_wheel};
 use crate::math::{Entries, Mat, Vec3, column, rotated, scalar::Real, skew, times};
@@ -41,7 +42,7 @@ struct Propagation<T: Real> {
     carry: Mat<T, 3, 3>,
     series: Mat<T, 3, 3>,
     by_drive: ByDrive<T>,
-    /// None where the step turns little: the sum of both ends is twice the mean.
+    /// None where the step turns little, and where it is not needed: the sum of both ends is twice the mean.
     mean: Option<TwiceMean<T>>,
 }
 
@@ -133,8 +134,8 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     /// A step of 0.3 rad errs by 1e-5, the mean by `turn⁴ / 720`, the same. Of torque and drag, small as they are, the means
     /// suffice.
     ///
-    /// The sum of both ends alone would err by `turn² / 12`, in each column by another share of it: a turn of all axes, which has no effect, would
-    /// seem to have one.
+    /// The sum of both ends alone errs by `turn² / 12`, in each column by another share of it. That is enough but for a turn
+    /// of all axes, where gyro and wheels are among the unknowns: it has no effect, and would seem to have one.
     #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn differentiate(&mut self, crossing: &mut Crossing<T, W, U>) {
         let step = self.propagation(crossing);
@@ -259,6 +260,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         let carry = one + times(&series, &x);
         let by_mean = times(&series, &-by_mean);
         let by_change = by_change.map(|by| times(&series, &by));
+        let changes = changes.filter(|_| may_hold_all_axes(U, W));
         let mean = changes.map(|(a_change, k_change)| {
             let sixth = T::lit(1.0 / 6.0);
             let by_begin = one - a_change + a * sixth;

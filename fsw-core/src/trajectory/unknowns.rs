@@ -129,12 +129,19 @@ impl Group {
     }
 }
 
+/// Groups of the gyro's errors: scale factors, axes above the diagonal and below it.
+const GROUPS_OF_GYRO: usize = 3;
 /// Groups of the torque of a field.
 pub const GROUPS_OF_FIELD: usize = 4;
 
 /// True where U unknowns can hold the torque of a field, a constant one, and a bias or drag.
 pub const fn may_hold_fields(unknowns: usize) -> bool {
     groups_of(unknowns) > GROUPS_OF_FIELD + 1
+}
+
+/// True where U unknowns can hold all errors of gyro and wheels: then a turn of all axes is among their directions.
+pub const fn may_hold_all_axes(unknowns: usize, wheels: usize) -> bool {
+    groups_of(unknowns) >= GROUPS_OF_GYRO + wheels
 }
 
 /// Number of further groups that U unknowns hold.

@@ -351,6 +351,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
                 self.repeat_pass();
                 None
             }
+            Next::Again => None,
             Next::End { is_settled: true } if self.considers() => {
                 self.consider(0);
                 None
