@@ -169,16 +169,16 @@ impl<T: Real, const U: usize> Past<T, U> {
         let (to_relative, half) = (unit_per_kg_m2 / self.per_kg_m2, T::lit(0.5));
         let factor = &self.information.factor[index];
         let (mut row, mut y) = ([T::zero(); U], self.information.right_hand_side[index]);
-        let mut by_drive = T::zero();
         for k in index..last {
             let u = if k == index { T::one() } else { factor[k] };
-            let away = u * (point.value(k) - self.point.value(k));
             row[k] = u;
-            y -= away;
-            if groups.is_share_of_drive(k) {
-                by_drive += away;
-            }
+            y -= u * (point.value(k) - self.point.value(k));
         }
+        let mut by_drive = T::zero();
+        groups.each_share_of_drive::<U>(|k| {
+            let u = row.get(k).copied().unwrap_or(T::zero());
+            by_drive += u * (point.value(k) - self.point.value(k));
+        });
         let u = if index == last { T::one() } else { factor[last] };
         let relative = point.scale() * to_relative;
         let away = relative - T::one();

@@ -144,6 +144,7 @@ impl<T: Real, const W: usize, const M: usize> Model<T, W, M> {
     }
 
     /// Derivative of the wheels' momentum by a common error of their spin inertias: the sum along unit vectors.
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(super) fn by_common_error(&self, momenta: &Momenta<T, W>) -> Vec3<T> {
         let mut sum = Vec3::zeros();
         for i in 0..W {

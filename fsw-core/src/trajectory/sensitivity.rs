@@ -38,12 +38,12 @@ impl<T: Real> ByDrive<T> {
 }
 
 /// Matrices that carry D across a step: to its end, and to twice its mean over the step.
-struct Propagation<T: Real> {
+struct Propagation<T: Real, const W: usize, const U: usize> {
     carry: Mat<T, 3, 3>,
     series: Mat<T, 3, 3>,
     by_drive: ByDrive<T>,
-    /// None where the step turns little, and where it is not needed: the sum of both ends is twice the mean.
-    mean: Option<TwiceMean<T>>,
+    /// None where the step turns little: the sum of both ends is twice the mean.
+    twice_mean: Option<TwiceMean<T>>,
 }
 
 /// Twice the mean of D over a step, of D at its begin, of V, and of what else acts throughout the step, by its effect at the end.
@@ -80,30 +80,36 @@ impl<T: Real> core::ops::Mul<T> for Push<T> {
     }
 }
 
-impl<T: Real> Propagation<T> {
+impl<T: Real, const W: usize, const U: usize> Propagation<T, W, U> {
+    /// None also where the sum of both ends will do.
+    #[inline(always)]
+    fn twice_mean(&self) -> Option<&TwiceMean<T>> {
+        self.twice_mean.as_ref().filter(|_| may_hold_all_axes(U, W))
+    }
+
     /// Push of V.
     #[cfg_attr(target_os = "none", inline(never))]
     fn of_drive(&self, mean: &Vec3<T>, change: &Vec3<T>) -> Push<T> {
         let of_mean = |of: &TwiceMean<T>| of.by_drive.of(mean, change);
         Push {
             end: self.by_drive.of(mean, change),
-            mean: self.mean.as_ref().map_or(Vec3::zeros(), of_mean),
+            mean: self.twice_mean().map_or(Vec3::zeros(), of_mean),
         }
     }
 
     /// Push of an impulse that acts throughout the step.
-    #[cfg_attr(target_os = "none", inline(never))]
     fn of_impulse(&self, impulse: &Vec3<T>) -> Push<T> {
         let end = rotated(&self.series, impulse);
         let of_mean = |of: &TwiceMean<T>| rotated(&of.by_end, &end);
-        Push { end, mean: self.mean.as_ref().map_or(Vec3::zeros(), of_mean) }
+        Push { end, mean: self.twice_mean().map_or(Vec3::zeros(), of_mean) }
     }
 
     /// Pushes of the five coordinates of the shape, for the mean and the change of ω.
+    #[inline(always)]
     fn of_shape(&self, mean: &Vec3<T>, change: &Vec3<T>) -> [Push<T>; 5] {
         let end = self.by_drive.of_shape(mean, change);
         let of_mean = |of: &TwiceMean<T>| of.by_drive.of_shape(mean, change);
-        let twice_mean = self.mean.as_ref().map_or([Vec3::zeros(); 5], of_mean);
+        let twice_mean = self.twice_mean().map_or([Vec3::zeros(); 5], of_mean);
         core::array::from_fn(|k| Push { end: end[k], mean: twice_mean[k] })
     }
 
@@ -112,7 +118,7 @@ impl<T: Real> Propagation<T> {
     fn carry_column(&self, push: &Push<T>, column: &mut Vec3<T>, sum: &mut Vec3<T>) {
         let before = *column;
         *column = rotated(&self.carry, &before) + push.end;
-        *sum += match &self.mean {
+        *sum += match self.twice_mean() {
             Some(mean) => rotated(&mean.carry, &before) + push.mean,
             None => before + *column,
         };
@@ -171,7 +177,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     fn differentiate_by_inertia(
         &mut self,
         crossing: &mut Crossing<T, W, U>,
-        step: &Propagation<T>,
+        step: &Propagation<T, W, U>,
     ) {
         let (w, duration_s) = (crossing.mean_rate, crossing.step_s);
         let sum = &mut crossing.sensitivity;
@@ -196,7 +202,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     fn differentiate_by_hardware(
         &mut self,
         crossing: &mut Crossing<T, W, U>,
-        step: &Propagation<T>,
+        step: &Propagation<T, W, U>,
     ) {
         let x = self.model.scale;
         let (mean, change) = crossing.wheels_in_step();
@@ -231,7 +237,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
     }
 
     /// Matrices of a step of D.
-    fn propagation(&self, crossing: &Crossing<T, W, U>) -> Propagation<T> {
+    fn propagation(&self, crossing: &Crossing<T, W, U>) -> Propagation<T, W, U> {
         let one = Mat::<T, 3, 3>::identity();
         let by_momentum = self.model.inverse * crossing.step_s;
         let mut k = across(&crossing.mean, &by_momentum);
@@ -261,7 +267,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
         let by_mean = times(&series, &-by_mean);
         let by_change = by_change.map(|by| times(&series, &by));
         let changes = changes.filter(|_| may_hold_all_axes(U, W));
-        let mean = changes.map(|(a_change, k_change)| {
+        let twice_mean = changes.map(|(a_change, k_change)| {
             let sixth = T::lit(1.0 / 6.0);
             let by_begin = one - a_change + a * sixth;
             let by_end = one - a_change - a * sixth;
@@ -274,7 +280,7 @@ impl<T: Real, const W: usize, const U: usize, const M: usize> Trajectory<T, W, U
                 by_end,
             }
         });
-        Propagation { carry, series, by_drive: ByDrive { by_mean, by_change }, mean }
+        Propagation { carry, series, by_drive: ByDrive { by_mean, by_change }, twice_mean }
     }
 
     /// Effect of a change of the momentum now on that at the start of the window; none where the numbers leave their range.

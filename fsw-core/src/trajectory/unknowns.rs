@@ -255,14 +255,17 @@ impl<T: Real> Groups<T> {
         }
     }
 
-    /// True for an unknown whose share one plus itself multiplies what drives the body: spin inertias and known torque.
-    pub fn is_share_of_drive(&self, column: usize) -> bool {
-        let Some(of_groups) = column.checked_sub(FIRST_GROUP) else { return false };
-        let (place, component) = (of_groups / 3, of_groups % 3);
-        match self.place.get(place) {
-            Some(Some((Group::Wheel(_), _))) => component == 0,
-            Some(Some((Group::Common, _))) => component > 0,
-            _ => false,
+    /// Calls `visit` with each of U unknowns that is a share of what drives the body: errors of spin inertias and of the known
+    /// torque.
+    #[inline(always)]
+    pub fn each_share_of_drive<const U: usize>(&self, mut visit: impl FnMut(usize)) {
+        for place in self.hardware..groups_of(U) {
+            let components = match self.place.get(place) {
+                Some(Some((Group::Wheel(_), _))) => 0..1,
+                Some(Some((Group::Common, _))) => 1..3,
+                _ => continue,
+            };
+            components.for_each(|component| visit(FIRST_GROUP + 3 * place + component));
         }
     }
 

@@ -8,7 +8,7 @@ const WIDTH: u32 = 128;
 const BINS: usize = 1_024;
 
 /// Kinds in the table, with their names in the log.
-const KINDS: [(Slice, &str); 11] = [
+const KINDS: [(Slice, &str); 12] = [
     (Slice::Pass, "pass"),
     (Slice::Front, "front"),
     (Slice::Start, "start"),
@@ -16,6 +16,7 @@ const KINDS: [(Slice, &str); 11] = [
     (Slice::Decision, "decision"),
     (Slice::Judgement, "judgement"),
     (Slice::Result, "result"),
+    (Slice::Comparison, "comparison"),
     (Slice::Sweep, "sweep"),
     (Slice::Room, "room"),
     (Slice::Fit, "fit"),

@@ -182,7 +182,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         if !inquiry.has_before && begin >= FEWEST_BEFORE {
             inquiry.has_asked = true;
-            return self.begin_start(0, begin, None);
+            return;
         }
         inquiry.has_before = true;
         self.ask_after();
@@ -209,16 +209,24 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         self.inquire();
         let is_waiting = self.schedule.due_at < u32::MAX;
-        is_waiting || self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked)
+        is_waiting || self.has_asked()
     }
 
-    /// Begins the fit that [`ask_after`](Self::ask_after) asks for. After it and not within: each has a copy
-    /// of a task on the stack.
-    pub(super) fn begin_asked(&mut self) {
-        let from = self.inquiry.as_ref().filter(|inquiry| inquiry.has_asked).map(|i| i.from);
-        if let (Some(from), Work::Idle) = (from, &self.work) {
-            self.begin_start(from, self.end(), None);
-        }
+    /// True where an inquiry asks for a fit, or one for it is in progress.
+    pub(super) fn has_asked(&self) -> bool {
+        self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked)
+    }
+
+    /// Begins the fit that an inquiry asks for: of the blocks before the contradiction, then of those after it. False where it
+    /// asks for none.
+    pub(super) fn begins_asked(&mut self) -> bool {
+        let Some(inquiry) = self.inquiry.as_ref().filter(|inquiry| inquiry.has_asked) else {
+            return false;
+        };
+        let (from, end) =
+            if inquiry.has_before { (inquiry.from, self.end()) } else { (0, inquiry.rise) };
+        self.begin_start(from, end, None);
+        true
     }
 
     /// Takes the result of a fit for the inquiry, which is the present task.

@@ -379,8 +379,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let unit = pass.unit_per_kg_m2;
         let is_good = is_settled && self.is_explained(pass);
         // A change within the blocks is not a matter of where the descent starts.
-        let is_sound_start =
-            *attempt == Attempt::Carried || self.inquiry.is_some_and(|i| i.has_asked);
+        let is_sound_start = *attempt == Attempt::Carried || self.has_asked();
         let residuals = &pass.residuals;
         let is_changed =
             is_settled && is_sound_start && (residuals.is_contradicted || residuals.has_many_low());

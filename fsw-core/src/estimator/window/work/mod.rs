@@ -6,9 +6,10 @@
 //! | pass | a block: up to three steps and three rows |
 //! | front | the same, and a comparison with earlier estimates: a solution of the factor, a covariance of six |
 //! | linear start | a block, or the singular values of its triangle |
-//! | decision after a pass | up to ten solutions of the factor: damped steps, tests |
+//! | decision after a pass | up to three solutions of the factor: a step, a damped one, a test |
 //! | judgement of a fit | a report: two solutions of the factor, an eigenproblem of six |
-//! | result of a fit | up to five solutions of the factor: observed shape, tests against earlier windows |
+//! | result of a fit | two solutions of the factor: whether the blocks explain it and determine the shape |
+//! | comparison | up to three solutions of the factor: tests against earlier windows, the prior, and what is doubted |
 //! | begin of a fit | norms of all blocks, or a solution of the factor |
 //! | conclusion of a window | a solution of six unknowns |
 
@@ -55,6 +56,8 @@ pub enum Slice {
     Judgement,
     /// Result of a fit.
     Result,
+    /// Comparison of a fit with what is known beside its blocks.
+    Comparison,
     /// Begin of a fit.
     Fit,
     /// Conclusion of a window.
@@ -75,6 +78,8 @@ pub enum Work<T: Real, const W: usize, const U: usize, const M: usize> {
         chosen: Option<Chosen<T, U>>,
     },
     Descent(Descent<T, W, U, M>),
+    /// The front is a new fit, explained, and not yet compared with what is known beside its blocks.
+    Comparison,
 }
 
 /// Solution of an attempt, its cost in rad²/s², and the unit of its scale, 1/(kg m²).
@@ -83,7 +88,8 @@ pub type Chosen<T, const U: usize> = (Point<T, U>, (T, T));
 crate::persist!([T: Real, const W: usize, const U: usize, const M: usize] enum Work<T, W, U, M> {
     0 => Idle,
     1 => Start { linear: LinearStart<T>, from: usize, end: usize, chosen: Option<Chosen<T, U>> },
-    2 => Descent(descent: Descent<T, W, U, M>)
+    2 => Descent(descent: Descent<T, W, U, M>),
+    3 => Comparison
 });
 
 /// Blocks after which the length of further ones is reconsidered.
@@ -146,6 +152,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
                 Some(Fit { observed: None, .. }) => Some(Slice::Judgement),
                 Some(Fit { observed: Some(_), .. }) => Some(Slice::Result),
             },
+            Work::Comparison => Some(Slice::Comparison),
             Work::Idle if self.is_due() => Some(Slice::Fit),
             Work::Idle => self.closing.is_some().then_some(Slice::Conclusion),
         }
@@ -174,10 +181,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             Some(Slice::StartSolution) => self.end_start(),
             Some(Slice::Decision) => self.decide(),
             Some(Slice::Judgement) => self.judge_fit(),
-            Some(Slice::Result) => {
-                self.end_fit();
-                self.begin_asked();
-            }
+            Some(Slice::Result) => self.end_fit(),
+            Some(Slice::Comparison) => self.compare(),
         }
         true
     }
@@ -187,7 +192,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let schedule = &self.schedule;
         let enough = self.end() * 3 >= 9;
         let is_grown = !self.is_quiet && schedule.blocks >= schedule.due_at;
-        enough && (schedule.is_final || is_grown)
+        self.has_asked() || enough && (schedule.is_final || is_grown)
     }
 
     #[inline(never)]
@@ -321,10 +326,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         is_due && self.blocks.join_short(self.config.block_turn_rad)
     }
 
-    /// Begins a fit over all blocks.
+    /// Begins a fit over all blocks, or the one that an inquiry asks for.
     #[inline(never)]
     fn begin_fit(&mut self) {
-        if self.joins_short_blocks() {
+        if self.begins_asked() || self.joins_short_blocks() {
             return;
         }
         let is_grown = self.schedule.blocks >= self.schedule.grown_at(FIRST_FIT_BLOCKS / 2);
@@ -333,7 +338,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         // Set again when it ends.
         self.schedule.due_at = u32::MAX;
         if !is_final && self.continues_inquiry() {
-            return self.begin_asked();
+            return;
         }
         if self.is_doubtful {
             self.note_contradiction();

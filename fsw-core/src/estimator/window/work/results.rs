@@ -74,7 +74,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     #[inline(never)]
     pub(super) fn end_fit(&mut self) {
         let Some(fit) = self.judged_fit() else { return };
-        if self.inquiry.as_ref().is_some_and(|inquiry| inquiry.has_asked) {
+        if self.has_asked() {
             self.answer(&fit);
             self.work = Work::Idle;
             if self.inquiry.is_none() {
@@ -84,16 +84,23 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         self.schedule.wait_for_growth(FIRST_FIT_BLOCKS / 2);
         self.take_front(&fit);
-        self.work = Work::Idle;
         if fit.is_good {
-            if self.lets_drag_loose() || self.drop_contradicted() {
-                self.schedule.due_at = self.schedule.blocks;
-            }
+            self.work = Work::Comparison;
             self.inquiry = None;
-            self.reconsider(false);
         } else {
+            self.work = Work::Idle;
             self.inquire();
         }
+    }
+
+    /// Compares the front, an explained fit, with an assumed absence of drag, with earlier windows and the prior, and with
+    /// what is doubted.
+    pub(super) fn compare(&mut self) {
+        self.work = Work::Idle;
+        if self.lets_drag_loose() || self.drop_contradicted() {
+            self.schedule.due_at = self.schedule.blocks;
+        }
+        self.reconsider(false);
     }
 
     /// The fit that has ended becomes the front.
