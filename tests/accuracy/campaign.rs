@@ -83,9 +83,12 @@ pub(super) fn cells(columns: Columns, report: &Value) -> Result<Vec<String>> {
     };
     let (diverged, not_converged) = (count("diverged")?, count("not_converged")?);
     // With stated errors of the hardware, the bound is that of a solution for them.
-    let is_joint = report["rmse_over_joint_bound"].is_array();
-    let over_bound =
-        range(report, if is_joint { "rmse_over_joint_bound" } else { "rmse_over_bound" })?;
+    let of_joint = six(report, "rmse_over_joint_bound")?;
+    let over_bound = match of_joint {
+        Some(values) => Some(values),
+        None => six(report, "rmse_over_bound")?,
+    };
+    let over_bound = over_bound.map_or("–".to_owned(), |values| range(&values));
     let failed = (diverged + not_converged).to_string();
     Ok(match columns {
         Columns::Summary => vec![over_bound, nees(report), failed],
@@ -120,13 +123,11 @@ fn six(report: &Value, key: &str) -> Result<Option<Vec<f64>>> {
     Ok(list.iter().map(Value::as_f64).collect())
 }
 
-/// Least and largest of six numbers.
-fn range(report: &Value, key: &str) -> Result<String> {
-    Ok(six(report, key)?.map_or("–".to_owned(), |values| {
-        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        format!("{least:.2} to {most:.2}")
-    }))
+/// Least and largest of some numbers.
+fn range(values: &[f64]) -> String {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    format!("{least:.2} to {most:.2}")
 }
 
 /// Largest magnitude of six numbers.
@@ -142,5 +143,23 @@ fn nees(report: &Value) -> String {
     match (report["nees_per_dof"].as_f64(), interval) {
         (Some(mean), (Some(low), Some(high))) => format!("{mean:.3} ({low:.2}–{high:.2})"),
         _ => "–".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without stated hardware the joint bound is a list without numbers.
+    #[test]
+    fn error_is_over_the_joint_bound_where_there_is_one() {
+        let mut report = serde_json::json!({
+            "diverged": 0, "not_converged": 1, "rmse_over_bound": [9.0, 8.0, 7.0, 7.5, 8.5, 9.5],
+            "rmse_over_joint_bound": [null, null, null, null, null, null],
+        });
+        let first = |report: &Value| cells(Columns::Summary, report).unwrap()[0].clone();
+        assert_eq!(first(&report), "7.00 to 9.50");
+        report["rmse_over_joint_bound"] = serde_json::json!([1.0, 0.9, 1.1, 1.0, 1.0, 1.0]);
+        assert_eq!(first(&report), "0.90 to 1.10");
     }
 }
