@@ -294,8 +294,7 @@ impl<T: Real, const U: usize> Beliefs<'_, T, U> {
         if groups_of(U) == 0 {
             return T::lit(CONTRADICTED);
         }
-        let of_place = |place: usize| self.groups.active_bits(place).count_ones();
-        let hardware: u32 = (self.groups.hardware..GROUPS).map(of_place).sum();
+        let hardware = self.groups.unknowns_from::<U>(self.groups.hardware);
         if hardware == 0 { T::lit(CONTRADICTED) } else { chi_square(6 + hardware, RARE) }
     }
 

@@ -274,6 +274,13 @@ impl<T: Real> Groups<T> {
         (0..3).fold(0, |bits, i| bits | u8::from(self.is_active(place, i)) << i)
     }
 
+    /// Number of unknowns in use in the places from this one on.
+    #[inline(never)]
+    pub fn unknowns_from<const U: usize>(&self, place: usize) -> u32 {
+        let columns = 3 * place..3 * groups_of(U);
+        columns.filter(|k| self.is_active(k / 3, k % 3)).count() as u32
+    }
+
     /// True for a place of a mode.
     pub fn is_of_mode(&self, place: usize) -> bool {
         self.place.get(place).copied().flatten().is_some_and(|(group, _)| group.is_of_mode())

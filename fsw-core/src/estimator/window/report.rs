@@ -33,6 +33,8 @@ const STATED_DEGREES: f64 = 30.0;
 const MEASURED_DEGREES: f64 = 10.0;
 /// Information that pins a parameter to its value, over all that is known of it: 0.1 % of its variance is left.
 const KNOWN: f64 = 1e3;
+/// Unknowns beside the groups: three of momentum, six of inertia.
+const MOMENTUM_AND_INERTIA: u32 = 9;
 /// Sigma of a torque or bias over its range, below which it is reported.
 const SEEN: f64 = 0.5;
 
@@ -121,7 +123,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             estimate.observed = Observed::default();
         }
         estimate.status = Status::of(&estimate.observed);
-        estimate.residual_rms_rad_s = rms(&pass.residuals, U);
+        estimate.residual_rms_rad_s = rms(&pass.residuals, self.unknowns());
         // Until the doubt is resolved, a fault that goes on may be all that the window contains.
         estimate.residuals_white = if self.is_doubtful || self.steadiness.is_contradicted() {
             Some(false)
@@ -519,6 +521,11 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
     }
 
+    /// Number of unknowns in use, each of which takes a degree of freedom from the residuals.
+    pub(super) fn unknowns(&self) -> u32 {
+        MOMENTUM_AND_INERTIA + self.groups.unknowns_from::<U>(0)
+    }
+
     /// One sigma of a sample for the covariance, rad/s: stated or measured noise and residuals, weighted by
     /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
     /// block to block, so that fewer of them are independent;
@@ -533,7 +540,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             Some(_) => T::lit(STATED_DEGREES),
             None => T::lit(MEASURED_DEGREES),
         };
-        let degrees = T::count(residuals.degrees(U as u32));
+        let degrees = T::count(residuals.degrees(self.unknowns()));
         let rows = T::count(residuals.rows);
         let beyond = (residuals.squares - noise * noise * degrees).max(T::zero());
         let explained = (self.explained(pass) * rows).min(beyond);
@@ -562,7 +569,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         }
         let most = self.reference_rad_s() * largest_rms(residuals.blocks);
         let explained = self.explained(pass);
-        let rms = rms(residuals, U);
+        let rms = rms(residuals, self.unknowns());
         let is_small = rms * rms <= most * most + explained;
         let rows = T::count(residuals.rows);
         let correlation = residuals.correlation_beyond(explained * rows);
@@ -587,7 +594,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     #[inline(never)]
     pub(super) fn ended_with(&self, front: &Front<T, W, U, M>) -> Ended<T> {
         Ended {
-            residual_rms_rad_s: rms(&front.pass.residuals, U),
+            residual_rms_rad_s: rms(&front.pass.residuals, self.unknowns()),
             residuals_white: self.is_white(&front.pass, front.is_settled),
             is_explained: self.is_good(&front.pass, front.is_settled),
         }
@@ -595,8 +602,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
 }
 
 /// Root mean square of the residuals of a sample, one axis, rad/s.
-pub(super) fn rms<T: Real>(residuals: &Residuals<T>, unknowns: usize) -> T {
-    (residuals.squares / T::count(residuals.degrees(unknowns as u32).max(1))).sqrt()
+pub(super) fn rms<T: Real>(residuals: &Residuals<T>, unknowns: u32) -> T {
+    (residuals.squares / T::count(residuals.degrees(unknowns).max(1))).sqrt()
 }
 
 #[cfg(test)]

@@ -41,8 +41,10 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     #[inline(never)]
     pub(in super::super) fn is_explained(&self, pass: &Pass<T, W, U, M>) -> bool {
         let at_point = pass.residuals.typical(pass.unit_rad_s);
-        let typical = at_point.min(crate::estimator::window::report::rms(&pass.residuals, U));
-        let most = most_explained::<T>(pass.residuals.degrees(U as u32));
+        let unknowns = self.unknowns();
+        let typical =
+            at_point.min(crate::estimator::window::report::rms(&pass.residuals, unknowns));
+        let most = most_explained::<T>(pass.residuals.degrees(unknowns));
         let reference = self.reference_rad_s();
         typical * typical <= most * (reference * reference) + self.explained(pass)
             && !pass.residuals.has_many_low()
