@@ -268,6 +268,7 @@
 //!
 //! Statistics:
 //!
+//! * \[Birge1932\] R. T. Birge, *The calculation of errors by the method of least squares*, Phys. Rev. 40, 207-227, 1932.
 //! * \[Brown1975\] R. L. Brown, J. Durbin, J. M. Evans, *Techniques for testing the constancy of
 //!   regression relationships over time*, J. R. Stat. Soc. B 37, 149-192, 1975.
 //! * \[Davies1977\] R. B. Davies, *Hypothesis testing when a nuisance parameter is present only under the

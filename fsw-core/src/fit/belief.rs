@@ -28,7 +28,7 @@ pub const SCALE_SIGMA: f64 = 2.3;
 /// other.
 pub const CONTRADICTED: f64 = 33.0;
 /// Normal variable that chance exceeds once in 10⁵.
-const RARE: f64 = 4.265;
+pub const RARE: f64 = 4.265;
 /// Sigma of hardware that is held over the stated one.
 const HELD: f64 = 1e-3;
 /// Information of a constraint over that of the data on the same unknown.

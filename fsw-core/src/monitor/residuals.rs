@@ -45,6 +45,8 @@ const LEVELS: usize = 5;
 /// Blocks over which residuals are tested for correlation: one and a half periods of a mode at the usual eight blocks, two at
 /// six.
 const LAGS: usize = 12;
+/// Sampling error of the sum of that many independent correlations over that of one: `√12`.
+const ROOT_OF_LAGS: f64 = 3.464_101_615_137_754;
 /// Frequencies of the test up to half the rate of blocks, and cosine and sine of their spacing π/48: a quarter of the width
 /// of a line that 12 lags resolve.
 const FREQUENCIES: usize = 47;
@@ -171,6 +173,16 @@ impl<T: Real> Residuals<T> {
         let [products, ..] = self.products;
         let beyond = beyond(products, explained);
         if self.squares > T::zero() { beyond / self.squares } else { T::zero() }
+    }
+
+    /// Sum of the correlations of 1 to 12 blocks, with sums of products up to `explained` explained otherwise, rad²/s², and
+    /// its sampling error over that of one correlation.
+    #[inline(never)]
+    pub fn slow_correlation_beyond(&self, explained: T) -> (T, T) {
+        let of_each = self.products.iter().map(|products| beyond(*products, explained));
+        let sum = of_each.fold(T::zero(), |sum, beyond| sum + beyond);
+        let sum = if self.squares > T::zero() { sum / self.squares } else { T::zero() };
+        (sum, T::lit(ROOT_OF_LAGS))
     }
 
     /// Largest line of the spectrum of correlations ρ of k = 1 to 12 blocks, over its sampling error, with sums of
@@ -372,6 +384,37 @@ mod tests {
             let ratio = residuals.typical(SIGMA_RAD_S) / (scale * SIGMA_RAD_S);
             assert!((ratio - 1.0).abs() < 0.1, "{scale}: {ratio}");
         }
+    }
+
+    /// White noise of unit variance beside a slow part of a third of it: the variance of sums is `1 + 2 · 12 · 0.25`. Of white noise
+    /// alone the sum of correlations has the stated sampling error.
+    #[test]
+    fn a_slow_part_beside_white_noise_is_correlated_over_all_lags() {
+        let of = |seed: u64, slow: f64| {
+            let (mut normal, mut residuals) = (normal(seed), Residuals::<f64>::from_block(0));
+            let mut level = [0.0; 3];
+            for block in 0..4000 {
+                for (axis, level) in level.iter_mut().enumerate() {
+                    if block % 400 == 0 {
+                        *level = slow * normal();
+                    }
+                    residuals
+                        .add(axis, RecursiveResidual { value: *level + normal(), weight: 1.0 });
+                }
+            }
+            residuals
+        };
+        let slow =
+            (1..=20).map(|seed| of(seed, (1.0f64 / 3.0).sqrt()).slow_correlation_beyond(0.0).0);
+        let mean = slow.sum::<f64>() / 20.0;
+        assert!((mean - 3.0).abs() < 0.4, "{mean}");
+        let white = (1..=100).map(|seed| {
+            let residuals = of(seed, 0.0);
+            let (sum, error) = residuals.slow_correlation_beyond(0.0);
+            (sum / error).powi(2) * f64::from(residuals.rows)
+        });
+        let variance = white.sum::<f64>() / 100.0;
+        assert!((variance - 1.0).abs() < 4.0 * (2.0f64 / 100.0).sqrt(), "{variance}");
     }
 
     /// Square wave of a period of four blocks on one axis: no correlation from block to block, −1 over two blocks, a line at

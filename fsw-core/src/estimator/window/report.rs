@@ -8,7 +8,7 @@ use super::Window;
 use super::considered::Source;
 use super::solution::Solution;
 use crate::estimate::{Estimate, Status};
-use crate::fit::belief::{Beliefs, Past, information_on};
+use crate::fit::belief::{Beliefs, Past, RARE, information_on};
 use crate::fit::front::Front;
 use crate::fit::pass::Pass;
 use crate::hardware::{Finding, Parameter, turned_by};
@@ -17,10 +17,14 @@ use crate::math::{Entries, Mat, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::monitor::observability::Observed;
 use crate::monitor::residuals::Residuals;
-use crate::monitor::whiteness::{ENOUGH_ROWS, largest_correlation, largest_line, largest_rms};
+use crate::monitor::whiteness::{
+    ENOUGH_ROWS, chi_square, largest_correlation, largest_line, largest_rms,
+};
 use crate::prior::Prior;
 use crate::tensor::Inertia;
-use crate::trajectory::unknowns::{Belief, FIRST_GROUP, Group, Point, groups_of, shape_of};
+use crate::trajectory::unknowns::{
+    Belief, FIRST_GROUP, Group, Point, groups_of, may_hold_all_axes, shape_of,
+};
 
 /// Largest correlation that enters the inflation.
 const MOST_CORRELATED: f64 = 0.97;
@@ -227,6 +231,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if !is_found {
             return false;
         }
+        let beyond = self.beyond_stated(&solution.point);
+        solution.root *= beyond;
+        alone.root *= beyond;
         let systematic = self.systematic(source, sigma, &solution);
         let has_scale = past.is_some() || self.stretch().has_drive();
         solution.report(&alone, (has_scale, all.prior.is_some()), estimate);
@@ -274,6 +281,29 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         solution.point = point.stepped(&step);
         solution.unit_per_kg_m2 = beliefs.unit_per_kg_m2;
         true
+    }
+
+    /// Factor of each sigma where the solved hardware contradicts what is stated of it: `√(χ² / n)` for n parameters with
+    /// χ² the sum of their squares over the stated variances, beyond the value that chance exceeds once in 10⁵; one otherwise. What the
+    /// data blame on the hardware is then an effect of something else, which moves the inertia by as much beyond its sigma
+    /// \[Birge1932\].
+    fn beyond_stated(&self, point: &Point<T, U>) -> T {
+        let parameters = self.groups.unknowns_from::<U>(self.groups.hardware);
+        if !may_hold_all_axes(U, W) || parameters == 0 {
+            return T::one();
+        }
+        let mut square = T::zero();
+        for column in self.groups.first_kept::<U>()..shape_of(U) {
+            if let Some(sigma) = self.groups.sigma(column) {
+                let share = point.value(column) / sigma;
+                square += share * share;
+            }
+        }
+        if square > chi_square(parameters, RARE) {
+            (square / T::count(parameters)).sqrt()
+        } else {
+            T::one()
+        }
     }
 
     /// Writes the information of blocks on hardware and inertia to `factor`; none without a pass. Once for each
@@ -348,6 +378,7 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         let mut solution = Solution::blank();
         solution.point = point.stepped(&step);
         solution.unit_per_kg_m2 = unit;
+        let sigma = sigma * self.beyond_stated(&solution.point);
         self.findings_unseen(&solution, visit);
         self.findings_considered((&factor, sigma), &solution, visit);
         let hardware = self.groups.hardware..groups_of(U);
@@ -527,8 +558,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
     }
 
     /// One sigma of a sample for the covariance, rad/s: stated or measured noise and residuals, weighted by
-    /// their degrees of freedom; larger by `√((1 + ρ) / (1 − ρ))` where the residuals are correlated by ρ from
-    /// block to block, so that fewer of them are independent;
+    /// their degrees of freedom; larger where the residuals are correlated by ρ from block to block, so that fewer of them are
+    /// independent: by `√((1 + ρ) / (1 − ρ))`, or by `√(1 + 2 Σ ρ_k)`, which is larger for a slow error beside white noise;
     /// and by the distance to the minimum that rounding leaves. At least the noise where the inertia walks: smaller innovations
     /// are then the sign of a walk that is stated too large.
     #[inline(never)]
@@ -548,12 +579,16 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
             (noise * noise * weight + residuals.squares - explained) / (weight + degrees);
         let least = if self.config.is_walking() { noise * noise } else { T::zero() };
         let variance = variance.max(least);
+        let by_chance = largest_correlation(residuals.rows);
         let rho = residuals.correlation_beyond(explained).min(T::lit(MOST_CORRELATED));
-        let inflation = if rho > largest_correlation(residuals.rows) {
-            (T::one() + rho) / (T::one() - rho)
-        } else {
-            T::one()
-        };
+        let mut inflation = T::one();
+        if rho > by_chance {
+            inflation = (T::one() + rho) / (T::one() - rho);
+        }
+        let (slow, error) = residuals.slow_correlation_beyond(explained);
+        if slow > by_chance * error {
+            inflation = inflation.max(T::one() + slow + slow);
+        }
         (variance * inflation * unsettled)
             .sqrt()
             .max(self.largest_rad_s * (T::EPSILON + T::EPSILON))

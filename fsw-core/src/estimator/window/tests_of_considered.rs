@@ -145,6 +145,31 @@ fn groups_are_solved_where_all_have_a_place() {
     assert!(!Solving::new(config, wheels).unwrap().considers());
 }
 
+/// Hardware that is stated at a tenth of its errors: with sigmas that do not grow with the contradiction, mean NEES is 50.
+#[test]
+fn sigma_grows_where_the_hardware_contradicts_what_is_stated() {
+    let (samples, (stated, _)) = (flight(), stated());
+    let tenth = Hardware {
+        gyro_scale: stated.gyro_scale * 0.1,
+        gyro_axes_rad: stated.gyro_axes_rad * 0.1,
+        delay_sigma_s: stated.delay_sigma_s * 0.1,
+        wheel_inertia: stated.wheel_inertia.map(|sigma| sigma * 0.1),
+        wheel_axis_rad: stated.wheel_axis_rad.map(|sigma| sigma * 0.1),
+        common_wheel_inertia: stated.common_wheel_inertia * 0.1,
+        torque_scale: stated.torque_scale * 0.1,
+        ..stated
+    };
+    let mut sum = 0.0;
+    for seed in 0..10 {
+        let (readings, wheels) = drawn(&samples, seed);
+        let mut window = Solving::<f32>::new(config(tenth, NOISE_RAD_S), wheels).unwrap();
+        readings.iter().for_each(|sample| _ = window.step(sample));
+        window.finish();
+        sum += nees(&window.estimate());
+    }
+    assert!((0.3..3.0).contains(&(sum / 10.0)), "{}", sum / 10.0);
+}
+
 /// A turn of all sensors about x leaves the trace and Jxx, and no motion shows it: its sigma is the stated one.
 #[test]
 fn turn_of_all_sensors_is_reported_as_stated() {
