@@ -46,14 +46,14 @@ struct Propagation<T: Real, const W: usize, const U: usize> {
     twice_mean: Option<TwiceMean<T>>,
 }
 
-/// Twice the mean of D over a step, of D at its begin, of V, and of what else acts throughout the step, by its effect at the end.
+/// Derivatives of twice the mean of D over a step: by D at its begin, by V, and by the effect of an impulse at its end.
 struct TwiceMean<T: Real> {
     carry: Mat<T, 3, 3>,
     by_drive: ByDrive<T>,
     by_end: Mat<T, 3, 3>,
 }
 
-/// What acts on a column of D over a step: its effect at the end, and on twice the mean beyond that of both ends.
+/// Effect of a drive or an impulse on a column of D: on its value at the end of a step, and on twice its mean over the step.
 #[derive(Clone, Copy)]
 struct Push<T: Real> {
     end: Vec3<T>,

@@ -283,10 +283,9 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         true
     }
 
-    /// Factor of each sigma where the solved hardware contradicts what is stated of it: `√(χ² / n)` for n parameters with
-    /// χ² the sum of their squares over the stated variances, beyond the value that chance exceeds once in 10⁵; one otherwise. What the
-    /// data blame on the hardware is then an effect of something else, which moves the inertia by as much beyond its sigma
-    /// \[Birge1932\].
+    /// Factor of all sigmas: `√(χ² / n)` with χ² the sum of squares of the n solved parameters of the hardware over their
+    /// stated variances, where chance exceeds it less than once in 10⁵; one otherwise \[Birge1932\]. Parameters that far out
+    /// are the effect of something that is not in the model, and the inertia takes up a part of it too.
     fn beyond_stated(&self, point: &Point<T, U>) -> T {
         let parameters = self.groups.unknowns_from::<U>(self.groups.hardware);
         if !may_hold_all_axes(U, W) || parameters == 0 {
