@@ -16,7 +16,7 @@ use crate::math::square_root_information::{SquareRootInformation, unit_row};
 use crate::math::{Entries, Mat, scalar::Real};
 use crate::monitor::nearest_physical::nearest_physical;
 use crate::monitor::observability::Observed;
-use crate::monitor::residuals::Residuals;
+use crate::monitor::residuals::{ROOT_OF_LAGS, Residuals};
 use crate::monitor::whiteness::{
     ENOUGH_ROWS, chi_square, largest_correlation, largest_line, largest_rms,
 };
@@ -584,8 +584,8 @@ impl<T: Real, const W: usize, const N: usize, const U: usize, const C: usize, co
         if rho > by_chance {
             inflation = (T::one() + rho) / (T::one() - rho);
         }
-        let (slow, error) = residuals.slow_correlation_beyond(explained);
-        if slow > by_chance * error {
+        let slow = residuals.slow_correlation_beyond(explained);
+        if slow > by_chance * T::lit(ROOT_OF_LAGS) {
             inflation = inflation.max(T::one() + slow + slow);
         }
         (variance * inflation * unsettled)
